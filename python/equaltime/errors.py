@@ -1,0 +1,62 @@
+"""Every error that equaltime raises on purpose.
+
+::
+
+    EqualtimeError
+    ├── SceneError          a scene cannot be read; carries every problem that was found
+    ├── StrategyError       a strategy that does not exist or makes no sense
+    ├── ImageError          an image file cannot be read or written
+    └── RenderError
+        └── NonFiniteSample a sample was NaN or infinite; carries what replays it
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["EqualtimeError", "ImageError", "NonFiniteSample", "Problem", "RenderError", "SceneError", "StrategyError"]
+
+
+class EqualtimeError(Exception):
+    """Base of all errors raised on purpose; its text is meant for people."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong in a scene: where it is and what is the matter."""
+
+    place: str
+    """``file:line`` or ``file: key.path``, as exact as the format allows."""
+    message: str
+    """What was found, what was expected, and the nearest known name."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.message}" if self.place else self.message
+
+
+class SceneError(EqualtimeError):
+    """A scene cannot be read; ``problems`` lists everything that was found, not just the first."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        self.problems = problems
+        super().__init__("\n".join(map(str, problems)))
+
+
+class StrategyError(EqualtimeError):
+    """A strategy that does not exist or a combination that makes no sense, with the reason."""
+
+
+class ImageError(EqualtimeError):
+    """An image file cannot be read or written."""
+
+
+class RenderError(EqualtimeError):
+    """Rendering failed after it had begun."""
+
+
+class NonFiniteSample(RenderError):
+    """A sample was NaN or infinite: the pass was finished, then this was raised."""
+
+    def __init__(self, pixel: tuple[int, int], index: int, seed: int, result: object) -> None:
+        self.pixel, self.index, self.seed, self.result = pixel, index, seed, result
+        super().__init__(f"non-finite sample at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}")
