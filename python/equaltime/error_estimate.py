@@ -1,0 +1,239 @@
+"""A render's own estimate of its error, from independent replicates.
+
+Sample ``i`` of a pixel belongs to replicate ``i mod R``. Replicates use independent randomisations, so the spread of
+their means is an honest measure of the error of the image under any sampler; the sample variance inside a replicate
+is not (low-discrepancy points are correlated on purpose), and is not used here.
+
+Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
+the pixel, ``R`` the 7x7 local mean of the image and ``m`` the mean of ``R``. All arrays are float64 here, indexed
+``[y, x, channel]``, in the units of the image.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
+
+Floats = NDArray[np.float64]
+
+# Two-sided 95 % quantiles of Student's t for 1 … 29 degrees of freedom; the normal one beyond.
+_T95 = (
+    *(12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131),
+    *(2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045),
+)
+_Z95 = 1.960
+
+_RADIUS = 3
+_BAND_ROWS = 32
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its 95 % interval; ``inf`` where nothing can be known."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an estimate at all."""
+        return math.isfinite(self.value)
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Return the three numbers for JSON, which has no infinity: unknown is ``None``."""
+        numbers = {"value": self.value, "low": self.low, "high": self.high}
+        return {key: number if math.isfinite(number) else None for key, number in numbers.items()}
+
+    def __str__(self) -> str:
+        if not self.known:
+            return "unknown"
+        high = f"{100 * self.high:.3g}" if math.isfinite(self.high) else "unknown"
+        return f"{100 * self.value:.3g} % [{100 * self.low:.3g}, {high}]"
+
+
+UNKNOWN = Estimate(math.inf, 0.0, math.inf)
+
+
+@dataclass(frozen=True)
+class PixelStatistics:
+    """What is known of every pixel: enough for the image, its standard error and its error."""
+
+    mean: Floats
+    """(H, W, 3): the image; 0 where there is no sample."""
+    variance: Floats
+    """(H, W, 3): estimated variance *of the mean*; NaN where fewer than two replicates have samples."""
+    samples: NDArray[np.int64]
+    """(H, W): samples taken."""
+    degrees: float
+    """Degrees of freedom behind each pixel's variance: R - 1 for R replicates."""
+
+
+def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
+    """Join replicates into one image with its variance.
+
+    With ``n_r`` samples and mean ``M_r`` in replicate r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
+
+        ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
+
+    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
+    ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
+    samples of a replicate are independent, and for equal counts under any sampler (then it is the plain variance of K
+    equal means, over K). Counts differ by at most one, so what is left for low-discrepancy samples is O(1/N) of it.
+
+    Parameters
+    ----------
+    moments
+        (R, H, W) structured array with fields ``count``, ``mean`` (3) (and others, which are not used).
+    """
+    height, width = moments.shape[1:]
+    mean = np.empty((height, width, 3))
+    variance = np.empty((height, width, 3))
+    samples = np.empty((height, width), np.int64)
+    for band in _bands(height, halo=0):
+        rows = moments[:, band.rows]
+        counts = rows["count"].astype(np.float64)[..., None]
+        total = counts.sum(axis=0)
+        joined = (counts * rows["mean"]).sum(axis=0) / np.maximum(total, 1.0)
+        spread = (counts * np.square(rows["mean"] - joined)).sum(axis=0)
+        others = np.count_nonzero(counts, axis=0) - 1
+        mean[band.rows], samples[band.rows] = joined, total[..., 0]
+        variance[band.rows] = np.where(others >= 1, spread / np.maximum(others * total, 1.0), np.nan)
+    return PixelStatistics(mean, variance, samples, float(len(moments) - 1))
+
+
+@dataclass(frozen=True)
+class _Band:
+    """Some rows of an image, few enough to stay in the cache, with a halo of rows around for neighbourhoods."""
+
+    rows: slice
+    wide: slice
+    inner: slice
+    """The rows within ``wide``."""
+
+
+def _bands(height: int, halo: int) -> Iterator[_Band]:
+    for start in range(0, height, _BAND_ROWS):
+        stop = min(start + _BAND_ROWS, height)
+        first = max(start - halo, 0)
+        yield _Band(slice(start, stop), slice(first, min(stop + halo, height)), slice(start - first, stop - first))
+
+
+def _box_sum(values: Floats) -> Floats:
+    """Sum over the 7x7 neighbourhood of every pixel, zeros outside.
+
+    Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image.
+    """
+    for axis in (0, 1):
+        source = np.moveaxis(values, axis, 0)
+        values = values.copy()
+        total = np.moveaxis(values, axis, 0)
+        for shift in range(1, min(_RADIUS, len(total) - 1) + 1):
+            total[shift:] += source[:-shift]
+            total[:-shift] += source[shift:]
+    return values
+
+
+def _neighbours(height: int, width: int) -> Floats:
+    """(H, W, 1): how many pixels of the image lie in the 7x7 neighbourhood of each."""
+    return _box_sum(np.ones((height, 1, 1))) * _box_sum(np.ones((1, width, 1)))
+
+
+def standard_error(pixels: PixelStatistics) -> Floats:
+    """Return the standard error of every pixel, (H, W, 3), ``inf`` where unknown.
+
+    One pixel's replicates say little (R - 1 degrees of freedom), so the variance *of one sample* is averaged over the
+    pixels of the 7x7 neighbourhood that lie in the image and have one, and divided by the pixel's own count.
+    """
+    result = np.empty_like(pixels.mean)
+    for band in _bands(len(result), halo=_RADIUS):
+        result[band.rows] = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
+    return result
+
+
+def _pooled_variance(pixels: PixelStatistics, rows: slice) -> Floats:
+    """Return the square of `standard_error` for some rows; those within 3 of a cut are not valid."""
+    variance, counts = pixels.variance[rows], pixels.samples[rows, :, None].astype(np.float64)
+    known = np.isfinite(variance[..., :1])
+    per_sample = _box_sum(np.where(known, variance, 0.0) * counts)
+    pooled = per_sample / np.maximum(_box_sum(known.astype(np.float64)) * counts, 1.0)
+    return np.where(known, pooled, np.inf)
+
+
+def image_error(pixels: PixelStatistics) -> Estimate:
+    """Estimate the error of the image by the definition at the top of this file.
+
+    The interval is meant to hold the *realised* error of this very image in 95 % of renders. It is formed on the
+    logarithm from the variance of the estimate (see `_spread`), taken R times because the realised error scatters too:
+    for Gaussian noise R - 1 times as much as the estimate. Few effective contributions call for Student's t.
+
+    Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
+    value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
+    are beyond any estimate made from the samples.
+    """
+    if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
+        return UNKNOWN
+    neighbours = _neighbours(*pixels.samples.shape)
+    m = float((pixels.mean.mean(axis=2, keepdims=True) * _box_sum(1.0 / neighbours)).mean())
+    if m == 0.0:
+        return Estimate(0.0, 0.0, math.inf)
+    contributions, moved = _contributions(pixels, neighbours, m)
+    square = float(contributions.mean())
+    if square == 0.0:
+        return Estimate(0.0, 0.0, 0.0)
+    relative = (_spread(contributions, pixels.degrees) + moved) / (contributions.size * square**2)
+    value = math.sqrt(square)
+    effective = min(contributions.size * pixels.degrees, 2.0 / relative)
+    if effective < 1.0:
+        return Estimate(value, 0.0, math.inf)
+    quantile = _T95[int(effective) - 1] if effective < 30.0 else _Z95
+    factor = math.exp(0.5 * quantile * math.sqrt(relative * (1.0 + pixels.degrees)))
+    return Estimate(value, value / factor, value * factor)
+
+
+def _contributions(pixels: PixelStatistics, neighbours: Floats, m: float) -> tuple[Floats, float]:
+    """Return each pixel's part of error², (H, W), and the variance per pixel that the denominators' noise adds.
+
+    The latter by the delta method: pixel j moves the local means around it, and m, by its own noise; all
+    contributions there share that. Both derivatives have one sign, so the parts add up in absolute value.
+    """
+    contributions = np.empty(pixels.samples.shape)
+    slopes = locals_squared = crossed = errors_squared = 0.0
+    for band in _bands(len(contributions), halo=2 * _RADIUS):
+        variance, counts = pixels.variance[band.wide], neighbours[band.wide]
+        local = _box_sum(pixels.mean[band.wide]) / counts
+        weight = 1.0 / (np.square(local) + (0.1 * m) ** 2)
+        parts = variance * weight
+        contributions[band.rows] = parts[band.inner].mean(axis=2)
+        slope = parts * weight
+        slopes += float(slope[band.inner].sum())
+        error = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
+        by_local = (_box_sum(2.0 * local * slope / counts)[band.inner] * error).mean(axis=2)
+        by_mean = error.mean(axis=2)
+        locals_squared += float(np.square(by_local).sum())
+        crossed += float((by_local * by_mean).sum())
+        errors_squared += float(np.square(by_mean).sum())
+    influence = 0.02 * m * slopes / pixels.mean.size
+    total = locals_squared + 2.0 * influence * crossed + influence**2 * errors_squared
+    return contributions, total / contributions.size
+
+
+def _spread(contributions: Floats, degrees: float) -> float:
+    """Return the variance of one contribution.
+
+    Half the mean square difference of adjacent ones: their noise without what the picture itself varies. A handful
+    could miss even the variance that Gaussian noise would have, so for these that is the least.
+    """
+    steps = [np.square(np.diff(contributions, axis=axis)) for axis in (0, 1)]
+    pairs = sum(step.size for step in steps)
+    spread = 0.5 * float(sum(step.sum() for step in steps)) / pairs if pairs else 0.0
+    if contributions.size < 30:
+        spread = max(spread, 2.0 / degrees * float(contributions.mean()) ** 2)
+    return spread
