@@ -1,0 +1,196 @@
+"""Image files, all through OpenImageIO.
+
+A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
+``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
+in the attribute ``equaltime:record``. Files are written under a temporary name in the same folder and renamed, so that
+a reader never sees half a file and a failure leaves alone what was there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+
+__all__ = ["SOFTWARE", "Picture", "Window", "check_writable", "read", "write", "write_render"]
+
+SOFTWARE = f"equaltime {version('equaltime')}"
+CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
+RECORD = "equaltime:record"
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where the pixels of a file lie in the full film, in pixels from its top left corner."""
+
+    x: int
+    y: int
+    full_width: int
+    full_height: int
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What an image file holds."""
+
+    channels: Mapping[str, NDArray[np.float32]]
+    """Channel name → (H, W) float32."""
+    window: Window
+    record: Mapping[str, Any]
+    """The provenance of a file written by equaltime; empty for others."""
+
+    @property
+    def image(self) -> NDArray[np.float32]:
+        """(H, W, 3) linear RGB; raises `ImageError` if the file has no channels of that name."""
+        return self._rgb("")
+
+    @property
+    def standard_error(self) -> NDArray[np.float32] | None:
+        """(H, W, 3) standard error of ``image``, or None if the file does not carry one."""
+        return self._rgb("stderr.") if "stderr.R" in self.channels else None
+
+    @property
+    def samples(self) -> NDArray[np.int64] | None:
+        """(H, W) sample counts, or None if the file does not carry them."""
+        counts = self.channels.get("samples")
+        return None if counts is None else counts.astype(np.int64)
+
+    def _rgb(self, prefix: str) -> NDArray[np.float32]:
+        names = [prefix + channel for channel in "RGB"]
+        if missing := [name for name in names if name not in self.channels]:
+            raise ImageError(f"the image has no channel {', '.join(missing)}; it has {', '.join(self.channels)}")
+        return np.stack([self.channels[name] for name in names], axis=-1)
+
+
+def read(path: str | os.PathLike[str]) -> Picture:
+    """Read any image that OpenImageIO knows as float32 channels by name.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, is no image, or is damaged.
+    """
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
+    try:
+        spec = source.spec()
+        pixels = source.read_image("float")
+        if pixels is None:
+            raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
+        record = _parse_record(spec.getattribute(RECORD), path)
+    finally:
+        source.close()
+    planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
+    channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
+    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record)
+
+
+def write_render(
+    path: Path,
+    image: NDArray[Any],
+    standard_error: NDArray[Any],
+    samples: NDArray[Any],
+    record: Mapping[str, Any],
+    window: Window,
+    description: str = "",
+) -> None:
+    """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
+
+    ``record`` must be JSON. Counts are exact up to 2^24.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; what was there before is left alone.
+    """
+    layers = (image, standard_error, samples[..., None])
+    pixels = np.concatenate([np.asarray(layer, np.float32) for layer in layers], axis=-1)
+    attributes = {
+        "compression": "zip",
+        "oiio:ColorSpace": "lin_rec709",
+        "Software": SOFTWARE,
+        "ImageDescription": description,
+        RECORD: json.dumps(record, allow_nan=False),
+    }
+    write(path, "openexr", CHANNELS, pixels, attributes, window)
+
+
+def write(
+    path: Path,
+    file_format: str,
+    channels: tuple[str, ...],
+    pixels: NDArray[Any],
+    attributes: Mapping[str, str],
+    window: Window | None = None,
+) -> None:
+    """Write (H, W, C) pixels of type float32 or uint8 as they are, whole or not at all; raises `ImageError`."""
+    height, width, count = pixels.shape
+    spec = oiio.ImageSpec(width, height, count, "uint8" if pixels.dtype == np.uint8 else "float")
+    spec.channelnames = channels
+    if window is not None:
+        spec.x, spec.y, spec.full_width, spec.full_height = window.x, window.y, window.full_width, window.full_height
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    with _replacing(path) as temporary:
+        output = oiio.ImageOutput.create(file_format)
+        if output is None:
+            raise ImageError(f"{path}: {oiio.geterror()}")
+        done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(pixels))
+        # closing writes what is still buffered, so it can fail as well
+        if not (output.close() and done):
+            raise ImageError(f"{path}: cannot write: {output.geterror() or 'the file could not be completed'}")
+
+
+def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
+    """Raise `ImageError` if ``path`` could not be written later: find it out before an hour of rendering."""
+    if path.suffix.lower() not in extensions:
+        found = f"extension '{path.suffix}'" if path.suffix else "no extension"
+        raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")
+    if path.is_dir():
+        raise ImageError(f"{path}: is a folder")
+    if not path.parent.is_dir():
+        raise ImageError(f"{path}: the folder {path.parent} does not exist")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside ``path``, and rename it to ``path`` if all went well; remove it if not."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    except OSError as error:
+        raise ImageError(f"{path}: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    if not isinstance(text, str):
+        return {}
+    try:
+        record = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ImageError(f"{path}: the attribute {RECORD} is damaged: {error}") from error
+    return record if isinstance(record, dict) else {}
+
+
+def _reason(message: str, path: str | os.PathLike[str]) -> str:
+    """Choose the clearest words for a file that OpenImageIO would not read."""
+    if not Path(path).exists():
+        return "no such file"
+    return message.strip() or "not an image that can be read"

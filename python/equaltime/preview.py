@@ -1,0 +1,44 @@
+"""Pictures for people: the linear image through the sRGB curve at exposure 0, clipped to [0, 1], eight bits.
+
+Nothing is scaled to fit and nothing else is corrected, so two previews can be compared by eye.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import images
+
+__all__ = ["png_bytes", "srgb_bytes", "write_png"]
+
+
+def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Encode linear RGB (H, W, 3) as eight-bit sRGB by the exact curve of IEC 61966-2-1."""
+    linear = np.clip(image, 0.0, 1.0)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
+    return np.asarray(np.round(255.0 * encoded), np.uint8)
+
+
+def write_png(path: Path, image: NDArray[Any], description: str = "") -> None:
+    """Write the preview of a linear image (H, W, 3) to a PNG file, whole or not at all.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; what was there before is left alone.
+    """
+    attributes = {"oiio:ColorSpace": "sRGB", "Software": images.SOFTWARE, "ImageDescription": description}
+    images.write(path, "png", ("R", "G", "B"), srgb_bytes(image), attributes)
+
+
+def png_bytes(image: NDArray[Any]) -> bytes:
+    """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file."""
+    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
+        path = Path(folder) / "preview.png"
+        write_png(path, image)
+        return path.read_bytes()

@@ -1,0 +1,158 @@
+"""What a render gives back: the image, what is known of its error, what it cost, and where it came from."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import images, preview
+from equaltime.error_estimate import Estimate
+from equaltime.images import Window
+
+__all__ = ["OUTPUT_EXTENSIONS", "Origin", "Result", "Stats", "StoppedBy"]
+
+StoppedBy = Literal["spp", "time", "interrupt", "nonfinite"]
+OUTPUT_EXTENSIONS = (".exr", ".png")
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a render cost, and which code did it."""
+
+    phases: Mapping[str, float]
+    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``."""
+    paths: int
+    """Camera paths, which is samples."""
+    rays: int
+    """Rays traced to find the nearest surface."""
+    shadow_rays: int
+    """Rays traced to find out whether anything is in the way."""
+    kernel: str
+    """The compiled path tracer that was chosen for the scene."""
+    threads: int
+    effects: tuple[str, ...] = ()
+    """What the scene called for."""
+    build: Mapping[str, Any] | None = None
+    """How the core was built, and with which Embree."""
+
+    @property
+    def seconds(self) -> float:
+        """Seconds from the first sample to the final film."""
+        return self.phases["render"]
+
+    @property
+    def rays_per_second(self) -> float:
+        """All rays, shadow rays included, per second of rendering."""
+        return (self.rays + self.shadow_rays) / self.seconds if self.seconds > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Everything that decides the bits of a render but the sample counts."""
+
+    scene: str | None
+    """The scene's file, or None for a scene made in memory."""
+    digest: str
+    """SHA-256 of the scene's content."""
+    window: Window
+    """The place of the image in the full film."""
+    max_depth: int
+    strategy: str
+    """The strategy's name; `Strategy.parse` reads it."""
+    biased: bool
+    seed: int
+    replicates: int
+    backend: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """A rendered image with its error bar and its cost."""
+
+    image: NDArray[np.float32]
+    """(H, W, 3): linear RGB radiance; 0 where ``samples`` is 0."""
+    standard_error: NDArray[np.float32]
+    """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
+    samples: NDArray[np.int64]
+    """(H, W): samples of each pixel, numbered from 0."""
+    error: Estimate
+    """The image's relative error with its 95 % interval: 0.02 is 2 %."""
+    stats: Stats
+    stopped_by: StoppedBy
+    """What ended the render: the sample count, the time limit, Ctrl-C, or a sample that was not a number."""
+    origin: Origin
+
+    @property
+    def spp(self) -> float:
+        """Samples per pixel; the mean, where a limit cut a pass."""
+        return float(self.samples.mean())
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The provenance as JSON data: what `save` stores in the EXR, and ``--json`` prints."""
+        height, width = self.samples.shape
+        window = self.origin.window
+        return {
+            "software": images.SOFTWARE,
+            "scene": self.origin.scene,
+            "digest": self.origin.digest,
+            "size": [window.full_width, window.full_height],
+            "crop": [window.x, window.y, width, height],
+            "max_depth": self.origin.max_depth,
+            "strategy": self.origin.strategy,
+            "biased": self.origin.biased,
+            "seed": self.origin.seed,
+            "replicates": self.origin.replicates,
+            "backend": self.origin.backend,
+            "spp": int(self.spp) if self.spp.is_integer() else self.spp,
+            "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
+            "stopped_by": self.stopped_by,
+            "error": self.error.as_dict(),
+            "seconds": self.stats.seconds,
+            "phases": dict(self.stats.phases),
+            "paths": self.stats.paths,
+            "rays": self.stats.rays,
+            "shadow_rays": self.stats.shadow_rays,
+            "rays_per_s": self.stats.rays_per_second,
+            "threads": self.stats.threads,
+            "kernel": self.stats.kernel,
+            "effects": list(self.stats.effects),
+            "build": dict(self.stats.build) if self.stats.build else None,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+        """Write the result and return the files written.
+
+        ``NAME.exr`` gets the image, its standard error, the sample counts and the provenance (see `equaltime.images`),
+        with a preview ``NAME.png`` beside it; ``NAME.png`` gets the preview alone.
+
+        Raises
+        ------
+        ImageError
+            If a file cannot be written; what was there before is left alone.
+        """
+        path = Path(path)
+        images.check_writable(path, OUTPUT_EXTENSIONS)
+        picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
+        description = f"{self._summary()}; {self.origin.strategy}"
+        if path != picture:
+            layers = (self.image, self.standard_error, self.samples)
+            images.write_render(path, *layers, self.record, self.origin.window, description)
+        preview.write_png(picture, self.image, description)
+        return (path, picture) if path != picture else (picture,)
+
+    def _summary(self) -> str:
+        height, width = self.samples.shape
+        return f"{width}x{height}, {self.spp:g} spp, error {self.error}, stopped by {self.stopped_by}"
+
+    def __repr__(self) -> str:
+        return f"Result({self._summary()})"
+
+    def _repr_png_(self) -> bytes:
+        return preview.png_bytes(self.image)
