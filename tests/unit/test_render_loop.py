@@ -1,0 +1,194 @@
+"""The loop of passes, over a renderer and a clock that the test controls."""
+
+from collections.abc import Callable
+from itertools import islice, pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.passes import Limits, Progress, run_passes, schedule
+
+MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
+PIXELS = 12
+
+
+class FakeRenderer:
+    """Takes 1 ms a sample of the whole image; polls after every sample; stops exactly at its limit."""
+
+    def __init__(self, interrupt_at: float = np.inf, bad_sample: int | None = None) -> None:
+        self.now = 0.0
+        self.done = 0
+        self.targets: list[int] = []
+        self.nonfinite: list[tuple[int, int, int]] = []
+        self.interrupt_at, self.bad_sample = interrupt_at, bad_sample
+
+    def clock(self) -> float:
+        return self.now
+
+    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
+        self.targets.append(samples)
+        end = np.inf if seconds is None else self.now + seconds
+        while self.done < samples:
+            if self.now + 0.001 > end + 1e-9:
+                return False
+            self.now += 0.001
+            if self.now >= self.interrupt_at:
+                raise KeyboardInterrupt
+            if self.done == self.bad_sample:
+                self.nonfinite.append((1, 2, self.done))
+            self.done += 1
+            if poll is not None and not poll():
+                return False
+        return True
+
+    @property
+    def moments(self) -> NDArray[Any]:
+        moments = np.zeros((2, 3, PIXELS // 3), MOMENTS)
+        moments["count"] = self.done // 2
+        moments["mean"] = np.arange(1.0, 3.0)[:, None, None, None]
+        return moments
+
+
+def run(renderer: FakeRenderer, spp: int | None = None, seconds: float | None = None, **options: Any) -> str:
+    return run_passes(renderer, PIXELS, Limits(spp, seconds), clock=renderer.clock, **options)
+
+
+def test_passes_double_and_end_at_the_sample_count() -> None:
+    assert list(schedule(PIXELS, 100)) == [2, 4, 8, 16, 32, 64, 100]
+
+
+def test_passes_of_a_large_image_stay_short() -> None:
+    steps = {b - a for a, b in pairwise(schedule(2**19, 64))}
+    assert steps == {2, 4}
+
+
+@pytest.mark.parametrize("pixels", [1, 1000, 2**19, 2**28])
+def test_replicates_grow_alike_in_every_pass_but_the_last(pixels: int) -> None:
+    assert all(samples % 2 == 0 for samples in islice(schedule(pixels, None), 40))
+    assert list(schedule(pixels, 7))[-1] == 7
+
+
+def test_a_single_sample_is_one_pass() -> None:
+    assert list(schedule(PIXELS, 1)) == [1]
+
+
+def test_the_schedule_does_not_depend_on_the_sample_count_asked_for() -> None:
+    assert list(schedule(PIXELS, 100))[:-1] == list(islice(schedule(PIXELS, None), 6))
+
+
+def test_a_render_ends_at_its_sample_count() -> None:
+    renderer = FakeRenderer()
+    assert run(renderer, spp=20) == "spp"
+    assert renderer.done == 20
+    assert renderer.targets == [2, 4, 8, 16, 20]
+
+
+def test_a_time_limit_ends_a_pass_part_way() -> None:
+    renderer = FakeRenderer()
+    assert run(renderer, seconds=0.023) == "time"
+    assert renderer.done == 23
+
+
+def test_a_time_limit_that_falls_between_passes_starts_no_further_pass() -> None:
+    renderer = FakeRenderer()
+    assert run(renderer, seconds=0.016) == "time"
+    assert renderer.targets[-1] in (16, 32)
+    assert renderer.done == 16
+
+
+def test_the_limit_that_is_met_first_ends_the_render() -> None:
+    assert run(FakeRenderer(), spp=10, seconds=1.0) == "spp"
+    assert run(FakeRenderer(), spp=1000, seconds=0.01) == "time"
+
+
+def test_ctrl_c_keeps_what_is_finished() -> None:
+    renderer = FakeRenderer(interrupt_at=0.012)
+    assert run(renderer, spp=100) == "interrupt"
+    assert renderer.done == 11
+
+
+def test_a_non_finite_sample_ends_the_render_after_its_pass() -> None:
+    renderer = FakeRenderer(bad_sample=9)
+    assert run(renderer, spp=100) == "nonfinite"
+    assert renderer.done == 16
+
+
+def test_progress_counts_up_to_the_target() -> None:
+    seen: list[Progress] = []
+    run(FakeRenderer(), spp=64, progress=seen.append)
+    assert [progress.samples for progress in seen] == [2, 4, 8, 16, 32, 64]
+    assert seen[-1].fraction == 1.0
+    assert seen[-1].time_left == 0.0
+    assert all(progress.target == 64 for progress in seen)
+
+
+def test_progress_is_reported_within_a_long_pass() -> None:
+    seen: list[Progress] = []
+    run(FakeRenderer(), spp=2048, progress=seen.append)
+    gaps = [b.seconds - a.seconds for a, b in pairwise(seen)]
+    assert max(gaps) <= 0.102
+
+
+def test_the_time_left_follows_from_the_samples_done() -> None:
+    seen: list[Progress] = []
+    run(FakeRenderer(), spp=4096, progress=seen.append)
+    assert all(abs(p.seconds + p.time_left - 4.096) < 1e-6 for p in seen if p.time_left is not None)
+
+
+def test_the_time_left_of_a_time_limit_is_what_the_clock_says() -> None:
+    seen: list[Progress] = []
+    run(FakeRenderer(), seconds=0.5, progress=seen.append)
+    assert all(p.time_left == pytest.approx(0.5 - p.seconds) for p in seen)
+    assert all(p.fraction == pytest.approx(p.seconds / 0.5) for p in seen)
+
+
+def test_progress_shows_the_error_so_far() -> None:
+    seen: list[Progress] = []
+    run(FakeRenderer(), spp=64, progress=seen.append)
+    assert seen[0].error is not None
+    assert seen[0].error.known
+
+
+def test_a_progress_callback_can_stop_the_render() -> None:
+    def stop(progress: Progress) -> None:
+        if progress.samples >= 8:
+            raise KeyboardInterrupt
+
+    renderer = FakeRenderer()
+    assert run(renderer, spp=1024, progress=stop) == "interrupt"
+    assert renderer.done == 8
+
+
+def test_an_error_in_the_progress_callback_is_not_hidden() -> None:
+    def fail(progress: Progress) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run(FakeRenderer(), spp=8, progress=fail)
+
+
+class SlowStatistics(FakeRenderer):
+    """Statistics cost 0.3 ms of the clock, so that the estimate's share can be seen."""
+
+    estimates = 0
+
+    @property
+    def moments(self) -> NDArray[Any]:
+        self.estimates += 1
+        self.now += 0.0003
+        return super().moments
+
+
+def test_the_error_so_far_costs_nothing_when_nobody_asks() -> None:
+    renderer = SlowStatistics()
+    run(renderer, spp=512)
+    assert renderer.estimates == 0
+
+
+def test_the_error_so_far_costs_two_per_cent_of_the_time_at_most() -> None:
+    renderer = SlowStatistics()
+    run(renderer, spp=2048, progress=lambda progress: None)
+    assert renderer.estimates >= 3
+    assert (renderer.estimates - 1) * 0.0003 <= 0.02 * renderer.now
