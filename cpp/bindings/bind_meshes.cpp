@@ -1,0 +1,84 @@
+// Mesh readers for Python. The arrays own the buffers that the readers filled: nothing is copied, and they are
+// read-only.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "../scene/obj.h"
+#include "../scene/ply.h"
+
+namespace py = pybind11;
+
+namespace equaltime {
+namespace {
+
+template <typename T>
+py::array rows(std::vector<T>&& values, py::ssize_t width) {
+  auto owned = std::make_unique<std::vector<T>>(std::move(values));
+  const auto count = static_cast<py::ssize_t>(owned->size()) / width;
+  T* const first = owned->data();
+  const py::capsule owner(owned.get(), [](void* held) { delete static_cast<std::vector<T>*>(held); });
+  (void)owned.release();  // the capsule deletes it from here on
+  py::array_t<T> array({count, width}, first, owner);
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+struct MeshArrays {
+  explicit MeshArrays(MeshData&& mesh)
+      : vertices(rows(std::move(mesh.vertices), 3)),
+        faces(rows(std::move(mesh.faces), 3)),
+        normals(mesh.normals.empty() ? py::object(py::none()) : rows(std::move(mesh.normals), 3)),
+        uvs(mesh.uvs.empty() ? py::object(py::none()) : rows(std::move(mesh.uvs), 2)),
+        warnings(std::move(mesh.warnings)) {}
+
+  py::object vertices, faces, normals, uvs;
+  std::vector<std::string> warnings;
+};
+
+MeshArrays read(const std::filesystem::path& path, MeshData (*reader)(const std::filesystem::path&)) {
+  return MeshArrays([&] {
+    const py::gil_scoped_release release;
+    return reader(path);
+  }());
+}
+
+}  // namespace
+}  // namespace equaltime
+
+void bind_meshes(py::module_& m) {
+  using namespace equaltime;
+  static py::handle mesh_error = py::exception<MeshError>(m, "MeshError", PyExc_ValueError).release();
+  mesh_error.attr("__doc__") = "A mesh file cannot be read; the text begins with its path and line or byte offset.";
+  // pybind11 fixes the signature.
+  py::register_exception_translator([](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const MeshError& error) {
+      // A path or a name of the file may be no UTF-8; that must not hide the error.
+      const std::string_view text = error.what();
+      const auto size = static_cast<py::ssize_t>(text.size());
+      PyErr_SetObject(mesh_error.ptr(),
+                      py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(text.data(), size, "replace")).ptr());
+    }
+  });
+
+  py::class_<MeshArrays>(m, "MeshData",
+                         "A triangle mesh as its file gives it, in the file's space and units; read-only.")
+      .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64, every one finite and used by a face")
+      .def_readonly("faces", &MeshArrays::faces, "(M, 3) uint32, in range, none degenerate")
+      .def_readonly("normals", &MeshArrays::normals, "(N, 3) float64 as in the file, not normalised, or None")
+      .def_readonly("uvs", &MeshArrays::uvs, "(N, 2) float64 or None")
+      .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted, one line each");
+  m.def(
+      "read_ply", [](const std::filesystem::path& path) { return read(path, &read_ply); }, py::arg("path"),
+      "Read a PLY file, ascii or binary. Raises MeshError.");
+  m.def(
+      "read_obj", [](const std::filesystem::path& path) { return read(path, &read_obj); }, py::arg("path"),
+      "Read a Wavefront OBJ file. Raises MeshError.");
+}

@@ -1,0 +1,289 @@
+#include "ply.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "ply_header.h"
+
+namespace equaltime {
+namespace {
+
+// One number of each vertex: which property it is, and where its values go in the mesh.
+struct Column {
+  std::size_t property, byte;  // its place in the element, and in a binary record without lists
+  PlyType type;
+  double* first;
+  std::size_t stride;
+};
+
+class PlyReader {
+ public:
+  PlyReader(FileBytes& bytes, Lines& lines, const PlyHeader& header, const PlyMesh& mesh)
+      : bytes_(bytes), lines_(lines), header_(header), vertex_(mesh.vertex), face_(mesh.face), indices_(mesh.indices) {}
+
+  MeshData read() {
+    if (face_->find("texcoord")) mesh_.warnings.push_back(bytes_.path().string() + ": uvs per face are not read");
+    for (const PlyElement& element : header_.elements) {
+      const bool ascii = header_.format == PlyFormat::ascii;
+      if (element.properties.empty()) continue;
+      check_room(element);
+      if (&element == vertex_) {
+        prepare_vertices();
+        vertex_begin_ = bytes_.offset();
+        ascii ? ascii_vertices() : element.has_list() ? binary_listed(element) : binary_vertices();
+      } else if (&element == face_) {
+        mesh_.faces.reserve(3 * static_cast<std::size_t>(std::min(element.count, most_triangles())));
+        ascii ? ascii_faces() : binary_listed(element);
+      } else {
+        ascii ? ascii_skipped(element) : binary_listed(element);
+      }
+    }
+    finish_mesh(mesh_, bytes_.path(), dropped_, [this](std::uint32_t i) { return vertex_place(i); });
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw MeshError((header_.format == PlyFormat::ascii ? lines_.place() : place_at(bytes_.offset())) + message);
+  }
+  std::string place_at(std::uint64_t offset) const {
+    return bytes_.path().string() + ": byte offset " + std::to_string(offset) + ": ";
+  }
+
+  // A text has a character for every value and one between two.
+  void check_room(const PlyElement& element) const {
+    const bool ascii = header_.format == PlyFormat::ascii;
+    const std::uint64_t least = ascii ? 2 * element.properties.size() : element.least_bytes();
+    if (element.count <= (bytes_.remaining() + (ascii ? 1 : 0)) / least) return;
+    fail("the header declares " + std::to_string(element.count) + " elements '" + element.name + "' of at least " +
+         std::to_string(least) + " bytes, but only " + std::to_string(bytes_.remaining()) + " bytes follow");
+  }
+  std::uint64_t most_triangles() const {
+    const PlyProperty& list = face_->properties[indices_];
+    const bool ascii = header_.format == PlyFormat::ascii;
+    return bytes_.remaining() / (ascii ? 8 : size_of(*list.list_count) + 3 * size_of(list.type)) + 1;
+  }
+
+  void prepare_vertices() {
+    const auto n = static_cast<std::size_t>(vertex_->count);
+    add_columns(mesh_.vertices, n, {"x", "y", "z"});
+    add_columns(mesh_.normals, n, {"nx", "ny", "nz"});
+    const std::array<std::vector<const char*>, 4> uv_names = {
+        {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
+    for (const auto& names : uv_names) {
+      if (mesh_.uvs.empty()) add_columns(mesh_.uvs, n, names);
+    }
+    std::sort(columns_.begin(), columns_.end(), [](auto& a, auto& b) { return a.property < b.property; });
+  }
+  void add_columns(std::vector<double>& values, std::size_t n, const std::vector<const char*>& names) {
+    for (const char* name : names) {
+      const auto at = vertex_->find(name);
+      if (!at || vertex_->properties[*at].list_count) return;
+    }
+    values.resize(names.size() * n);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const std::size_t at = *vertex_->find(names[k]);
+      std::size_t byte = 0;
+      for (std::size_t i = 0; i < at; ++i) byte += size_of(vertex_->properties[i].type);
+      columns_.push_back({at, byte, vertex_->properties[at].type, values.data() + k, names.size()});
+    }
+  }
+
+  // ---- binary
+  void need(std::uint64_t n, const char* what) {
+    if (n > bytes_.remaining() || bytes_.ensure(static_cast<std::size_t>(n)) < n) {
+      fail(std::string("the file ends within the ") + what);
+    }
+  }
+
+  void binary_vertices() {
+    const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(vertex_->least_bytes()));
+    const std::size_t most = std::max<std::size_t>(1, (std::size_t{1} << 18) / stride);
+    for (std::size_t done = 0, n = 0; done < vertex_->count; done += n) {
+      n = std::min(most, static_cast<std::size_t>(vertex_->count) - done);
+      need(n * stride, "vertices");
+      for (const Column& column : columns_) copy(column, bytes_.data() + column.byte, stride, done, n);
+      bytes_.advance(n * stride);
+    }
+  }
+  void copy(const Column& column, const char* from, std::size_t stride, std::size_t first, std::size_t n) const {
+    with_type(column.type, [&, swap = swap()](auto type) {
+      double* to = column.first + first * column.stride;
+      for (std::size_t i = 0; i < n; ++i, from += stride, to += column.stride) {
+        *to = static_cast<double>(load<typename decltype(type)::type>(from, swap));
+      }
+    });
+  }
+
+  // Any element, record by record: the one way to read faces, and what it takes to step over lists elsewhere.
+  void binary_listed(const PlyElement& element) {
+    if (!element.has_list()) {
+      if (!bytes_.skip(element.count * element.least_bytes())) fail("the file ends within '" + element.name + "'");
+      return;
+    }
+    for (std::uint64_t record = 0; record < element.count; ++record) {
+      auto column = columns_.begin();
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        const PlyProperty& property = element.properties[i];
+        if (property.list_count) {
+          binary_list(property, &element == face_ && i == indices_);
+          continue;
+        }
+        need(size_of(property.type), element.name.c_str());
+        if (&element == vertex_ && column != columns_.end() && column->property == i) {
+          copy(*column++, bytes_.data(), 0, static_cast<std::size_t>(record), 1);
+        }
+        bytes_.advance(size_of(property.type));
+      }
+    }
+  }
+  void binary_list(const PlyProperty& property, bool corners) {
+    need(size_of(*property.list_count), "list");
+    const std::int64_t n = integer(*property.list_count);
+    if (n < 0) fail("a list has the length " + std::to_string(n));
+    bytes_.advance(size_of(*property.list_count));
+    const std::uint64_t size = static_cast<std::uint64_t>(n) * size_of(property.type);
+    if (!corners) {
+      if (!bytes_.skip(size)) fail("the file ends within a list");
+      return;
+    }
+    need(size, "face");
+    with_type(property.type, [&, swap = swap()](auto type) {
+      using T = typename decltype(type)::type;
+      if constexpr (std::is_integral_v<T>) {
+        const char* at = bytes_.data();
+        begin_face();
+        for (std::int64_t k = 0; k < n; ++k, at += sizeof(T)) add_corner(load<T>(at, swap));
+        end_face(static_cast<std::uint64_t>(n));
+      }
+    });
+    bytes_.advance(static_cast<std::size_t>(size));
+  }
+  std::int64_t integer(PlyType type) const {
+    return with_type(type, [&](auto t) {
+      return static_cast<std::int64_t>(load<typename decltype(t)::type>(bytes_.data(), swap()));
+    });
+  }
+  bool swap() const noexcept {
+    return (header_.format == PlyFormat::big) == (std::endian::native == std::endian::little);
+  }
+
+  // ---- ascii: an element has a line; lines with nothing on them do not count
+  TextScanner next_line(const PlyElement& element, std::uint64_t i) {
+    for (std::string_view line; lines_.next(line);) {
+      if (TextScanner scan(line); !scan.line_ends()) return scan;
+    }
+    fail("the file ends before element " + std::to_string(i) + " of " + std::to_string(element.count) + " '" +
+         element.name + "'");
+  }
+  double number(TextScanner& scan, const PlyProperty& property) const {
+    double value = 0;
+    if (!scan.number(value)) fail("expected a number for '" + property.name + "', found " + scan.found());
+    return value;
+  }
+  std::int64_t integer(TextScanner& scan, const PlyProperty& property) const {
+    std::int64_t value = 0;
+    if (!scan.integer(value)) fail("expected an integer for '" + property.name + "', found " + scan.found());
+    return value;
+  }
+
+  template <typename Scalar, typename List>
+  void ascii_record(TextScanner& scan, const PlyElement& element, Scalar&& scalar, List&& list) {
+    for (std::size_t i = 0; i < element.properties.size(); ++i) {
+      const PlyProperty& property = element.properties[i];
+      if (!property.list_count) {
+        scalar(i, number(scan, property));
+        continue;
+      }
+      const std::int64_t n = integer(scan, property);
+      if (n < 0) fail("a list has the length " + std::to_string(n));
+      list(i, n);
+    }
+    if (!scan.line_ends()) fail("more values than properties: " + scan.found());
+  }
+  void step_over(TextScanner& scan, const PlyProperty& list, std::int64_t n) const {
+    for (std::int64_t k = 0; k < n; ++k) number(scan, list);
+  }
+
+  void ascii_vertices() {
+    for (std::uint64_t v = 0; v < vertex_->count; ++v) {
+      TextScanner scan = next_line(*vertex_, v);
+      auto column = columns_.begin();
+      const auto scalar = [&](std::size_t i, double value) {
+        if (column == columns_.end() || column->property != i) return;
+        column->first[static_cast<std::size_t>(v) * column->stride] = value, ++column;
+      };
+      ascii_record(scan, *vertex_, scalar,
+                   [&](std::size_t i, std::int64_t n) { step_over(scan, vertex_->properties[i], n); });
+      const double* p = mesh_.vertices.data() + 3 * v;
+      if (!std::isfinite(p[0] + p[1] + p[2])) suspects_.push_back({v, lines_.number()});
+    }
+  }
+  void ascii_faces() {
+    for (std::uint64_t f = 0; f < face_->count; ++f) {
+      TextScanner scan = next_line(*face_, f);
+      ascii_record(
+          scan, *face_, [](std::size_t, double) {},
+          [&](std::size_t i, std::int64_t n) {
+            if (i != indices_) return step_over(scan, face_->properties[i], n);
+            begin_face();
+            for (std::int64_t k = 0; k < n; ++k) add_corner(integer(scan, face_->properties[i]));
+            end_face(static_cast<std::uint64_t>(n));
+          });
+    }
+  }
+  void ascii_skipped(const PlyElement& element) {
+    for (std::uint64_t i = 0; i < element.count; ++i) next_line(element, i);
+  }
+
+  // ---- faces: a fan round the first corner
+  void begin_face() noexcept { corner_ = 0; }
+  void add_corner(std::int64_t index) {
+    if (index < 0 || static_cast<std::uint64_t>(index) >= vertex_->count) {
+      fail("face with vertex index " + std::to_string(index) + ": the file has the vertices 0 to " +
+           std::to_string(vertex_->count - 1));
+    }
+    const auto vertex = static_cast<std::uint32_t>(index);
+    if (corner_ == 0) first_ = vertex;
+    if (corner_ >= 2) mesh_.faces.insert(mesh_.faces.end(), {first_, last_, vertex});
+    last_ = vertex, ++corner_;
+  }
+  void end_face(std::uint64_t corners) noexcept { dropped_ += corners < 3 ? 1 : 0; }
+
+  std::string vertex_place(std::uint32_t i) const {
+    const auto found = std::find_if(suspects_.begin(), suspects_.end(), [i](auto& s) { return s.first == i; });
+    const std::uint64_t record = vertex_->has_list() ? 0 : i * vertex_->least_bytes();
+    const std::string place = header_.format != PlyFormat::ascii ? place_at(vertex_begin_ + record)
+                              : found != suspects_.end()
+                                  ? bytes_.path().string() + ":" + std::to_string(found->second) + ": "
+                                  : bytes_.path().string() + ": ";
+    return place + "vertex " + std::to_string(i) + " (counted from 0)";
+  }
+
+  FileBytes& bytes_;
+  Lines& lines_;
+  const PlyHeader& header_;
+  const PlyElement* vertex_;
+  const PlyElement* face_;
+  std::size_t indices_;  // the property of the faces that lists their vertices
+  std::vector<Column> columns_;
+  std::uint64_t vertex_begin_ = 0, dropped_ = 0, corner_ = 0;
+  std::uint32_t first_ = 0, last_ = 0;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> suspects_;  // vertices that are not finite, and their lines
+  MeshData mesh_;
+};
+
+}  // namespace
+
+MeshData read_ply(const std::filesystem::path& path) {
+  FileBytes bytes(path);
+  Lines lines(bytes);
+  const PlyHeader header = read_ply_header(lines);
+  if (header.format != PlyFormat::ascii) lines.release();
+  return PlyReader(bytes, lines, header, find_mesh(header, path)).read();
+}
+
+}  // namespace equaltime
