@@ -1,0 +1,117 @@
+"""The files that a scene names: meshes and images, read when needed and checked.
+
+Reading raises ValueError with a message for people; who knows the place in the scene file adds it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+from numpy.typing import NDArray
+
+from equaltime import _core
+from equaltime.scene.model import EnvMap, MeshFile, Ply
+
+__all__ = ["Assets"]
+
+CHUNK = 1 << 22
+
+
+class Assets:
+    """The files of one scene. What was read is kept until `release`; later it is read again.
+
+    A file that has changed meanwhile is refused, so that a scene is always the one that was loaded.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._meshes: dict[Path, _core.MeshData] = {}
+        self._images: dict[Path, NDArray[np.float32]] = {}
+        self._stamps: dict[Path, tuple[int, int]] = {}
+
+    def mesh(self, shape: MeshFile) -> _core.MeshData:
+        """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
+        path = self._path(shape.filename)
+        if path not in self._meshes:
+            try:
+                mesh = _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
+            except (OSError, ValueError) as error:
+                message = str(error)
+                raise ValueError(message if str(path) in message else f"{path}: {message}") from error
+            _check_mesh(path, mesh)
+            self._meshes[path] = mesh
+        return self._meshes[path]
+
+    def image(self, emitter: EnvMap) -> NDArray[np.float32]:
+        """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
+        path = self._path(emitter.filename)
+        if path not in self._images:
+            self._images[path] = _read_image(path)
+        return self._images[path]
+
+    def sha256(self, filename: str) -> str:
+        """Return the SHA-256 of the file's content in hexadecimal digits."""
+        content = hashlib.sha256()
+        with self._path(filename).open("rb") as file:
+            while chunk := file.read(CHUNK):
+                content.update(chunk)
+        return content.hexdigest()
+
+    def release(self) -> None:
+        """Forget what was read."""
+        self._meshes.clear()
+        self._images.clear()
+
+    def _path(self, filename: str) -> Path:
+        """Return where the file is; it must exist and be the same as when it was first asked for."""
+        path = self._folder / filename
+        if not path.is_file():
+            raise ValueError(f"{'is no file' if path.exists() else 'no such file'}: {path}")
+        stat = path.stat()
+        stamp = (stat.st_size, stat.st_mtime_ns)
+        if self._stamps.setdefault(path, stamp) != stamp:
+            raise ValueError(f"the file has changed since the scene was loaded: {path}")
+        return path
+
+
+def _check_mesh(path: Path, mesh: _core.MeshData) -> None:
+    if len(mesh.faces) == 0:
+        raise ValueError(f"{path}: the mesh has no faces")
+    for what, data in (("vertex", mesh.vertices), ("normal", mesh.normals), ("texture coordinate", mesh.uvs)):
+        if data is not None and not np.isfinite(data).all():
+            wrong = np.flatnonzero(~np.isfinite(data).all(axis=1))
+            more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+            raise ValueError(f"{path}: {what} {wrong[0]} is not finite: {data[wrong[0]].tolist()}{more}")
+    if mesh.faces.max() >= len(mesh.vertices):
+        face = int(np.flatnonzero((mesh.faces >= len(mesh.vertices)).any(axis=1))[0])
+        raise ValueError(f"{path}: face {face} names a vertex that does not exist (there are {len(mesh.vertices)})")
+
+
+def _read_image(path: Path) -> NDArray[np.float32]:
+    buffer = OpenImageIO.ImageBuf(str(path))
+    pixels = buffer.get_pixels(OpenImageIO.FLOAT) if buffer.initialized else None
+    if pixels is None or buffer.has_error:
+        raise ValueError(f"{path}: cannot be read as an image: {buffer.geterror() or 'unknown format'}")
+    height, width, channels = pixels.shape
+    if width < 2 or height < 3:
+        raise ValueError(f"{path}: an environment needs at least 2x3 pixels, found {width}x{height}")
+    image = np.ascontiguousarray(pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2))
+    if np.issubdtype(_component(buffer), np.integer):
+        image = _from_srgb(image)
+    if not (np.isfinite(image).all() and (image >= 0.0).all()):
+        y, x = np.argwhere(~(np.isfinite(image) & (image >= 0.0)).all(axis=2))[0]
+        raise ValueError(f"{path}: pixel ({x}, {y}) is not a radiance: {image[y, x].tolist()}")
+    return image
+
+
+def _component(buffer: OpenImageIO.ImageBuf) -> np.dtype[np.generic]:
+    """Return the type of the file's numbers: integers mean sRGB encoding, floats are linear."""
+    return np.dtype({"uint8": "u1", "uint16": "u2", "uint32": "u4"}.get(str(buffer.spec().format), "f4"))
+
+
+def _from_srgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
+    low, high = encoded / 12.92, ((np.maximum(encoded, 0.0) + 0.055) / 1.055) ** 2.4
+    return np.where(encoded <= 0.04045, low, high).astype(np.float32)

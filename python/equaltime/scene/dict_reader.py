@@ -1,0 +1,135 @@
+"""Reads nested dictionaries, Mitsuba 3's Python spelling of a scene, into the tree.
+
+TOML files are read through here too: their tables are such dictionaries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from equaltime.scene import transforms
+from equaltime.scene.model import NOT_YET, Spectrum
+from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
+
+__all__ = ["DictReader", "read_dict"]
+
+TRANSFORMS: Final = ("to_world", "to_uv")
+"""The parameters that are transforms, in all plugins."""
+
+
+def read_dict(scene: Mapping[str, object], report: Report) -> Object | None:
+    """Return the scene in `scene`, the dictionary that ``mitsuba.load_dict`` takes; problems go to `report`."""
+    place = Place(path="")
+    if scene.get("type") != "scene":
+        report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
+        return None
+    return DictReader(report).nested(scene, place)
+
+
+class DictReader:
+    """Turns dictionaries into nodes. What cannot be read is reported and left out."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._depth = 0
+
+    def locate(self, place: Place) -> Place:
+        """Return a better place for `place`; readers that know lines of a file override this."""
+        return place
+
+    def string(self, text: str, place: Place) -> object:
+        """Return what a string stands for; readers that have variables override this."""
+        return text
+
+    def variable(self, text: str) -> str | None:
+        """Return the name of the variable that `text` consists of, if it does."""
+        return None
+
+    def nested(self, table: Mapping[str, object], place: Place, key: str | None = None) -> Object | None:
+        """Return the object that `table`, found under `key`, describes."""
+        kind = table.get("type")
+        if not isinstance(kind, str):
+            given = "none" if kind is None else _shown(kind)
+            self._report.add(place, f"an object needs a 'type' with the name of a plugin, found {given}")
+            return None
+        if self._depth >= MAX_DEPTH:
+            self._report.add(place, f"objects are nested more than {MAX_DEPTH} deep")
+            return None
+        name = table.get("id")
+        if name is not None and not isinstance(name, str):
+            self._report.add(place, f"'id' must be a string, found {_shown(name)}")
+            name = None
+        result = Object(place, str(self.string(kind, place)), key=key, id=name, variable=self.variable(kind))
+        self._depth += 1
+        for key, value in table.items():
+            if key not in ("type", "id"):
+                self._add(result, str(key), value, self.locate(place.key(str(key))))
+        self._depth -= 1
+        return result
+
+    def _add(self, parent: Object, name: str, value: object, place: Place) -> None:
+        """Add the entry `name` to `parent`; a list of objects becomes that many children of the same name."""
+        if name not in TRANSFORMS and isinstance(value, list | tuple) and _has_objects(value):
+            for index, item in enumerate(value):
+                self._add(parent, name, item, self.locate(place.key(index)))
+            return
+        node = self._node(name, value, place)
+        if node is not None:
+            parent.children.append(Child(name, node))
+
+    def _node(self, name: str, value: object, place: Place) -> Node | None:
+        try:
+            if name in TRANSFORMS:
+                return Value(place, transforms.parse(value))
+            if not isinstance(value, Mapping):
+                return Value(place, self._plain(value, place))
+            if value.get("type") == "ref":
+                return self._reference(value, place)
+            if value.get("type") in ("rgb", "spectrum", "uniform"):
+                return Value(place, self._color(value, place))
+        except ValueError as error:
+            self._report.add(place, str(error))
+            return None
+        return self.nested(value, place, name)
+
+    def _reference(self, table: Mapping[str, object], place: Place) -> Reference:
+        if set(table) != {"type", "id"} or not isinstance(table["id"], str):
+            raise ValueError("a reference has a 'type' and an 'id' that is a string, nothing else")
+        return Reference(place, table["id"])
+
+    def _color(self, table: Mapping[str, object], place: Place) -> object:
+        """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""
+        if extra := sorted(set(table) - {"type", "value"}):
+            raise ValueError(f"{_shown(extra[0])} of a {table['type']} is {NOT_YET}; give one 'value'")
+        if "value" not in table:
+            raise ValueError(f"a {table['type']} needs a 'value'")
+        value = self._plain(table["value"], place)
+        if table["type"] == "rgb":
+            return value
+        if not isinstance(value, float | int) or isinstance(value, bool):
+            raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one number, or use 'rgb'")
+        return Spectrum(float(value))
+
+    def _plain(self, value: object, place: Place) -> object:
+        """Return numbers, strings, and sequences of them as plain Python values; anything else is refused."""
+        if isinstance(value, str):
+            return self.string(value, place)
+        if isinstance(value, np.generic | np.ndarray):
+            value = value.tolist()
+        if isinstance(value, list | tuple):
+            return tuple(self._plain(item, place) for item in value)
+        if isinstance(value, bool | int | float):
+            return value
+        raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")
+
+
+def _has_objects(items: list[object] | tuple[object, ...]) -> bool:
+    """Tell whether a list is one of objects or references, not of numbers."""
+    return any(isinstance(item, Mapping | str) for item in items)
+
+
+def _shown(value: object) -> str:
+    return repr(value) if len(repr(value)) <= 60 else repr(value)[:57] + "..."

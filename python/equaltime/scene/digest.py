@@ -1,0 +1,35 @@
+"""A scene's fingerprint: equal for scenes that have the same image, whatever they are called and however spelt."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from equaltime.scene.assets import Assets
+from equaltime.scene.model import Plugin, SceneModel
+
+__all__ = ["digest"]
+
+VERSION = "equaltime scene 1"
+"""Changes when the same content shall get another digest."""
+
+
+def digest(model: SceneModel, assets: Assets) -> str:
+    """Return the SHA-256 of all that can change the image: parameters and the contents of files.
+
+    Names, places of files, output formats and sampling hints do not count; the order of shapes and emitters does,
+    because the bits of an image depend on it.
+    """
+    content = json.dumps([VERSION, _canonical(model, assets)], sort_keys=True, allow_nan=False)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def _canonical(value: object, assets: Assets) -> object:
+    if isinstance(value, Plugin):
+        fields = {name: getattr(value, name) for name in type(value).model_fields if name not in {"id", *value.hints}}
+        if isinstance(filename := fields.get("filename"), str):
+            fields["filename"] = assets.sha256(filename)
+        return {name: _canonical(field, assets) for name, field in fields.items()}
+    if isinstance(value, tuple):
+        return [_canonical(item, assets) for item in value]
+    return value

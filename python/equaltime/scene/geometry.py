@@ -1,0 +1,172 @@
+"""The scene's surfaces in world space: what the core is built from and what the cross-check traces.
+
+Everything is float64 in the scene's own units, placed and oriented as in Mitsuba 3:
+
+- the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z;
+- a cube faces outwards, however it is mirrored;
+- a mesh with the file's normals follows them; one without, or with ``face_normals``, follows the order of its
+  vertices after they were placed, so that a mirrored one faces the other way;
+- a mirrored sphere is inside out;
+- ``flip_normals`` turns any of them.
+
+Radiance leaves the front side only. A side whose BSDF is None absorbs everything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import meshes
+from equaltime.scene.assets import Assets
+from equaltime.scene.model import (
+    Bsdf,
+    Color,
+    Cube,
+    Diffuse,
+    Disk,
+    MeshFile,
+    Rectangle,
+    SceneModel,
+    Shape,
+    Sphere,
+    TwoSided,
+    as_array,
+    linear_scale,
+    mirrors,
+)
+
+__all__ = ["DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface", "Surface", "surface", "surfaces"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sides:
+    """What a surface does with light."""
+
+    front: Bsdf | None
+    back: Bsdf | None
+    radiance: Color | None
+    """Emitted from the front side; None if it emits nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshSurface:
+    """Triangles, counter-clockwise from the front."""
+
+    sides: Sides
+    vertices: Array
+    """(N, 3)"""
+    faces: NDArray[np.uint32]
+    """(M, 3)"""
+    normals: Array | None = None
+    """(N, 3) unit shading normals on the front side; None for flat faces"""
+    uvs: Array | None = None
+    """(N, 2)"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class QuadSurface:
+    """The square [-1, 1]^2 at z = 0 under `to_world` (4, 4); its front side is +z unless flipped."""
+
+    sides: Sides
+    to_world: Array
+    flip_normals: bool
+
+    def mesh(self) -> MeshSurface:
+        """Return the same surface as two triangles."""
+        turned = mirrors(self.to_world) != self.flip_normals
+        faces = meshes.flip(meshes.QUAD_FACES) if turned else meshes.QUAD_FACES
+        return MeshSurface(self.sides, meshes.place(meshes.QUAD_VERTICES, self.to_world), faces)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DiskSurface:
+    """The unit disk at z = 0 under `to_world` (4, 4); its front side is +z unless flipped."""
+
+    sides: Sides
+    to_world: Array
+    flip_normals: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SphereSurface:
+    """A sphere; its front side is the outside unless flipped."""
+
+    sides: Sides
+    center: Array
+    """(3,)"""
+    radius: float
+    flip_normals: bool
+
+
+Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface
+
+
+def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
+    """Iterate over the surfaces of the model's shapes, one for each, in order; raises ValueError for a bad file."""
+    return (surface(shape, assets) for shape in model.shapes)
+
+
+def surface(shape: Shape, assets: Assets) -> Surface:
+    """Return `shape` in world space; raises ValueError if its file cannot be used."""
+    sides, to_world = _sides(shape), as_array(shape.to_world)
+    if isinstance(shape, Rectangle):
+        return QuadSurface(sides, to_world, shape.flip_normals)
+    if isinstance(shape, Disk):
+        return DiskSurface(sides, to_world, shape.flip_normals)
+    if isinstance(shape, Sphere):
+        return _sphere(shape, sides, to_world)
+    if isinstance(shape, Cube):
+        turned = mirrors(to_world) != shape.flip_normals
+        faces = meshes.flip(meshes.CUBE_FACES) if turned else meshes.CUBE_FACES
+        return MeshSurface(sides, meshes.place(meshes.CUBE_VERTICES, to_world), faces)
+    return _mesh(shape, sides, to_world, assets)
+
+
+def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
+    center = to_world[:3, :3] @ np.array(shape.center) + to_world[:3, 3]
+    scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
+    return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals)
+
+
+def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:
+    data = assets.mesh(shape)
+    vertices, faces, normals = meshes.place(data.vertices, to_world), data.faces, None
+    if data.normals is not None and not shape.face_normals:
+        if mirrors(to_world):
+            faces = meshes.flip(faces)
+        normals = meshes.place_normals(data.normals, to_world)
+        missing = ~normals.any(axis=1)
+        if missing.any():
+            normals[missing] = meshes.smooth_normals(vertices, faces)[missing]
+    elif not shape.face_normals:
+        normals = meshes.smooth_normals(vertices, faces)
+    if shape.flip_normals:
+        faces, normals = meshes.flip(faces), None if normals is None else -normals
+    uvs = data.uvs
+    if shape.flip_tex_coords and uvs is not None:
+        uvs = np.column_stack([uvs[:, 0], 1.0 - uvs[:, 1]])
+    return MeshSurface(sides, vertices, faces, normals, uvs)
+
+
+def _sides(shape: Shape) -> Sides:
+    """Return what the front and the back of `shape` do; wrappers are taken apart here."""
+    radiance = shape.emitter.radiance if shape.emitter is not None and any(shape.emitter.radiance) else None
+    bsdf = shape.bsdf
+    if bsdf is None:
+        grey = 0.5 if shape.emitter is None else 0.0
+        bsdf = Diffuse(reflectance=(grey, grey, grey))
+    if isinstance(bsdf, TwoSided):
+        return Sides(_unless_black(bsdf.bsdf[0]), _unless_black(bsdf.bsdf[-1]), radiance)
+    front = _unless_black(bsdf)
+    return Sides(front, front if bsdf.transmits else None, radiance)
+
+
+def _unless_black(bsdf: Bsdf | None) -> Bsdf | None:
+    """Return None for a BSDF that reflects nothing, so that no time is spent on it."""
+    return None if isinstance(bsdf, Diffuse) and not any(bsdf.reflectance) else bsdf

@@ -1,0 +1,58 @@
+"""Names: what Mitsuba 3 knows, what is near a misspelt word."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from equaltime.scene.model.base import Kind
+
+__all__ = ["MITSUBA", "mitsuba_kind", "nearest", "suggestion"]
+
+_NAMES: dict[Kind, str] = {
+    "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
+    "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
+    "roughplastic thindielectric twosided",
+    "emitter": "area constant directional directionalarea envmap point projector spot sunsky timed_sunsky",
+    "film": "hdrfilm specfilm",
+    "integrator": "aov depth direct direct_projective moment path prb prb_basic prb_projective prbvolpath ptracer "
+    "stokes volpath volpathmis volprim_rf_basic",
+    "medium": "heterogeneous homogeneous",
+    "phase": "blendphase hg isotropic rayleigh sggx tabphase",
+    "rfilter": "box catmullrom gaussian lanczos mitchell tent",
+    "sampler": "independent ldsampler multijitter orthogonal stratified",
+    "sensor": "batch distant irradiancemeter measured orthographic perspective radiancemeter thinlens",
+    "shape": "blender bsplinecurve cube cylinder disk ellipsoids ellipsoidsmesh instance linearcurve merge obj ply "
+    "rectangle sdfgrid serialized shapegroup sphere",
+    "texture": "bitmap blackbody checkerboard d65 irregular mesh_attribute rawconstant regular srgb uniform volume",
+    "volume": "constvolume gridvolume",
+}
+MITSUBA = {kind: frozenset(names.split()) for kind, names in _NAMES.items()}
+"""The plugins that Mitsuba 3 documents, by family."""
+
+
+def mitsuba_kind(name: str) -> Kind | None:
+    """Return the family of the Mitsuba 3 plugin `name`, or None if there is none."""
+    return next((kind for kind, names in MITSUBA.items() if name in names), None)
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known name that `word` most likely was meant to be, if one is near."""
+    names = sorted(known)
+    for candidate in (word, word.lower()):
+        if found := difflib.get_close_matches(candidate, names, n=1, cutoff=0.6):
+            return found[0]
+    return None
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'x'?" if a known name is near, else "; expected one of ..."."""
+    names = sorted(known)
+    if near := nearest(word, names):
+        return f"; did you mean '{near}'?"
+    if not names:
+        return ""
+    listed = ", ".join(f"'{name}'" for name in names[:12]) + (", ..." if len(names) > 12 else "")
+    return f"; expected {'one of ' if len(names) > 1 else ''}{listed}"

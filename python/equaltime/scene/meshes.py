@@ -1,0 +1,82 @@
+"""Triangles in world space: how a mesh of a file, a cube or a rectangle is placed and which way it faces.
+
+Arrays are float64 (N, 3) for vertices and normals, uint32 (M, 3) for faces. A face is counter-clockwise when seen from
+its front side.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    *("CUBE_FACES", "CUBE_VERTICES", "QUAD_FACES", "QUAD_VERTICES"),
+    *("flip", "place", "place_normals", "smooth_normals"),
+]
+
+Vectors = NDArray[np.float64]
+Faces = NDArray[np.uint32]
+
+QUAD_VERTICES: Vectors = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float64)
+QUAD_FACES: Faces = np.array([[0, 1, 2], [2, 3, 0]], dtype=np.uint32)
+CUBE_VERTICES: Vectors = np.array(
+    [[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=np.float64
+)  # vertex 4 iz + 2 iy + ix
+CUBE_FACES: Faces = np.array(
+    [
+        *([0, 2, 3], [3, 1, 0], [4, 5, 7], [7, 6, 4]),  # z = -1, z = 1
+        *([0, 1, 5], [5, 4, 0], [2, 6, 7], [7, 3, 2]),  # y = -1, y = 1
+        *([0, 4, 6], [6, 2, 0], [1, 3, 7], [7, 5, 1]),  # x = -1, x = 1
+    ],
+    dtype=np.uint32,
+)
+
+
+def place(vertices: Vectors, to_world: Vectors) -> Vectors:
+    """Return the vertices in world space; raises ValueError if that exceeds what a float64 holds."""
+    if np.array_equal(to_world, np.eye(4)):
+        return vertices
+    with np.errstate(over="ignore", invalid="ignore"):
+        placed: Vectors = vertices @ to_world[:3, :3].T + to_world[:3, 3]
+    if not np.isfinite(placed).all():
+        vertex = int(np.flatnonzero(~np.isfinite(placed).all(axis=1))[0])
+        raise ValueError(f"to_world takes vertex {vertex} to infinity")
+    return placed
+
+
+def place_normals(normals: Vectors, to_world: Vectors) -> Vectors:
+    """Return unit normals in world space; one that has no length stays zero."""
+    return _unit(normals @ np.linalg.inv(to_world[:3, :3]))
+
+
+def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
+    """Return unit vertex normals: the mean of the adjacent faces' normals, weighted by their angles at the vertex.
+
+    These are the normals that Mitsuba 3 gives to a mesh that has none (Thürmer and Wüthrich 1998, "Computing Vertex
+    Normals from Polygonal Facets"). A vertex without any area around it gets +x, as there.
+    """
+    p0, p1, p2 = (vertices[faces[:, i]] for i in range(3))
+    edges = (_unit(p1 - p0), _unit(p2 - p1), _unit(p0 - p2))
+    facing = _unit(np.cross(edges[0], edges[1]))
+    sums = np.zeros_like(vertices)
+    for corner in range(3):
+        cosine = -np.einsum("ij,ij->i", edges[corner], edges[corner - 1])
+        angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+        for axis in range(3):
+            sums[:, axis] += np.bincount(faces[:, corner], angle * facing[:, axis], minlength=len(vertices))
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.where(lengths > 0.0, np.divide(sums, lengths, out=sums, where=lengths > 0.0), (1.0, 0.0, 0.0))
+
+
+def _unit(vectors: Vectors) -> Vectors:
+    """Return the vectors with length 1; those without a length stay zero."""
+    largest = np.abs(vectors).max(axis=1, keepdims=True)  # so that squares neither overflow nor vanish
+    scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0.0)
+    lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
+    unit: Vectors = np.divide(scaled, lengths, out=scaled, where=lengths > 0.0)
+    return unit
+
+
+def flip(faces: Faces) -> Faces:
+    """Return the faces turned over: the same vertices the other way round."""
+    return np.ascontiguousarray(faces[:, [0, 2, 1]])

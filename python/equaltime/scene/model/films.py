@@ -1,0 +1,119 @@
+"""Film and reconstruction filters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+
+from equaltime.scene.model.base import Kind, Plugin
+
+__all__ = ["Box", "Filter", "Gaussian", "HdrFilm", "Tent"]
+
+MAX_SIDE = 2**20
+MAX_PIXELS = 2**28
+PIXEL_BYTES = 112
+"""What one pixel of the film costs: two replicates of count, mean and second moment in double precision."""
+
+
+class Box(Plugin):
+    """One pixel wide, all samples weigh the same."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["box"] = "box"
+
+
+class Tent(Plugin):
+    """Falls linearly from the middle of the pixel."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["tent"] = "tent"
+    radius: PositiveFloat = 1.0
+    """Where it reaches zero, in pixels."""
+
+
+class Gaussian(Plugin):
+    """A Gaussian that is cut at four standard deviations and lowered to zero there."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["gaussian"] = "gaussian"
+    stddev: PositiveFloat = 0.5
+    """In pixels."""
+
+
+Filter = Annotated[Box | Tent | Gaussian, Field(discriminator="type")]
+"""Any reconstruction filter."""
+
+
+def _lower(value: object) -> object:
+    return value.lower() if isinstance(value, str) else value
+
+
+class HdrFilm(Plugin):
+    """The image: its size, the part of it to render, and how samples become pixels.
+
+    The output parameters are checked and kept, and change nothing: the file name says which format is written.
+    """
+
+    kind: ClassVar[Kind] = "film"
+    roles: ClassVar[Mapping[Kind, str]] = {"rfilter": "rfilter"}
+    hints: ClassVar[frozenset[str]] = frozenset(
+        {"file_format", "pixel_format", "component_format", "sample_border", "compensate", "banner"}
+    )
+
+    type: Literal["hdrfilm"] = "hdrfilm"
+    width: PositiveInt = 768
+    height: PositiveInt = 576
+    crop_offset_x: NonNegativeInt = 0
+    crop_offset_y: NonNegativeInt = 0
+    crop_width: PositiveInt | None = None
+    crop_height: PositiveInt | None = None
+    rfilter: Filter = Gaussian()
+    file_format: Annotated[Literal["openexr", "exr", "rgbe", "pfm"], BeforeValidator(_lower)] = "openexr"
+    pixel_format: Annotated[
+        Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(_lower)
+    ] = "rgb"
+    component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(_lower)] = "float16"
+    sample_border: bool = False
+    """Without effect: every pixel gets its whole filter, at the border too."""
+    compensate: bool = False
+    """Without effect: sums are always kept in double precision."""
+    banner: bool = False
+    """Without effect, in Mitsuba 3 too."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        x, y, w, h = self.crop
+        if x + w > self.width or y + h > self.height:
+            raise ValueError(
+                f"the crop window, {w}x{h} from ({x}, {y}), does not fit into the film of {self.width}x{self.height}"
+            )
+        if max(self.width, self.height) > MAX_SIDE or w * h > MAX_PIXELS:
+            raise ValueError(
+                f"an image of {w}x{h} pixels would need {_memory(w * h)} of memory; the limit is {MAX_PIXELS} pixels "
+                f"({_memory(MAX_PIXELS)}) and {MAX_SIDE} to a side"
+            )
+        return self
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the whole film."""
+        return self.width, self.height
+
+    @property
+    def crop(self) -> tuple[int, int, int, int]:
+        """The part to render: x, y, width, height; the whole film if the file names no part."""
+        width = self.width if self.crop_width is None else self.crop_width
+        height = self.height if self.crop_height is None else self.crop_height
+        return self.crop_offset_x, self.crop_offset_y, width, height
+
+
+def _memory(pixels: int) -> str:
+    """Return the memory that so many pixels need, for people."""
+    amount = float(pixels * PIXEL_BYTES)
+    for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
+        if amount < 1000.0:
+            return f"{amount:.3g} {unit}"
+        amount /= 1000.0
+    return f"{amount:.3g} EB"

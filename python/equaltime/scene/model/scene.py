@@ -1,0 +1,34 @@
+"""The whole scene as one value."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal, Self
+
+from pydantic import model_validator
+
+from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.emitters import Constant, EnvMap, FreeEmitter
+from equaltime.scene.model.integrators import Integrator, Path
+from equaltime.scene.model.sensors import Perspective
+from equaltime.scene.model.shapes import Shape
+
+__all__ = ["SceneModel"]
+
+
+class SceneModel(Plugin):
+    """Everything that decides the image, with references resolved; objects that nothing uses are not in here."""
+
+    kind: ClassVar[Kind] = "scene"
+
+    type: Literal["scene"] = "scene"
+    integrator: Integrator = Path()
+    sensor: Perspective
+    shapes: tuple[Shape, ...] = ()
+    emitters: tuple[FreeEmitter, ...] = ()
+    """Environment and point lights; area lights are in their shapes."""
+
+    @model_validator(mode="after")
+    def _one_environment(self) -> Self:
+        if sum(isinstance(emitter, Constant | EnvMap) for emitter in self.emitters) > 1:
+            raise ValueError("a scene can have only one environment (constant or envmap)")
+        return self

@@ -1,0 +1,136 @@
+"""Cameras with what they carry: film, reconstruction filter and sampler."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, PositiveFloat, PositiveInt, model_validator
+
+from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.films import HdrFilm
+from equaltime.scene.model.values import IDENTITY, RigidTransform
+
+__all__ = ["Independent", "LdSampler", "MultiJitter", "Orthogonal", "Perspective", "Sampler", "Stratified"]
+
+FILM_DIAGONAL = math.hypot(36.0, 24.0)
+"""Diagonal in mm of the 35 mm film that ``focal_length`` refers to."""
+
+
+class SamplerPlugin(Plugin):
+    """Base of the samplers: they give the default number of samples; the numbers come from the strategy."""
+
+    kind: ClassVar[Kind] = "sampler"
+    hints: ClassVar[frozenset[str]] = frozenset({"sample_count", "seed", "type"})
+
+    sample_count: PositiveInt = 4
+    """Samples per pixel, unless the render asks for another number."""
+    seed: int = 0
+
+
+class Jittered(SamplerPlugin):
+    """Base of the samplers that jitter."""
+
+    jitter: bool = True
+
+
+class Independent(SamplerPlugin):
+    """Independent random numbers."""
+
+    type: Literal["independent"] = "independent"
+
+
+class Stratified(Jittered):
+    """Stratified numbers."""
+
+    type: Literal["stratified"] = "stratified"
+
+
+class MultiJitter(Jittered):
+    """Correlated multi-jittered numbers."""
+
+    type: Literal["multijitter"] = "multijitter"
+
+
+class Orthogonal(Jittered):
+    """Numbers from an orthogonal array."""
+
+    type: Literal["orthogonal"] = "orthogonal"
+    strength: PositiveInt = 2
+
+
+class LdSampler(SamplerPlugin):
+    """Low-discrepancy numbers."""
+
+    type: Literal["ldsampler"] = "ldsampler"
+
+
+Sampler = Annotated[Independent | Stratified | MultiJitter | Orthogonal | LdSampler, Field(discriminator="type")]
+"""Any sampler."""
+
+
+def _as_millimetres(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    try:
+        return float(value.removesuffix("mm"))
+    except ValueError:
+        raise ValueError("expected a length such as '50mm'") from None
+
+
+class Perspective(Plugin):
+    """A pinhole camera at the origin that looks along +z, with +x to the left of the image and +y up."""
+
+    kind: ClassVar[Kind] = "sensor"
+    roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler"}
+    later: ClassVar[frozenset[str]] = frozenset({"shutter_open", "shutter_close", "srf"})
+    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+
+    type: Literal["perspective"] = "perspective"
+    to_world: RigidTransform = IDENTITY
+    fov: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
+    """Field of view in degrees along ``fov_axis``, over the whole film."""
+    fov_axis: Literal["x", "y", "diagonal", "smaller", "larger"] = "x"
+    focal_length: Annotated[PositiveFloat, BeforeValidator(_as_millimetres)] | None = None
+    """In mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
+    near_clip: PositiveFloat | None = None
+    """Nothing is seen nearer than this, measured along the axis; applies only when given."""
+    far_clip: PositiveFloat | None = None
+    """Nothing is seen farther than this, measured along the axis; applies only when given."""
+    focus_distance: PositiveFloat | None = None
+    """Accepted because Mitsuba does; a pinhole has no focus."""
+    principal_point_offset_x: float = 0.0
+    """Shift of the principal point from the middle of the film, in film widths."""
+    principal_point_offset_y: float = 0.0
+    """The same in film heights."""
+    film: HdrFilm = HdrFilm()
+    sampler: Sampler = Independent()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.focal_length is not None and {"fov", "fov_axis"} & self.model_fields_set:
+            raise ValueError("give either fov (with fov_axis) or focal_length, not both")
+        if "fov_axis" in self.model_fields_set and self.fov is None:
+            raise ValueError("fov_axis needs fov")
+        if self.near_clip is not None and self.far_clip is not None and self.near_clip >= self.far_clip:
+            raise ValueError(f"near_clip ({self.near_clip:g}) must be smaller than far_clip ({self.far_clip:g})")
+        if not 0.0 < self.x_fov < 180.0:
+            raise ValueError(f"the horizontal field of view, {self.x_fov:g} degrees, must lie between 0 and 180")
+        return self
+
+    @property
+    def x_fov(self) -> float:
+        """Horizontal field of view of the whole film, in degrees."""
+        aspect = self.film.width / self.film.height
+        if self.fov is None:
+            half, axis = FILM_DIAGONAL / (2.0 * (self.focal_length or 50.0)), "diagonal"
+        else:
+            half, axis = math.tan(math.radians(self.fov) / 2.0), self.fov_axis
+        if axis == "y" or axis == ("smaller" if aspect > 1.0 else "larger"):
+            half *= aspect
+        elif axis == "diagonal":
+            half /= math.sqrt(1.0 + aspect**-2)
+        elif self.fov is not None:
+            return self.fov
+        return math.degrees(2.0 * math.atan(half))

@@ -1,0 +1,162 @@
+"""The types of parameters: vectors, colours, transforms; how they may be written and what is refused.
+
+Each validator takes anything that a user may reasonably write and returns plain nested tuples of floats, so that
+nodes stay hashable and comparable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BeforeValidator
+
+__all__ = [
+    "IDENTITY",
+    "Coefficient",
+    "Color",
+    "Matrix",
+    "Radiance",
+    "Reflectance",
+    "RigidTransform",
+    "Spectrum",
+    "Transform",
+    "Vec3",
+    "as_array",
+    "linear_scale",
+    "mirrors",
+]
+
+Color = tuple[float, float, float]
+Row = tuple[float, float, float, float]
+Matrix = tuple[Row, Row, Row, Row]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+EQUAL_ENERGY = (1.204794, 0.948291, 0.908916)
+"""Linear sRGB of the equal-energy spectrum at value 1: what Mitsuba 3's RGB mode makes of a constant emission
+spectrum (to its own float32 rounding), while a constant reflectance stays grey."""
+
+SHAPE_TOLERANCE = 1e-3
+"""How far a linear map may be from a rotation or a uniform scale, relative; Mitsuba's own limit for cameras."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """A spectrum that has the same value at every wavelength; what that is as a colour depends on where it stands."""
+
+    value: float
+
+
+def _numbers(value: object, count: int) -> tuple[float, ...] | None:
+    """Return `value` as `count` floats, or None if it is not that."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != count:
+        return None
+    if not all(isinstance(v, Real) and not isinstance(v, bool) for v in value):
+        return None
+    return tuple(float(v) for v in value)
+
+
+def _as_vec3(value: object) -> object:
+    numbers = _numbers(value, 3)
+    if numbers is None:
+        raise ValueError("expected three numbers")
+    return numbers
+
+
+def _as_color(value: object) -> object:
+    if isinstance(value, Spectrum):
+        value = value.value
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return (float(value),) * 3
+    numbers = _numbers(value, 3)
+    if numbers is None:
+        raise ValueError("expected a colour: one number or three")
+    return numbers
+
+
+def _as_radiance(value: object) -> object:
+    if isinstance(value, Spectrum):
+        return tuple(value.value * channel for channel in EQUAL_ENERGY)
+    return _as_color(value)
+
+
+def _within_unit(color: Color) -> Color:
+    if not all(0.0 <= c <= 1.0 for c in color):
+        raise ValueError("must lie in [0, 1]: a surface cannot reflect more than it receives")
+    return color
+
+
+def _not_negative(color: Color) -> Color:
+    if not all(c >= 0.0 for c in color):
+        raise ValueError("must not be negative")
+    return color
+
+
+def _as_matrix(value: object) -> object:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("expected a transform: a 4x4 matrix or a list of steps") from None
+    if array.shape != (4, 4):
+        raise ValueError(f"expected a 4x4 matrix, not one of shape {array.shape}")
+    return tuple(map(tuple, array.tolist()))
+
+
+def _invertible(matrix: Matrix) -> Matrix:
+    array = as_array(matrix)
+    if not np.array_equal(array[3], (0.0, 0.0, 0.0, 1.0)):
+        raise ValueError("the last row of a transform must be 0 0 0 1; projections are not supported")
+    lengths = np.linalg.norm(array[:3, :3], axis=0)
+    if lengths.min() == 0.0 or abs(np.linalg.det(array[:3, :3] / lengths)) < 1e-12:
+        raise ValueError("the transform is singular: it flattens space, so that it cannot be inverted")
+    return matrix
+
+
+def _rigid(matrix: Matrix) -> Matrix:
+    scale = linear_scale(matrix)
+    if scale is None or abs(scale - 1.0) > SHAPE_TOLERANCE:
+        raise ValueError("must keep lengths: only rotations, reflections and translations are allowed here")
+    return matrix
+
+
+def as_array(matrix: Matrix) -> NDArray[np.float64]:
+    """Return the transform as a (4, 4) array that maps column vectors from local to world space."""
+    return np.array(matrix, dtype=np.float64)
+
+
+def linear_scale(matrix: Matrix) -> float | None:
+    """Return the factor by which the transform scales all lengths alike, or None if it does not."""
+    linear = as_array(matrix)[:3, :3]
+    gram = linear.T @ linear
+    square = float(np.trace(gram)) / 3.0
+    if np.abs(gram - square * np.eye(3)).max() > 2.0 * SHAPE_TOLERANCE * square:
+        return None
+    return math.sqrt(square)
+
+
+def mirrors(matrix: NDArray[np.float64]) -> bool:
+    """Tell whether a (4, 4) transform turns left into right."""
+    linear = matrix[:3, :3]
+    return bool(np.linalg.det(linear / np.linalg.norm(linear, axis=0)) < 0.0)
+
+
+Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
+"""A point or a direction."""
+Reflectance = Annotated[Color, AfterValidator(_within_unit), BeforeValidator(_as_color)]
+"""A dimensionless factor in [0, 1] per channel; a single number is grey."""
+Coefficient = Annotated[Color, AfterValidator(_not_negative), BeforeValidator(_as_color)]
+"""A non-negative number per channel, such as an index of refraction; a single number serves all three."""
+Radiance = Annotated[Color, AfterValidator(_not_negative), BeforeValidator(_as_radiance)]
+"""Emission per channel in linear sRGB; a single number is white."""
+Transform = Annotated[Matrix, AfterValidator(_invertible), BeforeValidator(_as_matrix)]
+"""An affine, invertible map from local to world space."""
+RigidTransform = Annotated[Matrix, AfterValidator(_rigid), AfterValidator(_invertible), BeforeValidator(_as_matrix)]
+"""A rotation or reflection followed by a translation."""

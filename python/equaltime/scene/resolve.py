@@ -1,0 +1,210 @@
+"""Turns the tree into the model: finds what references refer to, which plugin each object is, and what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ValidationError
+
+from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest, suggestion
+from equaltime.scene.model import NOT_YET, PLUGINS, Area, FreeEmitter, Kind, Perspective, Plugin, SceneModel, Shape
+from equaltime.scene.tree import Child, Object, Reference, Report, Value
+from equaltime.scene.validate import explain, shown
+
+__all__ = ["Resolved", "resolve"]
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A valid model, and for each of its shapes and emitters the object in the file that it came from."""
+
+    model: SceneModel
+    shapes: tuple[Object, ...]
+    emitters: tuple[Object, ...]
+
+
+@dataclass(slots=True)
+class _Fields:
+    """What an object's children say: values by parameter, and the parameters whose problems have been told."""
+
+    values: dict[str, Any] = field(default_factory=dict)
+    failed: set[str] = field(default_factory=set)
+
+
+def resolve(root: Object, report: Report) -> Resolved | None:
+    """Return the model of the scene `root`; what is wrong is reported, and then the result may be None."""
+    return _Resolver(root, report).scene()
+
+
+class _Resolver:
+    def __init__(self, root: Object, report: Report) -> None:
+        self._root = root
+        self._report = report
+        self._built: dict[Object, Plugin | None] = {}
+        self._open: list[Object] = []
+        self._used: set[Object] = set()
+        self._top = {child.node: child.name for child in root.children if isinstance(child.node, Object)}
+        self._by_id: dict[str, Object] = {}
+        for node in root.objects():
+            for name in dict.fromkeys((self._top.get(node), node.id)):
+                if name is not None and (first := self._by_id.setdefault(name, node)) is not node:
+                    report.add(node.place, f"the name '{name}' is already taken (at {first.place})")
+
+    def _name(self, node: Object) -> str | None:
+        """Return what people call `node`: its id, or its key if it stands at the top."""
+        return node.id or self._top.get(node)
+
+    # -- the scene ---------------------------------------------------------------------------------------------------
+
+    def scene(self) -> Resolved | None:
+        """Build all objects, then the scene from those that are part of it."""
+        parts: dict[Kind, list[tuple[Object, Any]]] = {}
+        for child in self._root.children:
+            node = self._target(child, self._root)
+            if node is not None and (part := self.plugin(node)) is not None:
+                parts.setdefault(part.kind, []).append((node, part))
+        shapes: list[tuple[Object, Shape]] = parts.get("shape", [])
+        emitters: list[tuple[Object, FreeEmitter]] = self._free(parts.get("emitter", []))
+        fields: dict[str, Any] = {}
+        for kind in ("integrator", "sensor"):
+            nodes = [node for node in self._top if self._kind(node) == kind]
+            if len(nodes) > 1:
+                message = f"the scene has another {kind} (at {nodes[0].place}); several are {NOT_YET}"
+                self._report.add(nodes[1].place, message)
+            for _, part in parts.get(kind, []):
+                fields[kind] = part
+            if kind == "sensor" and not nodes:
+                self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
+        if not isinstance(fields.get("sensor"), Perspective):
+            return None
+        try:
+            model = SceneModel(shapes=tuple(s for _, s in shapes), emitters=tuple(e for _, e in emitters), **fields)
+        except ValidationError as error:
+            for message in explain(SceneModel, error).values():
+                self._report.add(self._root.place, message)
+            return None
+        return Resolved(model, tuple(node for node, _ in shapes), tuple(node for node, _ in emitters))
+
+    def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
+        """Return the emitters that stand on their own; area lights must be used by a shape."""
+        for node, emitter in emitters:
+            if isinstance(emitter, Area) and node not in self._used:
+                self._report.add(node.place, "an 'area' emitter needs a shape: nest it in one, or refer to it there")
+        return [(node, emitter) for node, emitter in emitters if not isinstance(emitter, Area)]
+
+    # -- objects -----------------------------------------------------------------------------------------------------
+
+    def plugin(self, node: Object) -> Plugin | None:
+        """Return the plugin that `node` describes, or None if it is wrong; the same node gives the same plugin."""
+        if node in self._open:
+            names = " -> ".join(f"'{self._name(step) or step.type}'" for step in [*self._open, node])
+            self._report.add(node.place, f"the object contains itself: {names}")
+            return None
+        if node not in self._built:
+            self._open.append(node)
+            self._built[node] = self._build(node)
+            self._open.pop()
+        return self._built[node]
+
+    def _build(self, node: Object) -> Plugin | None:
+        plugin = PLUGINS.get(node.type)
+        if plugin is None or (node.kind is not None and node.kind != plugin.kind):
+            self._report.add(node.place, self._wrong_type(node, plugin))
+            return None
+        fields = self._fields(node, plugin)
+        try:
+            return plugin(id=self._name(node), **fields.values)
+        except ValidationError as error:
+            for name, message in explain(plugin, error).items():
+                if name not in fields.failed:
+                    self._report.add(node.place_of(name) if name else node.place, message)
+            return None
+
+    def _wrong_type(self, node: Object, plugin: type[Plugin] | None) -> str:
+        """Say what is wrong with the type of `node`: misspelt, of another family, or not supported yet."""
+        what = self._kind(node) or "plugin"
+        origin = "" if node.variable is None else f", the value of ${node.variable},"
+        if plugin is not None:
+            return f"'{node.type}'{origin} is {_a(plugin.kind)}, not {_a(what)}"
+        hint = f"; choose one with -D {node.variable}=path" if what == "integrator" and node.variable else ""
+        if (known_kind := mitsuba_kind(node.type)) is not None and node.kind in (None, known_kind):
+            return f"the {what} '{node.type}'{origin} is {NOT_YET}{hint}"
+        known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
+        supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
+        hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)
+        return f"unknown {what} '{node.type}'{origin.rstrip(',')}{hint}"
+
+    def _kind(self, node: Object) -> Kind | None:
+        """Return the family of `node` as far as the spelling or the type tells it."""
+        if node.kind is not None:
+            return node.kind
+        if node.type in PLUGINS:
+            return PLUGINS[node.type].kind
+        return mitsuba_kind(node.type) or next((kind for kind in MITSUBA if kind == node.key), None)
+
+    # -- what is in an object ----------------------------------------------------------------------------------------
+
+    def _fields(self, node: Object, plugin: type[Plugin]) -> _Fields:
+        """Return the parameters that the children of `node` give."""
+        result = _Fields()
+        for child in node.children:
+            if isinstance(child.node, Value) and not self._is_reference(child, plugin):
+                self._set_value(result, plugin, child.name or "", child.node)
+                continue
+            target = self._target(child, node)
+            nested = None if target is None else self.plugin(target)
+            if target is None or nested is None:
+                role = plugin.roles.get(kind) if target is not None and (kind := self._kind(target)) else None
+                result.failed |= {role} if role else {*plugin.roles.values(), child.name or ""}
+            else:
+                self._used.add(target)
+                self._set_object(result, plugin, child, nested)
+        return result
+
+    def _set_value(self, fields: _Fields, plugin: type[Plugin], name: str, value: Value) -> None:
+        if name in ("", "id", "type"):
+            self._report.add(value.place, f"a parameter cannot have the name '{name}'")
+        elif name in fields.values:
+            self._report.add(value.place, f"'{name}' is given more than once")
+        else:
+            fields.values[name] = value.data
+
+    def _set_object(self, fields: _Fields, plugin: type[Plugin], child: Child, nested: Plugin) -> None:
+        """Put `nested` where objects of its family belong; their names do not matter, as in Mitsuba."""
+        place, role = child.node.place, plugin.roles.get(nested.kind)
+        title = plugin.model_fields["type"].default
+        if role is None:
+            self._report.add(place, f"'{title}' cannot contain {_a(nested.kind)} ({shown(nested)})")
+            fields.failed.add(child.name or "")
+        elif role in plugin.lists:
+            fields.values[role] = (*fields.values.get(role, ()), nested)
+        elif role in fields.values:
+            self._report.add(place, f"'{title}' can have only one {nested.kind}; {shown(nested)} is another")
+        else:
+            fields.values[role] = nested
+
+    # -- references --------------------------------------------------------------------------------------------------
+
+    def _is_reference(self, child: Child, plugin: type[Plugin]) -> bool:
+        """Tell whether a string stands where an object is expected: then it is the object's name."""
+        data = child.node.data if isinstance(child.node, Value) else None
+        return isinstance(data, str) and child.name in plugin.roles.values()
+
+    def _target(self, child: Child, parent: Object) -> Object | None:
+        """Return the object that `child` is or refers to; anything else is reported."""
+        node = child.node
+        if isinstance(node, Object):
+            return node
+        if isinstance(node, Value) and parent is self._root:
+            message = f"unknown parameter '{child.name}' of the scene; expected an object with a 'type'"
+            self._report.add(node.place, message)
+            return None
+        name = node.id if isinstance(node, Reference) else str(node.data)
+        if name not in self._by_id:
+            self._report.add(node.place, f"no object has the name '{name}'{suggestion(name, self._by_id)}")
+        return self._by_id.get(name)
+
+
+def _a(noun: str) -> str:
+    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"

@@ -1,0 +1,204 @@
+"""A loaded scene: the model, the files that it names, and the core's view of it, made once when it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Final, TypeVar
+
+from pydantic import ValidationError
+
+from equaltime import _core
+from equaltime.errors import Problem, SceneError
+from equaltime.scene import geometry
+from equaltime.scene.assets import Assets
+from equaltime.scene.compile import compile_scene
+from equaltime.scene.dict_reader import read_dict
+from equaltime.scene.digest import digest
+from equaltime.scene.model import EnvMap, MeshFile, Plugin, SceneModel
+from equaltime.scene.model import Path as PathIntegrator
+from equaltime.scene.resolve import Resolved, resolve
+from equaltime.scene.toml_reader import read_toml
+from equaltime.scene.tree import Object, Report
+from equaltime.scene.validate import explain
+from equaltime.scene.xml_reader import read_xml
+
+__all__ = ["Scene", "load", "load_dict"]
+
+P = TypeVar("P", bound=Plugin)
+
+Reader = Callable[[str, bytes, Mapping[str, object], Report], Object | None]
+READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml}
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A valid scene that is ready to render."""
+
+    model: SceneModel
+    """The description, with references resolved."""
+    source: Path | None
+    """The file that it was read from, if it was."""
+    assets: Assets = field(repr=False)
+    """The meshes and images that it names."""
+    warnings: tuple[str, ...] = ()
+    """What is odd about its files but does no harm."""
+    _seconds: dict[str, float] = field(default_factory=dict, repr=False)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the whole film in pixels."""
+        return self.model.sensor.film.size
+
+    @property
+    def max_depth(self) -> int:
+        """Length of the longest paths, in Mitsuba's counting; -1 if there is no limit."""
+        return self.model.integrator.max_depth
+
+    @property
+    def spp(self) -> int | None:
+        """Samples per pixel that the file asks for, or None if it does not say."""
+        sensor = self.model.sensor
+        given = "sampler" in sensor.model_fields_set and "sample_count" in sensor.sampler.model_fields_set
+        return sensor.sampler.sample_count if given else None
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Seconds spent so far on ``load`` (reading all files) and ``build`` (making the core's scene)."""
+        return dict(self._seconds)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that can change the image, the contents of meshes and images included."""
+        return digest(self.model, self.assets)
+
+    @cached_property
+    def core(self) -> _core.Scene:
+        """The core's scene, built at the first use; raises SceneError if the core cannot use it."""
+        started = perf_counter()
+        try:
+            core = compile_scene(self.model, self.assets, _core.SceneBuilder())
+        except ValueError as error:
+            raise SceneError((Problem(str(self.source or ""), str(error)),)) from error
+        self.assets.release()
+        self._seconds["build"] = perf_counter() - started
+        return core
+
+    def with_(
+        self,
+        *,
+        size: tuple[int, int] | None = None,
+        crop: tuple[int, int, int, int] | None = None,
+        max_depth: int | None = None,
+    ) -> Scene:
+        """Return the scene with another film size, crop window (x, y, width, height) or path length.
+
+        A new size without a crop renders the whole film. Raises SceneError for values that make no sense.
+        """
+        model, film = self.model, self.model.sensor.film
+        changes: dict[str, Any] = {}
+        if size is not None:
+            changes |= {"width": size[0], "height": size[1]}
+            crop = crop or (0, 0, *size)
+        if crop is not None:
+            names = ("crop_offset_x", "crop_offset_y", "crop_width", "crop_height")
+            changes |= dict(zip(names, crop, strict=True))
+        if changes:
+            model = _changed(model, sensor=_changed(model.sensor, film=_changed(film, **changes)))
+        if max_depth is not None:
+            integrator = model.integrator if isinstance(model.integrator, PathIntegrator) else PathIntegrator()
+            model = _changed(model, integrator=_changed(integrator, max_depth=max_depth))
+        return Scene(model, self.source, self.assets, self.warnings, {"load": self._seconds.get("load", 0.0)})
+
+
+def load(path: str | Path, **defines: object) -> Scene:
+    """Read a scene file: TOML, or Mitsuba 3's XML.
+
+    Parameters
+    ----------
+    path
+        The file. Other files that it names are looked for relative to its folder.
+    defines
+        Values for the variables (``$name``) of the file, as ``-D name=value`` on the command line.
+
+    Raises
+    ------
+    SceneError
+        With every problem that was found, each with file and line.
+
+    """
+    started = perf_counter()
+    path = Path(path)
+    report = Report()
+    root = _read(path, defines, report)
+    return _finish(root, report, path, path.parent, started)
+
+
+def load_dict(scene: Mapping[str, object]) -> Scene:
+    """Read a scene from nested dictionaries, the same that ``mitsuba.load_dict`` takes.
+
+    Beyond those it takes a sequence of three numbers for a colour, the name of an object for the object, and for
+    transforms NumPy arrays, nested lists and lists of steps (see `equaltime.scene.transforms.parse`). Files are looked
+    for relative to the current folder.
+
+    Raises
+    ------
+    SceneError
+        With every problem that was found, each with its path of keys.
+
+    """
+    started = perf_counter()
+    report = Report()
+    return _finish(read_dict(scene, report), report, None, Path.cwd(), started)
+
+
+def _read(path: Path, defines: Mapping[str, object], report: Report) -> Object | None:
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise SceneError((Problem(str(path), f"unknown kind of scene file; expected {' or '.join(READERS)}"),))
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise SceneError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
+    return reader(str(path), content, defines, report)
+
+
+def _finish(root: Object | None, report: Report, source: Path | None, folder: Path, started: float) -> Scene:
+    """Make the scene of a tree, or raise SceneError with all problems."""
+    resolved = None if root is None else resolve(root, report)
+    assets = Assets(folder)
+    warnings = () if resolved is None else _check_files(resolved, assets, report)
+    report.raise_if_any()
+    assert resolved is not None, "a scene that cannot be resolved has problems"
+    return Scene(resolved.model, source, assets, warnings, {"load": perf_counter() - started})
+
+
+def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
+    """Read all files that the scene names, report what is wrong with them, and return their readers' warnings."""
+    warnings: dict[str, None] = {}
+    for shape, node in zip(resolved.model.shapes, resolved.shapes, strict=True):
+        try:
+            if isinstance(shape, MeshFile):
+                warnings |= dict.fromkeys(f"{shape.filename}: {text}" for text in assets.mesh(shape).warnings)
+            else:
+                geometry.surface(shape, assets)
+        except ValueError as error:
+            report.add(node.place_of("filename"), str(error))
+    for emitter, node in zip(resolved.model.emitters, resolved.emitters, strict=True):
+        try:
+            if isinstance(emitter, EnvMap):
+                assets.image(emitter)
+        except ValueError as error:
+            report.add(node.place_of("filename"), str(error))
+    return tuple(warnings)
+
+
+def _changed(plugin: P, **changes: object) -> P:
+    """Return `plugin` with some parameters changed; a mistake raises SceneError."""
+    try:
+        return plugin.replace(**changes)
+    except ValidationError as error:
+        raise SceneError(tuple(Problem("", text) for text in explain(type(plugin), error).values())) from error

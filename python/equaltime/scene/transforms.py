@@ -1,0 +1,173 @@
+"""Transforms as users write them: steps that are applied one after the other.
+
+All matrices are (4, 4) float64 arrays that map column vectors from local to world space. Angles are in degrees,
+counter-clockwise about the axis. Mistakes raise ValueError with a message for people.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from numbers import Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.known import suggestion
+
+__all__ = ["compose", "look_at", "matrix", "parse", "rotate", "scale", "translate"]
+
+Matrix4 = NDArray[np.float64]
+
+
+def translate(offset: Sequence[float]) -> Matrix4:
+    """Return the translation by `offset` (3 numbers)."""
+    result = np.eye(4)
+    result[:3, 3] = offset
+    return result
+
+
+def scale(factors: float | Sequence[float]) -> Matrix4:
+    """Return the scaling by one factor or by one along each axis."""
+    result = np.eye(4)
+    result[[0, 1, 2], [0, 1, 2]] = factors
+    return result
+
+
+def rotate(axis: Sequence[float], angle: float) -> Matrix4:
+    """Return the rotation by `angle` about `axis` (3 numbers of any length but zero), by Rodrigues' formula."""
+    length = math.hypot(*axis)
+    if length == 0.0 or not math.isfinite(length):
+        raise ValueError("the axis of a rotation must have a direction")
+    x, y, z = (component / length for component in axis)
+    turned = math.radians(math.remainder(angle, 360.0))
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    result = np.eye(4)
+    result[:3, :3] += math.sin(turned) * cross + 2.0 * math.sin(turned / 2.0) ** 2 * (cross @ cross)
+    return result
+
+
+def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
+    """Return the camera transform that stands at `origin`, looks at `target` and holds `up` upwards.
+
+    Without `up` (or with a zero one) some perpendicular direction serves, the same as in Mitsuba 3
+    (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+    """
+    forward = np.subtract(target, origin).astype(np.float64)
+    if not np.any(forward):
+        raise ValueError("look_at needs a target that is not its origin")
+    forward /= np.linalg.norm(forward)
+    upward = _perpendicular(forward) if up is None or not np.any(up) else np.asarray(up, dtype=np.float64)
+    left = np.cross(upward, forward)
+    if np.linalg.norm(left) <= 1e-12 * np.linalg.norm(upward):
+        raise ValueError("look_at cannot have its up direction along the line of sight")
+    left /= np.linalg.norm(left)
+    result = np.eye(4)
+    result[:3, :4] = np.column_stack([left, np.cross(forward, left), forward, np.asarray(origin, dtype=np.float64)])
+    return result
+
+
+def _perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
+    sign = math.copysign(1.0, n[2])
+    a = -1.0 / (sign + n[2])
+    return np.array([1.0 + sign * n[0] ** 2 * a, sign * n[0] * n[1] * a, -sign * n[0]])
+
+
+def matrix(values: Sequence[float]) -> Matrix4:
+    """Return the transform with 16 given numbers, or 9 for its linear part alone, row by row."""
+    if len(values) not in (9, 16):
+        raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
+    side = 3 if len(values) == 9 else 4
+    result = np.eye(4)
+    result[:side, :side] = np.reshape(values, (side, side))
+    return result
+
+
+def compose(steps: Sequence[Matrix4]) -> Matrix4:
+    """Return the transform that applies the steps in order, the first one first."""
+    result = np.eye(4)
+    for step in steps:
+        result = step @ result
+    return result
+
+
+def parse(value: object) -> Matrix4:
+    """Return the transform that `value` describes.
+
+    It may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
+    one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
+    ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``,
+    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``.
+    """
+    if isinstance(value, Mapping):
+        value = [value]
+    if isinstance(value, list | tuple) and value and all(isinstance(step, Mapping) for step in value):
+        return compose([_step(step) for step in value])
+    try:
+        array = np.asarray(getattr(value, "matrix", value), dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape == (4, 4, 1):  # Mitsuba's vectorised transforms
+        array = array[..., 0]
+    if array.shape != (4, 4):
+        raise ValueError("expected a 4x4 matrix or a list of steps such as {translate = [0, 1, 0]}")
+    return array
+
+
+def _step(step: Mapping[str, object]) -> Matrix4:
+    if len(step) != 1:
+        raise ValueError(f"a step of a transform has one key, found {', '.join(map(str, step)) or 'none'}")
+    name, argument = next(iter(step.items()))
+    if name not in STEPS:
+        raise ValueError(f"unknown transform step '{name}'{suggestion(str(name), STEPS)}")
+    try:
+        return STEPS[name](argument)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _numbers(value: object, *counts: int) -> list[float]:
+    """Return `value` as a flat list of finite floats; its length must be one of `counts`."""
+    items = value.tolist() if isinstance(value, np.ndarray) else value
+    if isinstance(items, list | tuple) and items and all(isinstance(row, list | tuple) for row in items):
+        items = [number for row in items for number in row]
+    if not isinstance(items, list | tuple):
+        items = [items]
+    if not all(isinstance(item, Real) and not isinstance(item, bool) and math.isfinite(item) for item in items):
+        raise ValueError(f"expected finite numbers, found {value!r}")
+    if len(items) not in counts:
+        raise ValueError(f"expected {' or '.join(map(str, counts))} numbers, found {len(items)}")
+    return [float(item) for item in items]
+
+
+def _table(value: object, required: set[str], optional: set[str] = frozenset()) -> dict[str, object]:  # type: ignore[assignment]
+    if not isinstance(value, Mapping) or not required <= set(value) <= required | optional:
+        keys = ", ".join(sorted(required)) + "".join(f" and maybe {key}" for key in sorted(optional))
+        raise ValueError(f"expected a table with {keys}")
+    return dict(value)
+
+
+def _rotate_step(value: object) -> Matrix4:
+    table = _table(value, {"axis", "angle"})
+    return rotate(_numbers(table["axis"], 3), _numbers(table["angle"], 1)[0])
+
+
+def _scale_step(value: object) -> Matrix4:
+    factors = _numbers(value, 1, 3)
+    return scale(factors[0] if len(factors) == 1 else factors)
+
+
+def _look_at_step(value: object) -> Matrix4:
+    table = _table(value, {"origin", "target"}, {"up"})
+    up = _numbers(table["up"], 3) if "up" in table else None
+    return look_at(_numbers(table["origin"], 3), _numbers(table["target"], 3), up)
+
+
+STEPS: dict[str, Callable[[object], Matrix4]] = {
+    "translate": lambda value: translate(_numbers(value, 3)),
+    "scale": _scale_step,
+    "rotate": _rotate_step,
+    "look_at": _look_at_step,
+    "matrix": lambda value: matrix(_numbers(value, 9, 16)),
+}
+"""The steps of a transform, by name."""

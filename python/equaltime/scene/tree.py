@@ -1,0 +1,105 @@
+"""A neutral tree of located nodes: what every reader makes of its file, and what the resolver turns into the model.
+
+The tree knows objects, references and values, and where each of them stands; it knows no plugins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from equaltime.errors import Problem, SceneError
+from equaltime.scene.model import Kind
+
+__all__ = ["MAX_DEPTH", "Child", "Node", "Object", "Place", "Reference", "Report", "Value"]
+
+MAX_DEPTH = 64
+"""How deep objects may be nested; real scenes need about five levels, a hostile file must not exhaust the stack."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something stands: a file with a line, a path of keys, or both."""
+
+    file: str = ""
+    line: int | None = None
+    path: str = ""
+
+    def __str__(self) -> str:
+        where = self.file if self.line is None else f"{self.file}:{self.line}"
+        return ": ".join(part for part in (where, self.path) if part)
+
+    def key(self, name: str | int, line: int | None = None) -> Place:
+        """Return the place of the entry `name` inside this one."""
+        step = f"[{name}]" if isinstance(name, int) else f".{name}" if self.path else name
+        return Place(self.file, self.line if line is None else line, self.path + step)
+
+
+class Report:
+    """Collects the problems of a scene so that all of them are told together."""
+
+    def __init__(self) -> None:
+        self._problems: dict[Problem, None] = {}  # ordered, and nothing is said twice
+
+    def add(self, place: Place, message: str) -> None:
+        """Note that something is wrong at `place`."""
+        self._problems[Problem(str(place), message)] = None
+
+    def raise_if_any(self) -> None:
+        """Raise SceneError with all problems found so far, if there are any."""
+        if self._problems:
+            raise SceneError(tuple(self._problems))
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A plain value: number, string, boolean, tuple, `Spectrum`, or a (4, 4) array for a transform."""
+
+    place: Place
+    data: object
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Stands for the object with the given id."""
+
+    place: Place
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Child:
+    """Something inside an object; `name` is None where the file gives none."""
+
+    name: str | None
+    node: Node
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Object:
+    """A plugin with its contents, not yet checked."""
+
+    place: Place
+    type: str
+    kind: Kind | None = None
+    """The family, if the spelling tells it (XML does)."""
+    key: str | None = None
+    """The name that it has in what it is nested in."""
+    id: str | None = None
+    variable: str | None = None
+    """The variable that the type came from, if any."""
+    children: list[Child] = field(default_factory=list)
+
+    def objects(self) -> Iterator[Object]:
+        """Iterate over this object and all objects nested in it, depth first."""
+        yield self
+        for child in self.children:
+            if isinstance(child.node, Object):
+                yield from child.node.objects()
+
+    def place_of(self, name: str) -> Place:
+        """Return the place of the child `name`, or of the object itself if it has none."""
+        return next((child.node.place for child in self.children if child.name == name), self.place)
+
+
+Node = Value | Reference | Object

@@ -1,0 +1,86 @@
+"""Says in people's words what is wrong with the parameters of an object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from equaltime.scene.known import suggestion
+from equaltime.scene.model import NOT_YET, Plugin
+
+__all__ = ["explain"]
+
+EXPECTED = {
+    "bool_type": "true or false",
+    "float_type": "a number",
+    "int_type": "an integer",
+    "string_type": "a string",
+    "finite_number": "a finite number",
+}
+"""What was expected, for the errors where that is all there is to say."""
+
+
+def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
+    """Return one message for each parameter of `plugin` that `error` is about; "" stands for the whole."""
+    messages: dict[str, str] = {}
+    for details in error.errors(include_url=False):
+        name = str(details["loc"][0]) if details["loc"] else ""
+        messages.setdefault(name, _message(plugin, name, details))
+    return messages
+
+
+def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
+    kind, context = details["type"], details.get("ctx", {})
+    title = plugin.model_fields["type"].default
+    if kind == "extra_forbidden":
+        if name in plugin.later:
+            return f"'{name}' of '{title}' is {NOT_YET}"
+        known = {*plugin.model_fields, *plugin.later} - {"type"}
+        return f"unknown parameter '{name}' of '{title}'{suggestion(name, known)}"
+    if kind == "missing":
+        return f"'{title}' needs '{name}'"
+    found = details["input"]
+    if kind == "value_error":
+        return _value_error(name, context, found)
+    return f"'{name}': {_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
+
+
+def _value_error(name: str, context: Mapping[str, object], found: object) -> str:
+    """Return the message of one of the model's own checks."""
+    if not name:
+        return str(context["error"])
+    return f"'{name}': {context['error']}; found {shown(found)}"
+
+
+def _expectation(kind: str, context: Mapping[str, object], details: ErrorDetails) -> str:
+    if kind in EXPECTED:
+        return f"expected {EXPECTED[kind]}"
+    if kind == "literal_error":
+        return f"expected {context['expected']}"
+    if kind == "union_tag_invalid":
+        return f"expected one of {context['expected_tags']}"
+    if kind == "model_type":
+        return f"expected an object of type {str(context['class_name']).lower()!r}"
+    for limit, words in {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at most"}.items():
+        if limit in context:
+            return f"must be {words} {context[limit]:g}"
+    return details["msg"].removeprefix("Input ").lower()
+
+
+def _near(kind: str, context: Mapping[str, object], found: object) -> str:
+    if kind != "literal_error" or not isinstance(found, str):
+        return ""
+    hint = suggestion(found, str(context["expected"]).replace("'", "").replace(" or ", ", ").split(", "))
+    return hint if "did you mean" in hint else ""
+
+
+def shown(value: object) -> str:
+    """Return `value` for a message: short, an object by its type, a float32 matrix not in full."""
+    if isinstance(value, Plugin):
+        return repr(getattr(value, "type", type(value).__name__))
+    if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):
+        return ", ".join(map(shown, value)) or "none"
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."

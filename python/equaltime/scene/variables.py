@@ -1,0 +1,56 @@
+"""Variables in scene files: ``$name`` stands for a value that the file declares and the user may define."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from equaltime.scene.known import suggestion
+from equaltime.scene.tree import Place, Report
+
+__all__ = ["Variables"]
+
+_VARIABLE = re.compile(r"\\?\$(\w*)")
+
+
+class Variables:
+    """The definitions that hold in one file: the user's come first, then the file's defaults."""
+
+    def __init__(self, defines: Mapping[str, object], report: Report) -> None:
+        self._defines = dict(defines)
+        self._values = dict(defines)
+        self._used: set[str] = set()
+        self._report = report
+
+    def declare(self, name: str, default: object) -> None:
+        """Give `name` a default, which a definition by the user overrides."""
+        self._values.setdefault(name, default)
+
+    def single(self, text: str) -> str | None:
+        """Return the name if `text` is one variable and nothing else."""
+        match = _VARIABLE.fullmatch(text)
+        return match[1] if match and match[0].startswith("$") else None
+
+    def value(self, name: str, place: Place) -> object:
+        """Return what `name` stands for; an unknown name is reported and stands for None."""
+        self._used.add(name)
+        if name not in self._values:
+            near = suggestion(name, self._values)
+            self._report.add(place, f"the variable ${name} has no value: define it with -D {name}=...{near}")
+        return self._values.get(name)
+
+    def expand(self, text: str, place: Place) -> str:
+        r"""Return `text` with all variables replaced; a dollar sign is written ``\$``."""
+
+        def replacement(match: re.Match[str]) -> str:
+            if match[0].startswith("\\"):
+                return match[0][1:]
+            value = self.value(match[1], place)
+            return str(value).lower() if isinstance(value, bool) else str(value)
+
+        return _VARIABLE.sub(replacement, text)
+
+    def report_unused(self, place: Place) -> None:
+        """Report the user's definitions that the file never uses."""
+        for name in sorted(set(self._defines) - self._used):
+            self._report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, self._used)}")

@@ -1,0 +1,70 @@
+"""Parses XML into elements that know their lines.
+
+Document types and entities are refused: a scene has no use for them, and they are how XML files read other files or
+grow without bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from equaltime.scene.tree import MAX_DEPTH, Place, Report
+
+__all__ = ["Element", "parse_elements"]
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """An XML element as it stands in the file."""
+
+    tag: str
+    attributes: dict[str, str]
+    place: Place
+    children: list[Element] = field(default_factory=list)
+
+
+class _RefusedError(Exception):
+    """Ends parsing at once: the file has something that must not even be read."""
+
+    def __init__(self, place: Place, message: str) -> None:
+        self.place, self.message = place, message
+
+
+def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
+    """Return the root element of `content`; what makes it unreadable is reported, and None is returned."""
+    parser = expat.ParserCreate()
+    top = Element("", {}, Place(file))
+    open_elements = [top]
+
+    def here() -> Place:
+        return Place(file, parser.CurrentLineNumber)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > MAX_DEPTH:
+            raise _RefusedError(here(), f"elements are nested more than {MAX_DEPTH} deep")
+        element = Element(tag, attributes, here())
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(_tag: str) -> None:
+        open_elements.pop()
+
+    def text(data: str) -> None:
+        if data.strip():
+            report.add(here(), f"unexpected text {data.strip()[:40]!r}: values belong into attributes")
+
+    def doctype(*_: object) -> None:
+        raise _RefusedError(here(), "document types and entities are not allowed in a scene file")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = text, doctype
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        report.add(Place(file, error.lineno), f"not well-formed XML: {expat.ErrorString(error.code)}")
+    except _RefusedError as refused:
+        report.add(refused.place, refused.message)
+    else:
+        return top.children[0]
+    return None

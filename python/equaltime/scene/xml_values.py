@@ -1,0 +1,124 @@
+"""What the attributes of Mitsuba's value elements and transform steps mean.
+
+Each parser takes the attributes of one element. A mistake raises ValueError with a message for people; a required
+attribute that is missing raises KeyError.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import transforms
+from equaltime.scene.model import NOT_YET, Spectrum
+
+__all__ = ["STEPS", "VALUES", "Rule"]
+
+Attributes = Mapping[str, str]
+T = TypeVar("T")
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule(Generic[T]):
+    """How an element is read: the attributes that it must and may have, and what they give."""
+
+    required: tuple[str, ...]
+    optional: tuple[str, ...]
+    parse: Callable[[Attributes], T]
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text.replace("_", "?"))  # Python would take 1_000
+    except ValueError:
+        raise ValueError(f"expected a number, found {text!r}") from None
+
+
+def _numbers(text: str) -> list[float]:
+    return [_number(word) for word in re.split(r"[\s,]+", text.strip(", \t\r\n"))]
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text.replace("_", "?"))
+    except ValueError:
+        raise ValueError(f"expected an integer, found {text!r}") from None
+
+
+def _boolean(text: str) -> bool:
+    if text.lower() not in ("true", "false"):
+        raise ValueError(f"expected 'true' or 'false', found {text!r}")
+    return text.lower() == "true"
+
+
+def _three(text: str) -> Vec3:
+    numbers = _numbers(text)
+    if len(numbers) not in (1, 3):
+        raise ValueError(f"expected one number or three, found {len(numbers)} in {text!r}")
+    return (numbers[0], numbers[0], numbers[0]) if len(numbers) == 1 else (numbers[0], numbers[1], numbers[2])
+
+
+def _vector(attributes: Attributes, default: float | None = None) -> Vec3:
+    """Read a vector from ``value`` or from ``x``, ``y`` and ``z``, which are all needed unless there is a default."""
+    parts = {"x", "y", "z"} & set(attributes)
+    if "value" in attributes:
+        if parts:
+            raise ValueError("give either 'value' or 'x', 'y' and 'z'")
+        return _three(attributes["value"])
+    missing = sorted({"x", "y", "z"} - parts)
+    if default is None and missing:
+        raise ValueError(f"needs 'value' or 'x', 'y' and 'z'; '{missing[0]}' is missing")
+    x, y, z = (_number(attributes[axis]) if axis in parts else default or 0.0 for axis in "xyz")
+    return x, y, z
+
+
+def _spectrum(attributes: Attributes) -> Spectrum:
+    if "filename" in attributes or ":" in attributes["value"]:
+        raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one value, or use <rgb>")
+    numbers = _numbers(attributes["value"])
+    if len(numbers) != 1:
+        raise ValueError(f"expected one number, found {len(numbers)}; use <rgb> for a colour")
+    return Spectrum(numbers[0])
+
+
+def _direction(text: str) -> Vec3:
+    numbers = _numbers(text)
+    if len(numbers) != 3:
+        raise ValueError(f"expected three numbers, found {len(numbers)} in {text!r}")
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _look_at(attributes: Attributes) -> NDArray[np.float64]:
+    up = _direction(attributes["up"]) if "up" in attributes else None
+    return transforms.look_at(_direction(attributes["origin"]), _direction(attributes["target"]), up)
+
+
+NAMED = ("name", "value")
+XYZ = ("value", "x", "y", "z")
+
+VALUES: Final[dict[str, Rule[object]]] = {
+    "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),
+    "float": Rule(NAMED, (), lambda a: _number(a["value"])),
+    "integer": Rule(NAMED, (), lambda a: _integer(a["value"])),
+    "point": Rule(("name",), XYZ, _vector),
+    "rgb": Rule(NAMED, (), lambda a: _three(a["value"])),
+    "spectrum": Rule(("name",), ("value", "filename"), _spectrum),
+    "string": Rule(NAMED, (), lambda a: a["value"]),
+    "vector": Rule(("name",), XYZ, _vector),
+}
+"""The elements that give a parameter its value."""
+
+STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
+    "lookat": Rule(("origin", "target"), ("up",), _look_at),
+    "matrix": Rule(("value",), (), lambda a: transforms.matrix(_numbers(a["value"]))),
+    "rotate": Rule(("angle",), XYZ, lambda a: transforms.rotate(_vector(a, 0.0), _number(a["angle"]))),
+    "scale": Rule((), XYZ, lambda a: transforms.scale(_vector(a, 1.0))),
+    "translate": Rule((), XYZ, lambda a: transforms.translate(_vector(a, 0.0))),
+}
+"""The steps of a transform."""
