@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh_data.h"
+#include "scene/mesh_data.h"
 
 namespace equaltime {
 

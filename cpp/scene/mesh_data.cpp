@@ -1,4 +1,4 @@
-#include "mesh_data.h"
+#include "scene/mesh_data.h"
 
 #include <algorithm>
 #include <array>
@@ -120,7 +120,7 @@ std::string counted(std::uint64_t n, const std::string& noun, const std::string&
 }  // namespace
 
 void finish_mesh(MeshData& mesh, const std::filesystem::path& path, std::uint64_t dropped, const VertexPlace& place) {
-  const auto warn = [&](const std::string& text) { mesh.warnings.push_back(path.string() + ": " + text); };
+  const auto warn = [&](const std::string& text) { mesh.warnings.push_back(text); };
   std::vector<bool> used(mesh.vertices.size() / 3);
   dropped += keep_real_faces(mesh, used, place);
   if (mesh.faces.empty() && dropped == 0) throw MeshError(path.string() + ": the mesh is empty: it has no faces");

@@ -17,7 +17,7 @@ struct MeshData {
   std::vector<std::uint32_t> faces;   // 3 M, indices into the N vertices
   std::vector<double> normals;        // 3 N, or empty
   std::vector<double> uvs;            // 2 N, or empty
-  std::vector<std::string> warnings;  // what was repaired or dropped, counted, one line each
+  std::vector<std::string> warnings;  // what was repaired or dropped, counted; without the path
 };
 
 // A mesh file that cannot be read. The text starts with the place: "path:line: ", "path: byte offset N: " or "path: ".

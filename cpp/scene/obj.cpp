@@ -1,4 +1,4 @@
-#include "obj.h"
+#include "scene/obj.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "file_bytes.h"
-#include "text_scanner.h"
+#include "scene/file_bytes.h"
+#include "scene/text_scanner.h"
 
 namespace equaltime {
 namespace {
@@ -75,7 +75,7 @@ class ObjReader {
     if (names_some(2)) mesh_.normals = expand(2);
     if (names_some(1)) mesh_.uvs = expand(1);
     if (ignored_ > 0) {
-      mesh_.warnings.push_back(path() + ":" + std::to_string(ignored_line_) + ": " + std::to_string(ignored_) +
+      mesh_.warnings.push_back("line " + std::to_string(ignored_line_) + ": " + std::to_string(ignored_) +
                                (ignored_ == 1 ? " statement was" : " statements were") +
                                " ignored, from here on: not v, vt, vn or f");
     }

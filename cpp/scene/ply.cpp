@@ -1,4 +1,4 @@
-#include "ply.h"
+#include "scene/ply.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "ply_header.h"
+#include "scene/ply_header.h"
 
 namespace equaltime {
 namespace {
@@ -25,7 +25,7 @@ class PlyReader {
       : bytes_(bytes), lines_(lines), header_(header), vertex_(mesh.vertex), face_(mesh.face), indices_(mesh.indices) {}
 
   MeshData read() {
-    if (face_->find("texcoord")) mesh_.warnings.push_back(bytes_.path().string() + ": uvs per face are not read");
+    if (face_->find("texcoord")) mesh_.warnings.emplace_back("uvs per face are not read");
     for (const PlyElement& element : header_.elements) {
       const bool ascii = header_.format == PlyFormat::ascii;
       if (element.properties.empty()) continue;

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "mesh_data.h"
+#include "scene/mesh_data.h"
 
 namespace equaltime {
 

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "file_bytes.h"
-#include "text_scanner.h"
+#include "scene/file_bytes.h"
+#include "scene/text_scanner.h"
 
 namespace equaltime {
 

@@ -8,9 +8,9 @@
 #include <random>
 #include <string>
 
-#include "../scene/obj.h"
-#include "../scene/ply.h"
-#include "check.h"
+#include "scene/obj.h"
+#include "scene/ply.h"
+#include "tests/check.h"
 
 namespace {
 
@@ -91,7 +91,7 @@ TEST("a face may come before its vertices, in any kind of line ends, with commen
 TEST("groups, materials and colours are ignored, other statements are counted") {
   CHECK(obj("mtllib a.mtl\ng a f b\nusemtl c\ns off\nv 0 0 0 1 nan 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").warnings.empty());
   const MeshData mesh = obj(kCorners + "l 1 2\np 3\nf 1 2 3\n");
-  CHECK(mesh.warnings.size() == 1 && mesh.warnings[0].find(":5: 2 statements were ignored") != std::string::npos);
+  CHECK(mesh.warnings.size() == 1 && mesh.warnings[0].find("line 5: 2 statements were ignored") != std::string::npos);
 }
 
 TEST("a corner without a normal gets that of its faces, one without uv gets 0, each with a warning") {
