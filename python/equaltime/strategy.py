@@ -46,9 +46,9 @@ class Strategy(BaseModel):
     roulette: Literal["none", "throughput"] = "throughput"
     """Russian roulette: never, or with the path's throughput as the probability to go on. Unbiased."""
     roulette_depth: int = Field(default=5, ge=1)
-    """First bounce at which the roulette is played."""
+    """The first depth at which a path may be ended by the roulette."""
     truncate: int | None = Field(default=None, ge=1)
-    """Cut every path after this many bounces; biased. ``None`` cuts nothing (the scene's ``max_depth`` still holds)."""
+    """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
     sampler: Literal["independent", "sobol"] = "sobol"
     """Independent numbers, or Owen-scrambled Sobol points."""
 
