@@ -146,15 +146,16 @@ def _neighbours(height: int, width: int) -> Floats:
     return _box_sum(np.ones((height, 1, 1))) * _box_sum(np.ones((1, width, 1)))
 
 
-def standard_error(pixels: PixelStatistics) -> Floats:
-    """Return the standard error of every pixel, (H, W, 3), ``inf`` where unknown.
+def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
+    """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
 
     One pixel's replicates say little (R - 1 degrees of freedom), so the variance *of one sample* is averaged over the
     pixels of the 7x7 neighbourhood that lie in the image and have one, and divided by the pixel's own count.
     """
-    result = np.empty_like(pixels.mean)
+    result = np.empty(pixels.mean.shape, np.float32)
     for band in _bands(len(result), halo=_RADIUS):
-        result[band.rows] = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
+        with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite
+            result[band.rows] = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
     return result
 
 
