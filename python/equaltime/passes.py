@@ -70,16 +70,17 @@ ProgressCallback = Callable[[Progress], object]
 
 
 def schedule(pixels: int, spp: int | None) -> Iterator[int]:
-    """Yield the sample counts at which passes end: 2, 4, 8, … with steps that level off, up to ``spp``.
+    """Yield the sample counts at which passes end: 2, 4, … 16, 20, … 32, 40, … 64, 80, … up to ``spp``.
 
-    Every step but the last is even, so that both replicates grow alike.
+    A pass adds a quarter at most, so that a limit which cuts one leaves the image nearly even, until steps level off
+    at what is a short pass for the image. Every step but the last is even: both replicates grow alike.
     """
     longest = max(2, _PASS_SAMPLES // max(pixels, 1) // 2 * 2)
-    samples, step = 0, 2
+    samples = 0
     while spp is None or samples < spp:
+        step = max(2, min(2 ** (samples.bit_length() - 3), longest)) if samples >= 16 else 2
         samples = samples + step if spp is None else min(samples + step, spp)
         yield samples
-        step = min(samples, longest)
 
 
 def run_passes(

@@ -55,12 +55,13 @@ def run(renderer: FakeRenderer, spp: int | None = None, seconds: float | None = 
     return run_passes(renderer, PIXELS, Limits(spp, seconds), clock=renderer.clock, **options)
 
 
-def test_passes_double_and_end_at_the_sample_count() -> None:
-    assert list(schedule(PIXELS, 100)) == [2, 4, 8, 16, 32, 64, 100]
+def test_passes_grow_by_a_quarter_and_end_at_the_sample_count() -> None:
+    small = [2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32]
+    assert list(schedule(PIXELS, 100)) == [*small, 40, 48, 56, 64, 80, 96, 100]
 
 
 def test_passes_of_a_large_image_stay_short() -> None:
-    steps = {b - a for a, b in pairwise(schedule(2**19, 64))}
+    steps = {b - a for a, b in pairwise(schedule(2**19, 256))}
     assert steps == {2, 4}
 
 
@@ -75,14 +76,14 @@ def test_a_single_sample_is_one_pass() -> None:
 
 
 def test_the_schedule_does_not_depend_on_the_sample_count_asked_for() -> None:
-    assert list(schedule(PIXELS, 100))[:-1] == list(islice(schedule(PIXELS, None), 6))
+    assert list(schedule(PIXELS, 100))[:-1] == list(islice(schedule(PIXELS, None), 18))
 
 
 def test_a_render_ends_at_its_sample_count() -> None:
     renderer = FakeRenderer()
     assert run(renderer, spp=20) == "spp"
     assert renderer.done == 20
-    assert renderer.targets == [2, 4, 8, 16, 20]
+    assert renderer.targets[-2:] == [16, 20]
 
 
 def test_a_time_limit_ends_a_pass_part_way() -> None:
@@ -94,7 +95,7 @@ def test_a_time_limit_ends_a_pass_part_way() -> None:
 def test_a_time_limit_that_falls_between_passes_starts_no_further_pass() -> None:
     renderer = FakeRenderer()
     assert run(renderer, seconds=0.016) == "time"
-    assert renderer.targets[-1] in (16, 32)
+    assert renderer.targets[-1] in (16, 20)
     assert renderer.done == 16
 
 
@@ -110,15 +111,15 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
 
 
 def test_a_non_finite_sample_ends_the_render_after_its_pass() -> None:
-    renderer = FakeRenderer(bad_sample=9)
+    renderer = FakeRenderer(bad_sample=33)
     assert run(renderer, spp=100) == "nonfinite"
-    assert renderer.done == 16
+    assert renderer.done == 40
 
 
 def test_progress_counts_up_to_the_target() -> None:
     seen: list[Progress] = []
     run(FakeRenderer(), spp=64, progress=seen.append)
-    assert [progress.samples for progress in seen] == [2, 4, 8, 16, 32, 64]
+    assert [progress.samples for progress in seen] == list(schedule(PIXELS, 64))
     assert seen[-1].fraction == 1.0
     assert seen[-1].time_left == 0.0
     assert all(progress.target == 64 for progress in seen)
