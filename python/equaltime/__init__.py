@@ -1,0 +1,57 @@
+"""equaltime: an unbiased Monte Carlo renderer that shows what accuracy costs in time.
+
+::
+
+    import equaltime as et
+
+    scene = et.load("scenes/cornell-box.toml")
+    result = et.render(scene, time=10)          # or spp=256; Ctrl-C keeps what is finished
+    print(result.error)                         # 2.31 % [2.28, 2.34]
+    print(result.stats.rays_per_second)
+    result.image                                # (H, W, 3) float32, linear
+    result.standard_error                       # (H, W, 3) float32
+    result.save("cornell.exr")                  # and cornell.png
+    other = et.render(scene, spp=256, strategy="best,technique=bsdf", seed=1)
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from equaltime.error_estimate import Estimate
+from equaltime.errors import (
+    EqualtimeError,
+    ImageError,
+    NonFiniteSample,
+    Problem,
+    RenderError,
+    SceneError,
+    StrategyError,
+)
+from equaltime.passes import Progress
+from equaltime.render import render
+from equaltime.result import Result, Stats
+from equaltime.scene import Scene, load, load_dict
+from equaltime.strategy import Strategy
+
+__all__ = [
+    "EqualtimeError",
+    "Estimate",
+    "ImageError",
+    "NonFiniteSample",
+    "Problem",
+    "Progress",
+    "RenderError",
+    "Result",
+    "Scene",
+    "SceneError",
+    "Stats",
+    "Strategy",
+    "StrategyError",
+    "__version__",
+    "load",
+    "load_dict",
+    "render",
+]
+
+__version__ = version("equaltime")
