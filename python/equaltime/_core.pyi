@@ -1,0 +1,136 @@
+"""The compiled core: scenes in world space and authoring units, renderers, mesh readers."""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Vec3 = Sequence[float] | NDArray[np.float64]
+
+class MeshError(ValueError): ...
+
+class MeshData:
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @property
+    def faces(self) -> NDArray[np.uint32]: ...
+    @property
+    def normals(self) -> NDArray[np.float64] | None: ...
+    @property
+    def uvs(self) -> NDArray[np.float64] | None: ...
+    @property
+    def warnings(self) -> list[str]: ...
+
+def read_ply(path: str | os.PathLike[str]) -> MeshData: ...
+def read_obj(path: str | os.PathLike[str]) -> MeshData: ...
+def build_info() -> dict[str, Any]: ...
+
+class Scene:
+    @property
+    def shapes(self) -> int: ...
+    @property
+    def triangles(self) -> int: ...
+    @property
+    def dropped_triangles(self) -> int: ...
+    @property
+    def lights(self) -> int: ...
+    @property
+    def memory_bytes(self) -> int: ...
+    @property
+    def film_shape(self) -> tuple[int, int]: ...
+    def effects(self) -> dict[str, bool]: ...
+    def intersect(self, origins: ArrayLike, directions: ArrayLike) -> dict[str, NDArray[Any]]: ...
+
+class SceneBuilder:
+    def __init__(self) -> None: ...
+    def add_diffuse(self, reflectance: Vec3) -> int: ...
+    def add_conductor(self, eta: Vec3, k: Vec3, specular_reflectance: Vec3) -> int: ...
+    def add_rough_conductor(
+        self,
+        distribution: Literal["ggx", "beckmann"],
+        alpha_u: float,
+        alpha_v: float,
+        eta: Vec3,
+        k: Vec3,
+        specular_reflectance: Vec3,
+    ) -> int: ...
+    def add_dielectric(self, ior: float, specular_reflectance: Vec3, specular_transmittance: Vec3) -> int: ...
+    def add_mesh(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        normals: ArrayLike | None = None,
+        uvs: ArrayLike | None = None,
+        *,
+        front: int | None,
+        back: int | None,
+        radiance: Vec3 | None,
+    ) -> int: ...
+    def add_rectangle(
+        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: Vec3 | None
+    ) -> int: ...
+    def add_disk(
+        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: Vec3 | None
+    ) -> int: ...
+    def add_sphere(
+        self,
+        center: Vec3,
+        radius: float,
+        *,
+        flip_normals: bool,
+        front: int | None,
+        back: int | None,
+        radiance: Vec3 | None,
+    ) -> int: ...
+    def add_point_light(self, position: Vec3, intensity: Vec3) -> int: ...
+    def add_constant_environment(self, radiance: Vec3) -> None: ...
+    def add_image_environment(self, pixels: ArrayLike, scale: float, to_world: ArrayLike) -> None: ...
+    def set_perspective(
+        self,
+        to_world: ArrayLike,
+        x_fov_degrees: float,
+        near: float | None = None,
+        far: float | None = None,
+        principal_point_offset: Sequence[float] = [0.0, 0.0],
+    ) -> None: ...
+    def set_film(
+        self,
+        width: int,
+        height: int,
+        crop: tuple[int, int, int, int],
+        filter: Literal["box", "tent", "gaussian"],
+        parameter: float,
+    ) -> None: ...
+    def build(self, intersection: Literal["robust", "fast"] = "robust") -> Scene: ...
+
+class Settings:
+    def __init__(
+        self,
+        *,
+        technique: Literal["bsdf", "light", "mis"] = "mis",
+        heuristic: Literal["balance", "power"] = "power",
+        lights: Literal["uniform", "power"] = "power",
+        roulette: Literal["none", "throughput"] = "throughput",
+        roulette_depth: int = 5,
+        truncate: int = 0,
+        sampler: Literal["independent", "sobol"] = "sobol",
+        max_depth: int = -1,
+    ) -> None: ...
+
+class Renderer:
+    def __init__(
+        self, scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, tile: int = 16, replicates: int = 2
+    ) -> None: ...
+    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool: ...
+    @property
+    def moments(self) -> NDArray[Any]: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
+    @property
+    def nonfinite(self) -> list[tuple[int, int, int]]: ...
+    @property
+    def kernel(self) -> str: ...
+    @property
+    def threads(self) -> int: ...
