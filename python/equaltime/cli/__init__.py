@@ -1,0 +1,81 @@
+"""The command line: ``equaltime COMMAND …``.
+
+A command is one function in one module, registered in `COMMANDS`; it returns its exit code: 0 done, 1 ran and failed
+its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progress and errors go to stderr.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Annotated
+
+import typer
+
+import equaltime
+from equaltime.cli.info import info
+from equaltime.cli.messages import print_error
+from equaltime.cli.render import render
+from equaltime.errors import EqualtimeError, RenderError
+
+__all__ = ["COMMANDS", "app", "main"]
+
+COMMANDS: tuple[Callable[..., int], ...] = (render, info)
+
+app = typer.Typer(
+    name="equaltime",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for _command in COMMANDS:
+    app.command(no_args_is_help=False)(_command)
+
+
+@app.callback(invoke_without_command=True)
+def equaltime_command(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
+) -> None:
+    """Render without bias, with an error bar on everything.
+
+    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (what was finished is kept).
+    """
+    if version:
+        typer.echo(f"equaltime {equaltime.__version__}")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code; the console script passes it to the shell."""
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        return app(arguments, prog_name="equaltime", standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        print_error("interrupted")
+        return 130
+    except typer.TyperException as error:
+        print_error(error.format_message())
+        return 2
+    except RenderError as error:
+        print_error(str(error))
+        return 1
+    except EqualtimeError as error:
+        print_error(str(error))
+        return 2
+    except BrokenPipeError:
+        # the reader has gone (``| head``): say nothing, here and when Python flushes stdout at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Let SIGTERM end a render as Ctrl-C does, with what is finished kept."""
+    raise KeyboardInterrupt

@@ -1,0 +1,60 @@
+"""How the values of options are spelled: durations, sizes, windows, definitions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import typer
+
+__all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
+
+_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
+_PART = r"(\d+\.?\d*|\.\d+)(ms|min|s|m|h)"
+
+
+def parse_duration(text: str) -> float:
+    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or plain seconds."""
+    words = text.strip().lower().replace(" ", "")
+    if re.fullmatch(r"\d+\.?\d*|\.\d+", words):
+        words += "s"
+    if not re.fullmatch(f"({_PART})+", words):
+        raise typer.BadParameter(f"'{text}' is no duration; write 10s, 500ms, 2.5m or 1h30m")
+    seconds = sum(float(number) * _SECONDS[unit] for number, unit in re.findall(_PART, words))
+    if seconds <= 0.0:
+        raise typer.BadParameter("a duration must be above 0")
+    return seconds
+
+
+def parse_seed(value: str | int) -> int:
+    """Read a whole number of 64 bits; the option's default comes as a number."""
+    text = str(value)
+    if not (text.isascii() and text.isdigit() and int(text) < 2**64):
+        raise typer.BadParameter(f"'{text}' is no seed; it must be a whole number from 0 to 2^64 - 1")
+    return int(text)
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Read ``WxH``."""
+    match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
+    if not match or 0 in (int(match[1]), int(match[2])):
+        raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
+    return int(match[1]), int(match[2])
+
+
+def parse_crop(text: str) -> tuple[int, int, int, int]:
+    """Read ``x,y,w,h``."""
+    if not (match := re.fullmatch(r"(\d+),(\d+),(\d+),(\d+)", text.replace(" ", ""))):
+        raise typer.BadParameter(f"'{text}' is no crop window; write x,y,width,height in pixels, such as 0,0,64,64")
+    return int(match[1]), int(match[2]), int(match[3]), int(match[4])
+
+
+def parse_definitions(pairs: Sequence[str]) -> dict[str, str]:
+    """Read ``name=value`` pairs; the last of a name wins."""
+    definitions = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not (name and equals):
+            raise typer.BadParameter(f"'{pair}' is no definition; write name=value", param_hint="-D")
+        definitions[name] = value
+    return definitions

@@ -1,0 +1,64 @@
+"""``equaltime info``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from equaltime.cli.arguments import parse_definitions
+from equaltime.cli.messages import duration, print_warnings
+from equaltime.scene import Scene, load
+
+__all__ = ["info"]
+
+
+def info(
+    scene: Annotated[Path, typer.Argument(help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)],
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Load a scene and tell what is in it, and what it calls for."""
+    loaded = load(scene, **parse_definitions(define or ()))
+    print_warnings(loaded)
+    facts = _facts(loaded)
+    if as_json:
+        print(json.dumps(facts, indent=2))
+        return 0
+    table = Table(show_header=False, box=None)
+    for name, value in facts.items():
+        table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
+    Console().print(table)
+    return 0
+
+
+def _facts(scene: Scene) -> dict[str, Any]:
+    core = scene.core
+    return {
+        "scene": None if scene.source is None else str(scene.source),
+        "digest": scene.digest,
+        "size": list(scene.size),
+        "max_depth": scene.max_depth,
+        "spp": scene.spp,
+        "shapes": core.shapes,
+        "triangles": core.triangles,
+        "lights": core.lights,
+        "memory_bytes": core.memory_bytes,
+        "effects": [name for name, used in core.effects().items() if used],
+        "phases": dict(scene.timings),
+    }
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{phase} {duration(seconds)}" for phase, seconds in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -1,0 +1,42 @@
+"""The progress bar of a render, on stderr: samples, error so far, time left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich import progress as bars
+from rich.console import Console
+
+from equaltime.passes import Progress, ProgressCallback
+
+__all__ = ["progress_bar"]
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
+    """Show a bar for as long as the context lasts; give None if nobody would see it."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    columns = (bars.BarColumn(bar_width=None), bars.TextColumn("{task.description}"))
+    with bars.Progress(*columns, console=console, transient=True, expand=True) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def show(progress: Progress) -> None:
+            bar.update(task, completed=progress.fraction, description=describe(progress))
+
+        yield show
+
+
+def describe(progress: Progress) -> str:
+    """Say where a render stands, such as ``24/64 spp  error 3.12 %  0:07 left``."""
+    target = "" if progress.target is None else f"/{progress.target}"
+    words = [f"{progress.samples}{target} spp"]
+    if progress.error is not None and progress.error.known:
+        words.append(f"error {100 * progress.error.value:.3g} %")
+    if progress.time_left is not None:
+        minutes, seconds = divmod(round(progress.time_left), 60)
+        words.append(f"{minutes}:{seconds:02} left")
+    return "  ".join(words)

@@ -1,0 +1,167 @@
+"""``equaltime render``."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+
+from equaltime import images
+from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
+from equaltime.cli.messages import duration, print_error, print_warnings
+from equaltime.cli.progress import progress_bar
+from equaltime.errors import ImageError, NonFiniteSample
+from equaltime.render import Backend
+from equaltime.render import render as render_scene
+from equaltime.result import OUTPUT_EXTENSIONS, Result
+from equaltime.scene import load
+from equaltime.strategy import Strategy
+
+__all__ = ["render"]
+
+
+def render(
+    scene: Annotated[Path, typer.Argument(help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            show_default=False,
+            help="FILE.exr: image, standard error, sample counts and provenance, with a preview FILE.png beside it. "
+            "FILE.png: the preview alone.",
+        ),
+    ],
+    spp: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", show_default=False, help="Samples per pixel [default: the scene's, or 64]."),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            parser=parse_duration,
+            metavar="DURATION",
+            show_default=False,
+            help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m. With --spp: whichever is first.",
+        ),
+    ] = None,
+    size: Annotated[
+        Any,
+        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
+    ] = None,
+    crop: Annotated[
+        Any,
+        typer.Option(
+            parser=parse_crop,
+            metavar="X,Y,W,H",
+            show_default=False,
+            help="Render this window of the film only; it has the bits of the whole.",
+        ),
+    ] = None,
+    max_depth: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            show_default=False,
+            help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
+        ),
+    ] = None,
+    strategy: Annotated[
+        str,
+        typer.Option(
+            metavar="S",
+            help="A preset, or preset,key=value,…, or a TOML file; see above.",
+        ),
+    ] = "best",
+    seed: Annotated[int, typer.Option(parser=parse_seed, metavar="N", help="Seed of all random numbers.")] = 0,
+    threads: Annotated[int, typer.Option(min=0, metavar="N", help="Worker threads; 0 is one for each processor.")] = 0,
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+    ] = None,
+    backend: Annotated[
+        Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
+    ] = "core",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record as JSON on stdout, and nothing else.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> int:
+    """Render a scene to an EXR with its error bar.
+
+    Ctrl-C stops and keeps what is finished.
+
+    For instance:
+
+    * `equaltime render cornell-box.toml -o out.exr --time 10s`
+
+    * `equaltime render scene.xml -o out.exr --spp 256 --size 640x480 -D integrator=path`
+
+    * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
+
+    Strategies: the presets best (MIS, Sobol points, lights by power, roulette), mis, bsdf and light (each plain), and
+
+    * technique=bsdf|light|mis, heuristic=balance|power, lights=uniform|power, sampler=independent|sobol
+
+    * roulette=none|throughput, roulette_depth=N, truncate=none|N (cuts paths: biased)
+    """
+    chosen = Strategy.parse(strategy)
+    images.check_writable(output, OUTPUT_EXTENSIONS)
+    loaded = load(scene, **parse_definitions(define or ()))
+    if not quiet:
+        print_warnings(loaded)
+    changes = {"size": size, "crop": crop, "max_depth": max_depth}
+    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    failure: NonFiniteSample | None = None
+    try:
+        with progress_bar(quiet) as progress:
+            result = render_scene(loaded, spp, time, chosen, seed, threads, progress, backend)
+    except NonFiniteSample as error:
+        failure, result = error, cast(Result, error.result)
+    begin = clock.perf_counter()
+    try:
+        files = result.save(output)
+    except ImageError as error:
+        print_error(str(error))
+        return 1
+    writing = clock.perf_counter() - begin
+    if as_json:
+        print(json.dumps(_record(result, writing, files), indent=2))
+    elif not quiet:
+        print("\n".join(_summary(result, writing, files)))
+    if failure is not None:
+        raise failure
+    return 130 if result.stopped_by == "interrupt" else 0
+
+
+def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:
+    record = result.record
+    return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
+
+
+def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[str]:
+    """Say in a few lines what was done, what it cost, where it is and why it ended."""
+    height, width = result.samples.shape
+    phases = {**result.stats.phases, "write": writing}
+    seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
+    rate = result.stats.rays_per_second / 1e6
+    bias = f"biased: {result.origin.strategy}" if result.origin.biased else "unbiased"
+    reasons = {
+        "spp": "every pixel has its samples",
+        "time": "the time limit was reached",
+        "interrupt": "what was finished is kept",
+        "nonfinite": "a sample was not a number",
+    }
+    lines = [
+        f"{width}x{height}, {result.spp:.4g} spp, error {result.error}, {bias}",
+        f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
+        f"wrote {', '.join(map(str, files))}",
+        f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}",
+    ]
+    if empty := int((result.samples == 0).sum()):
+        lines.append(f"{empty} of {width * height} pixels have no sample")
+    return lines
