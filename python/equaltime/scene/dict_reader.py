@@ -40,8 +40,8 @@ class DictReader:
         """Return a better place for `place`; readers that know lines of a file override this."""
         return place
 
-    def string(self, text: str, place: Place) -> object:
-        """Return what a string stands for; readers that have variables override this."""
+    def string(self, text: str) -> object:
+        """Return what a string stands for, or raise ValueError; readers that have variables override this."""
         return text
 
     def variable(self, text: str) -> str | None:
@@ -62,7 +62,11 @@ class DictReader:
         if name is not None and not isinstance(name, str):
             self._report.add(place, f"'id' must be a string, found {_shown(name)}")
             name = None
-        result = Object(place, str(self.string(kind, place)), key=key, id=name, variable=self.variable(kind))
+        try:
+            result = Object(place, str(self.string(kind)), key=key, id=name, variable=self.variable(kind))
+        except ValueError as error:
+            self._report.add(place, str(error))
+            return None
         self._depth += 1
         for key, value in table.items():
             if key not in ("type", "id"):
@@ -71,25 +75,25 @@ class DictReader:
         return result
 
     def _add(self, parent: Object, name: str, value: object, place: Place) -> None:
-        """Add the entry `name` to `parent`; a list of objects becomes that many children of the same name."""
-        if name not in TRANSFORMS and isinstance(value, list | tuple) and _has_objects(value):
-            for index, item in enumerate(value):
-                self._add(parent, name, item, self.locate(place.key(index)))
+        """Add the entry `name` to `parent`; a list of objects becomes that many nameless children."""
+        if name in TRANSFORMS or not isinstance(value, list | tuple) or not _has_objects(value):
+            if (node := self._node(name, value, place)) is not None:
+                parent.children.append(Child(name, node))
             return
-        node = self._node(name, value, place)
-        if node is not None:
-            parent.children.append(Child(name, node))
+        for index, item in enumerate(value):
+            if (node := self._node(name, item, self.locate(place.key(index)))) is not None:
+                parent.children.append(Child(None if isinstance(node, Object) else name, node))
 
     def _node(self, name: str, value: object, place: Place) -> Node | None:
         try:
             if name in TRANSFORMS:
                 return Value(place, transforms.parse(value))
             if not isinstance(value, Mapping):
-                return Value(place, self._plain(value, place))
+                return Value(place, self._plain(value))
             if value.get("type") == "ref":
                 return self._reference(value, place)
             if value.get("type") in ("rgb", "spectrum", "uniform"):
-                return Value(place, self._color(value, place))
+                return Value(place, self._color(value))
         except ValueError as error:
             self._report.add(place, str(error))
             return None
@@ -100,27 +104,27 @@ class DictReader:
             raise ValueError("a reference has a 'type' and an 'id' that is a string, nothing else")
         return Reference(place, table["id"])
 
-    def _color(self, table: Mapping[str, object], place: Place) -> object:
+    def _color(self, table: Mapping[str, object]) -> object:
         """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""
         if extra := sorted(set(table) - {"type", "value"}):
-            raise ValueError(f"{_shown(extra[0])} of a {table['type']} is {NOT_YET}; give one 'value'")
+            raise ValueError(f"{_shown(extra[0])} of '{table['type']}' is {NOT_YET}; give one 'value'")
         if "value" not in table:
-            raise ValueError(f"a {table['type']} needs a 'value'")
-        value = self._plain(table["value"], place)
+            raise ValueError(f"'{table['type']}' needs a 'value'")
+        value = self._plain(table["value"])
         if table["type"] == "rgb":
             return value
         if not isinstance(value, float | int) or isinstance(value, bool):
             raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one number, or use 'rgb'")
         return Spectrum(float(value))
 
-    def _plain(self, value: object, place: Place) -> object:
+    def _plain(self, value: object) -> object:
         """Return numbers, strings, and sequences of them as plain Python values; anything else is refused."""
         if isinstance(value, str):
-            return self.string(value, place)
+            return self.string(value)
         if isinstance(value, np.generic | np.ndarray):
             value = value.tolist()
         if isinstance(value, list | tuple):
-            return tuple(self._plain(item, place) for item in value)
+            return tuple(self._plain(item) for item in value)
         if isinstance(value, bool | int | float):
             return value
         raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")

@@ -23,7 +23,7 @@ _NAMES: dict[Kind, str] = {
     "phase": "blendphase hg isotropic rayleigh sggx tabphase",
     "rfilter": "box catmullrom gaussian lanczos mitchell tent",
     "sampler": "independent ldsampler multijitter orthogonal stratified",
-    "sensor": "batch distant irradiancemeter measured orthographic perspective radiancemeter thinlens",
+    "sensor": "batch distant irradiancemeter orthographic perspective radiancemeter thinlens",
     "shape": "blender bsplinecurve cube cylinder disk ellipsoids ellipsoidsmesh instance linearcurve merge obj ply "
     "rectangle sdfgrid serialized shapegroup sphere",
     "texture": "bitmap blackbody checkerboard d65 irregular mesh_attribute rawconstant regular srgb uniform volume",

@@ -17,11 +17,11 @@ __all__ = ["Resolved", "resolve"]
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """A valid model, and for each of its shapes and emitters the object in the file that it came from."""
+    """The model, if it is valid, and all valid shapes and free emitters with the objects that they came from."""
 
-    model: SceneModel
-    shapes: tuple[Object, ...]
-    emitters: tuple[Object, ...]
+    model: SceneModel | None
+    shapes: list[tuple[Object, Shape]]
+    emitters: list[tuple[Object, FreeEmitter]]
 
 
 @dataclass(slots=True)
@@ -32,8 +32,8 @@ class _Fields:
     failed: set[str] = field(default_factory=set)
 
 
-def resolve(root: Object, report: Report) -> Resolved | None:
-    """Return the model of the scene `root`; what is wrong is reported, and then the result may be None."""
+def resolve(root: Object, report: Report) -> Resolved:
+    """Return the model of the scene `root`; what is wrong is reported, and then it may be None."""
     return _Resolver(root, report).scene()
 
 
@@ -57,15 +57,23 @@ class _Resolver:
 
     # -- the scene ---------------------------------------------------------------------------------------------------
 
-    def scene(self) -> Resolved | None:
+    def scene(self) -> Resolved:
         """Build all objects, then the scene from those that are part of it."""
         parts: dict[Kind, list[tuple[Object, Any]]] = {}
         for child in self._root.children:
             node = self._target(child, self._root)
             if node is not None and (part := self.plugin(node)) is not None:
                 parts.setdefault(part.kind, []).append((node, part))
-        shapes: list[tuple[Object, Shape]] = parts.get("shape", [])
-        emitters: list[tuple[Object, FreeEmitter]] = self._free(parts.get("emitter", []))
+        shapes, emitters = parts.get("shape", []), self._free(parts.get("emitter", []))
+        return Resolved(self._model(parts, shapes, emitters), shapes, emitters)
+
+    def _model(
+        self,
+        parts: dict[Kind, list[tuple[Object, Any]]],
+        shapes: list[tuple[Object, Shape]],
+        emitters: list[tuple[Object, FreeEmitter]],
+    ) -> SceneModel | None:
+        """Return the scene with these parts, or None if it lacks something or is wrong as a whole."""
         fields: dict[str, Any] = {}
         for kind in ("integrator", "sensor"):
             nodes = [node for node in self._top if self._kind(node) == kind]
@@ -78,20 +86,21 @@ class _Resolver:
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         if not isinstance(fields.get("sensor"), Perspective):
             return None
-        try:
-            model = SceneModel(shapes=tuple(s for _, s in shapes), emitters=tuple(e for _, e in emitters), **fields)
-        except ValidationError as error:
-            for message in explain(SceneModel, error).values():
-                self._report.add(self._root.place, message)
-            return None
-        return Resolved(model, tuple(node for node, _ in shapes), tuple(node for node, _ in emitters))
+        return SceneModel(shapes=tuple(s for _, s in shapes), emitters=tuple(e for _, e in emitters), **fields)
 
     def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
-        """Return the emitters that stand on their own; area lights must be used by a shape."""
+        """Return the emitters that stand on their own, with one environment at most; report those that cannot."""
+        free: list[tuple[Object, FreeEmitter]] = []
         for node, emitter in emitters:
-            if isinstance(emitter, Area) and node not in self._used:
-                self._report.add(node.place, "an 'area' emitter needs a shape: nest it in one, or refer to it there")
-        return [(node, emitter) for node, emitter in emitters if not isinstance(emitter, Area)]
+            if isinstance(emitter, Area):
+                if node not in self._used:
+                    message = "an 'area' emitter needs a shape: nest it in one, or refer to it there"
+                    self._report.add(node.place, message)
+            elif emitter.surrounds and (first := next((n for n, e in free if e.surrounds), None)):
+                self._report.add(node.place, f"a scene can have only one environment (the first is at {first.place})")
+            else:
+                free.append((node, emitter))
+        return free
 
     # -- objects -----------------------------------------------------------------------------------------------------
 
@@ -118,7 +127,9 @@ class _Resolver:
         except ValidationError as error:
             for name, message in explain(plugin, error).items():
                 if name not in fields.failed:
-                    self._report.add(node.place_of(name) if name else node.place, message)
+                    place = node.place_of(name)
+                    named = not name or f"'{name}'" in message or place.path.rsplit(".", 1)[-1] == name
+                    self._report.add(place, message if named else f"{name}: {message}")
             return None
 
     def _wrong_type(self, node: Object, plugin: type[Plugin] | None) -> str:

@@ -168,18 +168,18 @@ def _read(path: Path, defines: Mapping[str, object], report: Report) -> Object |
 
 def _finish(root: Object | None, report: Report, source: Path | None, folder: Path, started: float) -> Scene:
     """Make the scene of a tree, or raise SceneError with all problems."""
-    resolved = None if root is None else resolve(root, report)
     assets = Assets(folder)
-    warnings = () if resolved is None else _check_files(resolved, assets, report)
+    resolved = Resolved(None, [], []) if root is None else resolve(root, report)
+    warnings = _check_files(resolved, assets, report)
     report.raise_if_any()
-    assert resolved is not None, "a scene that cannot be resolved has problems"
+    assert resolved.model is not None, "a scene without problems has a model"
     return Scene(resolved.model, source, assets, warnings, {"load": perf_counter() - started})
 
 
 def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
     """Read all files that the scene names, report what is wrong with them, and return their readers' warnings."""
     warnings: dict[str, None] = {}
-    for shape, node in zip(resolved.model.shapes, resolved.shapes, strict=True):
+    for node, shape in resolved.shapes:
         try:
             if isinstance(shape, MeshFile):
                 warnings |= dict.fromkeys(f"{shape.filename}: {text}" for text in assets.mesh(shape).warnings)
@@ -187,7 +187,7 @@ def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[st
                 geometry.surface(shape, assets)
         except ValueError as error:
             report.add(node.place_of("filename"), str(error))
-    for emitter, node in zip(resolved.model.emitters, resolved.emitters, strict=True):
+    for node, emitter in resolved.emitters:
         try:
             if isinstance(emitter, EnvMap):
                 assets.image(emitter)
@@ -201,4 +201,5 @@ def _changed(plugin: P, **changes: object) -> P:
     try:
         return plugin.replace(**changes)
     except ValidationError as error:
-        raise SceneError(tuple(Problem("", text) for text in explain(type(plugin), error).values())) from error
+        problems = (Problem(name, message) for name, message in explain(type(plugin), error).items())
+        raise SceneError(tuple(problems)) from error

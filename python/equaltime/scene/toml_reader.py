@@ -42,7 +42,7 @@ def read_toml(file: str, content: bytes, defines: Mapping[str, object], report: 
     except RecursionError:
         report.add(place, "not well-formed TOML: nested too deep")
         return None
-    reader = _TomlReader(text, Variables({k: _typed(v) for k, v in defines.items()}, report), report)
+    reader = _TomlReader(text, Variables({k: _typed(v) for k, v in defines.items()}), report)
     return reader.scene(table, place)
 
 
@@ -62,8 +62,12 @@ class _TomlReader(DictReader):
             defaults = {}
         for name, value in defaults.items():
             self._variables.declare(name, value)
-        scene = self.nested({"type": "scene", **table}, place)
-        self._variables.report_unused(place)
+        if table.setdefault("type", "scene") != "scene":
+            self._report.add(
+                self.locate(place.key("type")), f"the type of the whole file is 'scene', if any, not {table['type']!r}"
+            )
+        scene = self.nested(table, place)
+        self._variables.report_unused(place, self._report)
         return scene
 
     def locate(self, place: Place) -> Place:
@@ -71,10 +75,10 @@ class _TomlReader(DictReader):
         line = self._lines.get(place.path, place.line)
         return Place(place.file, line, place.path)
 
-    def string(self, text: str, place: Place) -> object:
+    def string(self, text: str) -> object:
         """Return `text` with variables replaced; a single variable keeps the type of its value."""
         name = self._variables.single(text)
-        return self._variables.expand(text, place) if name is None else self._variables.value(name, place)
+        return self._variables.expand(text) if name is None else self._variables.value(name)
 
     def variable(self, text: str) -> str | None:
         """Return the name of the variable that `text` consists of, if it does."""

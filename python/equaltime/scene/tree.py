@@ -39,16 +39,17 @@ class Report:
     """Collects the problems of a scene so that all of them are told together."""
 
     def __init__(self) -> None:
-        self._problems: dict[Problem, None] = {}  # ordered, and nothing is said twice
+        self._problems: dict[tuple[Place, str], None] = {}  # in the order of being found, and nothing is said twice
 
     def add(self, place: Place, message: str) -> None:
         """Note that something is wrong at `place`."""
-        self._problems[Problem(str(place), message)] = None
+        self._problems[place, message] = None
 
     def raise_if_any(self) -> None:
-        """Raise SceneError with all problems found so far, if there are any."""
+        """Raise SceneError with all problems found so far, in the order of their lines, if there are any."""
         if self._problems:
-            raise SceneError(tuple(self._problems))
+            ordered = sorted(self._problems, key=lambda problem: problem[0].line or 0)
+            raise SceneError(tuple(Problem(str(place), message) for place, message in ordered))
 
 
 @dataclass(frozen=True, slots=True)

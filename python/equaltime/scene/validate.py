@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
@@ -23,7 +24,7 @@ EXPECTED = {
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
-    """Return one message for each parameter of `plugin` that `error` is about; "" stands for the whole."""
+    """Return what is wrong with each parameter of `plugin` that `error` is about; "" stands for the whole."""
     messages: dict[str, str] = {}
     for details in error.errors(include_url=False):
         name = str(details["loc"][0]) if details["loc"] else ""
@@ -42,16 +43,11 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
     if kind == "missing":
         return f"'{title}' needs '{name}'"
     found = details["input"]
-    if kind == "value_error":
-        return _value_error(name, context, found)
-    return f"'{name}': {_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
-
-
-def _value_error(name: str, context: Mapping[str, object], found: object) -> str:
-    """Return the message of one of the model's own checks."""
-    if not name:
-        return str(context["error"])
-    return f"'{name}': {context['error']}; found {shown(found)}"
+    if kind == "value_error":  # one of the model's own checks, which says all but the value
+        message = str(context["error"])
+        tells_all = not name or shown(found) in message or np.ndim(found) == 2
+        return message if tells_all else f"{message}; found {shown(found)}"
+    return f"{_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
 
 
 def _expectation(kind: str, context: Mapping[str, object], details: ErrorDetails) -> str:

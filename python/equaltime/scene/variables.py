@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from equaltime.scene.known import suggestion
+from equaltime.scene.known import nearest, suggestion
 from equaltime.scene.tree import Place, Report
 
 __all__ = ["Variables"]
@@ -16,11 +16,10 @@ _VARIABLE = re.compile(r"\\?\$(\w*)")
 class Variables:
     """The definitions that hold in one file: the user's come first, then the file's defaults."""
 
-    def __init__(self, defines: Mapping[str, object], report: Report) -> None:
+    def __init__(self, defines: Mapping[str, object]) -> None:
         self._defines = dict(defines)
         self._values = dict(defines)
         self._used: set[str] = set()
-        self._report = report
 
     def declare(self, name: str, default: object) -> None:
         """Give `name` a default, which a definition by the user overrides."""
@@ -31,26 +30,27 @@ class Variables:
         match = _VARIABLE.fullmatch(text)
         return match[1] if match and match[0].startswith("$") else None
 
-    def value(self, name: str, place: Place) -> object:
-        """Return what `name` stands for; an unknown name is reported and stands for None."""
+    def value(self, name: str) -> object:
+        """Return what `name` stands for; raises ValueError if that is unknown."""
         self._used.add(name)
         if name not in self._values:
-            near = suggestion(name, self._values)
-            self._report.add(place, f"the variable ${name} has no value: define it with -D {name}=...{near}")
-        return self._values.get(name)
+            near = nearest(name, self._values)
+            hint = f", or did you mean ${near}?" if near else ""
+            raise ValueError(f"the variable ${name} has no value: give it one with -D {name}=...{hint}")
+        return self._values[name]
 
-    def expand(self, text: str, place: Place) -> str:
-        r"""Return `text` with all variables replaced; a dollar sign is written ``\$``."""
+    def expand(self, text: str) -> str:
+        r"""Return `text` with all variables replaced; a dollar sign is written ``\$``. Raises ValueError as `value`."""
 
         def replacement(match: re.Match[str]) -> str:
             if match[0].startswith("\\"):
                 return match[0][1:]
-            value = self.value(match[1], place)
+            value = self.value(match[1])
             return str(value).lower() if isinstance(value, bool) else str(value)
 
         return _VARIABLE.sub(replacement, text)
 
-    def report_unused(self, place: Place) -> None:
+    def report_unused(self, place: Place, report: Report) -> None:
         """Report the user's definitions that the file never uses."""
         for name in sorted(set(self._defines) - self._used):
-            self._report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, self._used)}")
+            report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, self._used)}")

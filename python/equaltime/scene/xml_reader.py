@@ -43,9 +43,9 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
         found = "no version" if version is None else f"version {version!r}"
         report.add(root.place, f"<scene> has {found}, expected 3.0.0; older files than 2.0 are not supported yet")
         return None
-    variables = Variables(defines, report)
+    variables = Variables(defines)
     scene = _Interpreter(variables, report).nested(root, "scene")
-    variables.report_unused(Place(file))
+    variables.report_unused(Place(file), report)
     return scene
 
 
@@ -56,29 +56,30 @@ class _Interpreter:
         self._variables = variables
         self._report = report
 
-    def nested(self, element: Element, kind: Kind) -> Object:
+    def nested(self, element: Element, kind: Kind) -> Object | None:
         """Return the object that `element` describes, with its children."""
-        written_type = element.attributes.get("type", "")
         attributes = self._attributes(element, () if kind == "scene" else ("type",), ("id", "name", "type"))
+        if attributes is None:
+            return None
+        variable = self._variables.single(element.attributes.get("type", ""))
         result = Object(
             element.place,
-            attributes.get("type", "scene" if kind == "scene" else ""),
+            attributes.get("type", "scene"),
             kind,
             key=attributes.get("name"),
             id=attributes.get("id"),
-            variable=self._variables.single(written_type),
+            variable=variable,
         )
         for child in element.children:
             if child.tag == "default":
                 self._declare(child)
-            elif node := self._node(child):
-                name = self._variables.expand(child.attributes.get("name", ""), child.place)
-                result.children.append(Child(name or None, node))
+            elif (node := self._node(child)) is not None:
+                result.children.append(Child(self._expand(child, "name") or None, node))
         return result
 
     def _declare(self, element: Element) -> None:
         attributes = self._attributes(element, ("name", "value"))
-        if attributes.keys() >= {"name", "value"}:
+        if attributes is not None:
             self._variables.declare(attributes["name"], attributes["value"])
 
     def _node(self, element: Element) -> Node | None:
@@ -88,8 +89,8 @@ class _Interpreter:
         if tag in OBJECTS:
             return self.nested(element, OBJECTS[tag])
         if tag == "ref":
-            target = self._attributes(element, ("id",), ("name",)).get("id")
-            return None if target is None else Reference(place, target)
+            attributes = self._attributes(element, ("id",), ("name",))
+            return None if attributes is None else Reference(place, attributes["id"])
         if tag == "transform":
             self._attributes(element, ("name",))
             return Value(place, transforms.compose([self._step(step) for step in element.children]))
@@ -117,22 +118,33 @@ class _Interpreter:
     def _read(self, element: Element, rule: Rule[T]) -> T | None:
         """Return what `rule` makes of `element`, or None if that cannot be read."""
         attributes = self._attributes(element, rule.required, rule.optional)
+        if attributes is None:
+            return None
         try:
             return rule.parse(attributes)
-        except KeyError as missing:
-            if missing.args[0] not in rule.required:  # those have been reported
-                self._report.add(element.place, f"<{element.tag}> needs the attribute '{missing.args[0]}'")
         except ValueError as error:
-            name = attributes.get("name")
-            self._report.add(element.place, f"'{name}': {error}" if name else f"<{element.tag}>: {error}")
-        return None
+            self._report.add(element.place, f"{attributes.get('name', f'<{element.tag}>')}: {error}")
+            return None
 
-    def _attributes(self, element: Element, required: Names, optional: Names = ()) -> dict[str, str]:
-        """Return the attributes with variables replaced; unknown and missing ones are reported."""
+    def _attributes(self, element: Element, required: Names, optional: Names = ()) -> dict[str, str] | None:
+        """Return the attributes with variables replaced.
+
+        What is wrong is reported; None if the element cannot be read because something is missing or undefined.
+        """
         known = {*required, *optional}
         for name in element.attributes.keys() - known:
             self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{suggestion(name, known)}")
-        for name in required:
-            if name not in element.attributes:
-                self._report.add(element.place, f"<{element.tag}> needs the attribute '{name}'")
-        return {name: self._variables.expand(text, element.place) for name, text in element.attributes.items()}
+        missing = [name for name in required if name not in element.attributes]
+        for name in missing:
+            self._report.add(element.place, f"<{element.tag}> needs the attribute '{name}'")
+        expanded = {name: self._expand(element, name) for name in element.attributes}
+        defined = {name: text for name, text in expanded.items() if text is not None}
+        return None if missing or len(defined) < len(expanded) else defined
+
+    def _expand(self, element: Element, name: str) -> str | None:
+        """Return an attribute with variables replaced; None, and a report, if one of them is undefined."""
+        try:
+            return self._variables.expand(element.attributes.get(name, ""))
+        except ValueError as error:
+            self._report.add(element.place, str(error))
+            return None

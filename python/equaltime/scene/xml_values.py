@@ -1,7 +1,7 @@
 """What the attributes of Mitsuba's value elements and transform steps mean.
 
-Each parser takes the attributes of one element. A mistake raises ValueError with a message for people; a required
-attribute that is missing raises KeyError.
+Each parser takes the attributes of one element, where those that it requires are present. A mistake raises ValueError
+with a message for people.
 """
 
 from __future__ import annotations
@@ -35,9 +35,16 @@ class Rule(Generic[T]):
 
 def _number(text: str) -> float:
     try:
-        return float(text.replace("_", "?"))  # Python would take 1_000
+        return float(_without_underscores(text))
     except ValueError:
         raise ValueError(f"expected a number, found {text!r}") from None
+
+
+def _without_underscores(text: str) -> str:
+    """Return `text`; raises ValueError for an underscore, which Python takes in numbers and Mitsuba does not."""
+    if "_" in text:
+        raise ValueError
+    return text
 
 
 def _numbers(text: str) -> list[float]:
@@ -46,7 +53,7 @@ def _numbers(text: str) -> list[float]:
 
 def _integer(text: str) -> int:
     try:
-        return int(text.replace("_", "?"))
+        return int(_without_underscores(text))
     except ValueError:
         raise ValueError(f"expected an integer, found {text!r}") from None
 
@@ -79,9 +86,10 @@ def _vector(attributes: Attributes, default: float | None = None) -> Vec3:
 
 
 def _spectrum(attributes: Attributes) -> Spectrum:
-    if "filename" in attributes or ":" in attributes["value"]:
+    text = attributes.get("value", "")
+    if "filename" in attributes or ":" in text:
         raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one value, or use <rgb>")
-    numbers = _numbers(attributes["value"])
+    numbers = _numbers(text)
     if len(numbers) != 1:
         raise ValueError(f"expected one number, found {len(numbers)}; use <rgb> for a colour")
     return Spectrum(numbers[0])

@@ -17,6 +17,8 @@ class EmitterPlugin(Plugin):
 
     kind: ClassVar[Kind] = "emitter"
     hints: ClassVar[frozenset[str]] = frozenset({"sampling_weight"})
+    surrounds: ClassVar[bool] = False
+    """Whether it shines from all around, of which a scene can have one."""
 
     sampling_weight: NonNegativeFloat = 1.0
     """A sampling hint of Mitsuba; which light is sampled how often is the strategy's business here."""
@@ -57,6 +59,8 @@ class Point(EmitterPlugin):
 class Constant(EmitterPlugin):
     """The same radiance from every direction."""
 
+    surrounds: ClassVar[bool] = True
+
     type: Literal["constant"] = "constant"
     radiance: Radiance = (1.0, 1.0, 1.0)
     """W/(m^2 sr) per channel."""
@@ -64,6 +68,8 @@ class Constant(EmitterPlugin):
 
 class EnvMap(EmitterPlugin):
     """Radiance from all around, given by an image in latitude and longitude."""
+
+    surrounds: ClassVar[bool] = True
 
     type: Literal["envmap"] = "envmap"
     filename: str

@@ -40,4 +40,4 @@ def as_ior(value: object) -> object:
     try:
         return IOR[value.lower()]
     except KeyError:
-        raise ValueError(f"expected a number or the name of a material{suggestion(value, IOR)}") from None
+        raise ValueError(f"expected a number or a material, found {value!r}{suggestion(value, IOR)}") from None

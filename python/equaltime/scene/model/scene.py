@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.emitters import Constant, EnvMap, FreeEmitter
+from equaltime.scene.model.emitters import FreeEmitter
 from equaltime.scene.model.integrators import Integrator, Path
 from equaltime.scene.model.sensors import Perspective
 from equaltime.scene.model.shapes import Shape
@@ -29,6 +29,6 @@ class SceneModel(Plugin):
 
     @model_validator(mode="after")
     def _one_environment(self) -> Self:
-        if sum(isinstance(emitter, Constant | EnvMap) for emitter in self.emitters) > 1:
+        if sum(emitter.surrounds for emitter in self.emitters) > 1:
             raise ValueError("a scene can have only one environment (constant or envmap)")
         return self

@@ -114,8 +114,7 @@ def _invertible(matrix: Matrix) -> Matrix:
     array = as_array(matrix)
     if not np.array_equal(array[3], (0.0, 0.0, 0.0, 1.0)):
         raise ValueError("the last row of a transform must be 0 0 0 1; projections are not supported")
-    lengths = np.linalg.norm(array[:3, :3], axis=0)
-    if lengths.min() == 0.0 or abs(np.linalg.det(array[:3, :3] / lengths)) < 1e-12:
+    if abs(np.linalg.det(_directions(array))) < 1e-12:
         raise ValueError("the transform is singular: it flattens space, so that it cannot be inverted")
     return matrix
 
@@ -135,17 +134,26 @@ def as_array(matrix: Matrix) -> NDArray[np.float64]:
 def linear_scale(matrix: Matrix) -> float | None:
     """Return the factor by which the transform scales all lengths alike, or None if it does not."""
     linear = as_array(matrix)[:3, :3]
-    gram = linear.T @ linear
+    largest = float(np.abs(linear).max()) or 1.0  # so that squares neither overflow nor vanish
+    gram = (linear / largest).T @ (linear / largest)
     square = float(np.trace(gram)) / 3.0
     if np.abs(gram - square * np.eye(3)).max() > 2.0 * SHAPE_TOLERANCE * square:
         return None
-    return math.sqrt(square)
+    return math.sqrt(square) * largest
 
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
     """Tell whether a (4, 4) transform turns left into right."""
+    return bool(np.linalg.det(_directions(matrix)) < 0.0)
+
+
+def _directions(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the linear part of a (4, 4) transform with its columns at unit length; a column of zeros stays."""
     linear = matrix[:3, :3]
-    return bool(np.linalg.det(linear / np.linalg.norm(linear, axis=0)) < 0.0)
+    largest = np.abs(linear).max(axis=0)
+    scaled = np.divide(linear, largest, out=np.zeros_like(linear), where=largest > 0.0)
+    unit: NDArray[np.float64] = scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1.0)
+    return unit
 
 
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]

@@ -1,0 +1,190 @@
+"""Scenes in TOML, equaltime's own spelling."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from equaltime import SceneError
+from equaltime.scene import Scene, load
+from equaltime.scene import model as m
+
+SENSOR = '[sensor]\ntype = "perspective"\n'
+
+
+def read(folder: Path, text: str, **defines: object) -> Scene:
+    file = folder / "scene.toml"
+    file.write_text(text)
+    return load(file, **defines)
+
+
+def problems(folder: Path, text: str, **defines: object) -> list[str]:
+    with pytest.raises(SceneError) as error:
+        read(folder, text, **defines)
+    return [str(problem).removeprefix(f"{folder}/") for problem in error.value.problems]
+
+
+# -- what can be written ---------------------------------------------------------------------------------------------
+
+
+def test_tables_are_objects_and_strings_are_references(tmp_path: Path) -> None:
+    loaded = read(
+        tmp_path,
+        """
+        [integrator]
+        type = "path"
+        max_depth = 8
+
+        [sensor]
+        type = "perspective"
+        fov = 40
+        to_world = [{ look_at = { origin = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0] } }]
+        film = { type = "hdrfilm", width = 20, height = 10 }
+        [sensor.sampler]
+        type = "independent"
+        sample_count = 32
+
+        [red]
+        type = "diffuse"
+        reflectance = [0.5, 0.1, 0.1]
+
+        [floor]
+        type = "rectangle"
+        to_world = [{ rotate = { axis = [1, 0, 0], angle = -90 } }, { translate = [0, -1, 0] }]
+        bsdf = "red"
+        emitter = { type = "area", radiance = 2 }
+
+        [[balls]]
+        type = "sphere"
+        [[balls]]
+        type = "sphere"
+        radius = 2
+        """,
+    )
+    floor, *balls = loaded.model.shapes
+    assert floor.bsdf == m.Diffuse(id="red", reflectance=(0.5, 0.1, 0.1))
+    assert floor.emitter == m.Area(radiance=(2, 2, 2))
+    assert np.array(floor.to_world) == pytest.approx(
+        np.array([[1, 0, 0, 0], [0, 0, 1, -1], [0, -1, 0, 0], [0, 0, 0, 1]])
+    )
+    assert balls == [m.Sphere(), m.Sphere(radius=2)]
+    assert (loaded.max_depth, loaded.spp, loaded.size) == (8, 32, (20, 10))
+
+
+def test_a_scene_may_say_that_it_is_one(tmp_path: Path) -> None:
+    assert read(tmp_path, 'type = "scene"\n' + SENSOR).model == read(tmp_path, SENSOR).model
+
+
+# -- variables -------------------------------------------------------------------------------------------------------
+
+WIDTH = SENSOR + 'film = { type = "hdrfilm", width = "$width" }\n[default]\nwidth = 64\n'
+
+
+def test_a_variable_keeps_the_type_of_its_value(tmp_path: Path) -> None:
+    assert read(tmp_path, WIDTH).size[0] == 64
+    assert read(tmp_path, WIDTH, width=32).size[0] == 32
+    assert read(tmp_path, WIDTH, width="16").size[0] == 16
+
+
+def test_a_variable_may_be_a_list_or_stand_within_a_string(tmp_path: Path) -> None:
+    text = SENSOR + '[default]\ncolor = [0.1, 0.2, 0.3]\nname = "red"\n'
+    text += '[dark-red]\ntype = "diffuse"\nreflectance = "$color"\n[s]\ntype = "sphere"\nbsdf = "dark-$name"\n'
+    assert read(tmp_path, text).model.shapes[0].bsdf == m.Diffuse(id="dark-red", reflectance=(0.1, 0.2, 0.3))
+    assert read(tmp_path, text, color="[0.5, 0.5, 0.5]").model.shapes[0].bsdf == m.Diffuse(id="dark-red")
+
+
+def test_an_integrator_may_be_a_variable(tmp_path: Path) -> None:
+    text = SENSOR + '[integrator]\ntype = "$integrator"\n[default]\nintegrator = "guided"\n'
+    assert read(tmp_path, text, integrator="path").model.integrator == m.Path(id="integrator")
+    assert problems(tmp_path, text) == [
+        "scene.toml:3: integrator: unknown integrator 'guided', the value of $integrator; "
+        "choose one with -D integrator=path"
+    ]
+
+
+def test_a_definition_that_nothing_uses_is_an_error(tmp_path: Path) -> None:
+    assert problems(tmp_path, WIDTH, widht=3) == [
+        "scene.toml: nothing in the scene uses the definition 'widht'; did you mean 'width'?"
+    ]
+
+
+def test_a_variable_without_a_value_is_an_error(tmp_path: Path) -> None:
+    assert problems(tmp_path, SENSOR + 'fov = "$fov"\n[a]\ntype = "$a"\n[b]\ntype = "sphere"\nradius = "$r"\n') == [
+        "scene.toml:3: sensor.fov: the variable $fov has no value: give it one with -D fov=...",
+        "scene.toml:4: a: the variable $a has no value: give it one with -D a=...",
+        "scene.toml:8: b.radius: the variable $r has no value: give it one with -D r=...",
+    ]
+
+
+# -- what is wrong ---------------------------------------------------------------------------------------------------
+
+
+def test_mistakes_have_line_and_key_path_and_come_in_order(tmp_path: Path) -> None:
+    text = """\
+size = 3
+[sensor]
+type = "perspective"
+fov = "wide"
+[sensor.film]
+type = "hdrfilm"
+width = 0
+
+[[balls]]
+type = "sphere"
+[[balls]]
+type = "sphere"
+bsdf = "red"
+radius = -1
+[mesh]
+type = "ply"
+filename = "missing.ply"
+to_world = [
+    { translate = [0, 0, 0] },
+    { rotate = 30 },
+]
+[material]
+type = "twosided"
+bsdf = { type = "diffuse", reflectence = 0.5 }
+"""
+    assert problems(tmp_path, text) == [
+        "scene.toml:1: size: unknown parameter 'size' of the scene; expected an object with a 'type'",
+        "scene.toml:4: sensor.fov: expected a number, found 'wide'",
+        "scene.toml:7: sensor.film.width: must be more than 0, found 0",
+        "scene.toml:13: balls[1].bsdf: no object has the name 'red'; expected one of 'material', 'mesh', 'sensor'",
+        "scene.toml:14: balls[1].radius: must be more than 0, found -1",
+        f"scene.toml:17: mesh.filename: no such file: {tmp_path}/missing.ply",
+        "scene.toml:18: mesh.to_world: rotate: expected a table with angle, axis",
+        "scene.toml:24: material.bsdf.reflectence: unknown parameter 'reflectence' of 'diffuse'; "
+        "did you mean 'reflectance'?",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("[sensor", "scene.toml:1: not well-formed TOML: Expected ']'"),
+        ('[sensor]\ntype = "perspective"\nfov = 3 4\n', "scene.toml:3: not well-formed TOML: Expected newline"),
+        ("a = 1\na = 2\n", "scene.toml:2: not well-formed TOML: Cannot overwrite a value"),
+        ("a = " + "[" * 5000, "scene.toml: not well-formed TOML: nested too deep"),
+        ("", "scene.toml: the scene has no sensor; expected one of type 'perspective'"),
+        ("default = 3\n" + SENSOR, "scene.toml:1: default: 'default' must be a table of variables"),
+        (
+            'type = "sphere"\n' + SENSOR,
+            "scene.toml:1: type: the type of the whole file is 'scene', if any, not 'sphere'",
+        ),
+        (SENSOR + "[a]\nb = 1\n", "scene.toml:3: a: an object needs a 'type' with the name of a plugin, found none"),
+        (
+            SENSOR + "film = 2024-01-01\n",
+            "scene.toml:3: sensor.film: expected plain data, found an object of type date",
+        ),
+    ],
+)
+def test_a_file_that_is_no_scene_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    (found,) = problems(tmp_path, text)
+    assert found.startswith(problem)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SceneError, match="not UTF-8 text"):
+        load(tmp_path / "scene.toml")
