@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,7 +23,7 @@ from equaltime.scene.model import EnvMap, MeshFile, Plugin, SceneModel
 from equaltime.scene.model import Path as PathIntegrator
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Object, Report
+from equaltime.scene.tree import Object, Place, Report
 from equaltime.scene.validate import explain
 from equaltime.scene.xml_reader import read_xml
 
@@ -32,6 +33,8 @@ P = TypeVar("P", bound=Plugin)
 
 Reader = Callable[[str, bytes, Mapping[str, object], Report], Object | None]
 READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml}
+
+_SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +49,7 @@ class Scene:
     """The meshes and images that it names."""
     warnings: tuple[str, ...] = ()
     """What is odd about its files but does no harm."""
+    _places: tuple[Place, ...] = field(default=(), repr=False)
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
 
     @property
@@ -82,10 +86,17 @@ class Scene:
         try:
             core = compile_scene(self.model, self.assets, _core.SceneBuilder())
         except ValueError as error:
-            raise SceneError((Problem(str(self.source or ""), str(error)),)) from error
+            raise SceneError((self._problem(str(error)),)) from error
         self.assets.release()
         self._seconds["build"] = perf_counter() - started
         return core
+
+    def _problem(self, message: str) -> Problem:
+        """Return the core's complaint with the place of the shape that it is about, if it is about one."""
+        about = _SHAPE.match(message)
+        if about and int(about[1]) < len(self._places):
+            return Problem(str(self._places[int(about[1])]), about[2])
+        return Problem(str(self.source or ""), message)
 
     def with_(
         self,
@@ -111,7 +122,8 @@ class Scene:
         if max_depth is not None:
             integrator = model.integrator if isinstance(model.integrator, PathIntegrator) else PathIntegrator()
             model = _changed(model, integrator=_changed(integrator, max_depth=max_depth))
-        return Scene(model, self.source, self.assets, self.warnings, {"load": self._seconds.get("load", 0.0)})
+        seconds = {"load": self._seconds.get("load", 0.0)}
+        return Scene(model, self.source, self.assets, self.warnings, self._places, seconds)
 
 
 def load(path: str | Path, **defines: object) -> Scene:
@@ -173,7 +185,8 @@ def _finish(root: Object | None, report: Report, source: Path | None, folder: Pa
     warnings = _check_files(resolved, assets, report)
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
-    return Scene(resolved.model, source, assets, warnings, {"load": perf_counter() - started})
+    places = tuple(node.place for node, _ in resolved.shapes)
+    return Scene(resolved.model, source, assets, warnings, places, {"load": perf_counter() - started})
 
 
 def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
