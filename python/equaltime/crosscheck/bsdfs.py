@@ -1,0 +1,168 @@
+"""Scattering at surfaces, by Mitsuba 3's formulas, in local coordinates.
+
+The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` gives
+f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and glass
+scatter into single directions: they evaluate to zero and their samples have no density.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from equaltime.crosscheck.vectors import Array, Mask, dot, normalize
+from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor
+
+__all__ = [
+    "Scattered",
+    "evaluate",
+    "fresnel_conductor",
+    "fresnel_dielectric",
+    "is_single",
+    "microfacets",
+    "sample",
+    "smith",
+]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scattered:
+    """Sampled directions."""
+
+    wi: Array
+    """(N, 3) unit"""
+    weight: Array
+    """(N, 3) f times cosine over the density"""
+    pdf: Array
+    """(N,) per solid angle; infinite for single directions"""
+
+
+def is_single(bsdf: Bsdf) -> bool:
+    """Tell whether the BSDF scatters into single directions only, which light sampling never finds."""
+    return bsdf.type in ("conductor", "dielectric")
+
+
+def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
+    """Return f times the cosine of wi (N, 3), and the density of sampling wi (N,)."""
+    value, pdf = np.zeros_like(wi), np.zeros(len(wi))
+    up = np.flatnonzero(wi[:, 2] > 0.0)
+    if isinstance(bsdf, Diffuse):
+        pdf[up] = wi[up, 2] / math.pi
+        value[up] = np.array(bsdf.reflectance) * pdf[up, None]
+    elif isinstance(bsdf, RoughConductor):
+        value[up], pdf[up] = _rough(bsdf, wo[up], wi[up])
+    return value, pdf
+
+
+def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
+    """Draw a direction for each row; `front` says whether the viewer is on the front side."""
+    if isinstance(bsdf, Dielectric):
+        return _glass(bsdf, wo, front, rng)
+    mirrored = wo * (-1.0, -1.0, 1.0)
+    if isinstance(bsdf, RoughConductor):
+        m = _draw_microfacet(bsdf, len(wo), rng)
+        wi = 2.0 * dot(wo, m)[:, None] * m - wo
+    elif isinstance(bsdf, Conductor):
+        reflectance = np.array(bsdf.specular_reflectance) * fresnel_conductor(wo[:, 2], bsdf)
+        return Scattered(mirrored, reflectance, np.full(len(wo), np.inf))
+    else:
+        wi = _draw_cosine(len(wo), rng)
+    value, pdf = evaluate(bsdf, wo, wi)
+    weight = np.divide(value, pdf[:, None], out=np.zeros_like(value), where=pdf[:, None] > 0.0)
+    return Scattered(wi, weight, pdf)
+
+
+def _draw_cosine(count: int, rng: np.random.Generator) -> Array:
+    """Return directions with density cos / pi: points of the unit disk, lifted to the hemisphere (Malley)."""
+    square, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
+    r = np.sqrt(square)
+    return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1.0 - square)], axis=1)
+
+
+# ---- rough conductor ------------------------------------------------------------------------------------------------
+
+
+def microfacets(bsdf: RoughConductor, m: Array) -> Array:
+    """Return the density D of microfacet normals m, per solid angle of m and projected area of the surface (N,)."""
+    alpha_u, alpha_v = bsdf.alphas
+    across, z2 = (m[:, 0] / alpha_u) ** 2 + (m[:, 1] / alpha_v) ** 2, m[:, 2] ** 2
+    if bsdf.distribution == "ggx":
+        return 1.0 / (math.pi * alpha_u * alpha_v * (across + z2) ** 2)
+    density: Array = np.exp(-across / z2) / (math.pi * alpha_u * alpha_v * z2**2)
+    return density
+
+
+def smith(bsdf: RoughConductor, v: Array) -> Array:
+    """Return the share of microfacets that are seen from v (N,): Smith's G1, for Beckmann in the usual rational form.
+
+    Walter et al. 2007, eq. 27 and 34. Both directions are taken as independent: G = G1(wo) G1(wi).
+    """
+    alpha_u, alpha_v = bsdf.alphas
+    slope = np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]) / v[:, 2]  # roughness times the tangent of the angle
+    if bsdf.distribution == "ggx":
+        return 2.0 / (1.0 + np.sqrt(1.0 + slope**2))
+    a = 1.0 / np.maximum(slope, 1e-30)
+    with np.errstate(over="ignore", invalid="ignore"):
+        rational = (3.535 * a + 2.181 * a**2) / (1.0 + 2.276 * a + 2.577 * a**2)
+    return np.where(a < 1.6, rational, 1.0)
+
+
+def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
+    m = normalize(wo + wi)
+    cosine = dot(wo, m)
+    d = microfacets(bsdf, m)
+    reflectance = np.array(bsdf.specular_reflectance) * fresnel_conductor(cosine, bsdf)
+    value = reflectance * (d * smith(bsdf, wo) * smith(bsdf, wi) / (4.0 * wo[:, 2]))[:, None]
+    return value, d * m[:, 2] / (4.0 * cosine)
+
+
+def _draw_microfacet(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
+    """Return normals with density D times their cosine: round slopes, stretched by the roughness."""
+    u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
+    r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))
+    alpha_u, alpha_v = bsdf.alphas
+    return normalize(np.stack([alpha_u * r * np.cos(phi), alpha_v * r * np.sin(phi), np.ones(count)], axis=1))
+
+
+def fresnel_conductor(cosine: Array, metal: Conductor | RoughConductor) -> Array:
+    """Return the reflectance (N, 3) of a metal for unpolarised light, from Fresnel's equations with a complex index."""
+    index = np.array(metal.eta) + 1j * np.array(metal.k)
+    c = cosine[:, None]
+    refracted = np.sqrt(index**2 - (1.0 - c**2))  # index times the complex cosine of refraction
+    with np.errstate(invalid="ignore"):
+        s = (c - refracted) / (c + refracted)
+        p = (index**2 * c - refracted) / (index**2 * c + refracted)
+        reflectance: Array = 0.5 * (np.abs(s) ** 2 + np.abs(p) ** 2)
+    return np.where(np.isnan(reflectance), 1.0, reflectance)  # an index of 0 at normal incidence: 0/0
+
+
+# ---- glass ----------------------------------------------------------------------------------------------------------
+
+
+def fresnel_dielectric(cosine: Array, eta: Array) -> tuple[Array, Array]:
+    """Return the reflectance and the cosine of refraction (0 under total reflection), each (N,).
+
+    `eta` is the index of refraction behind the surface over that before it.
+    """
+    refracted = np.sqrt(np.maximum(0.0, 1.0 - (1.0 - cosine**2) / eta**2))
+    s = (cosine - eta * refracted) / (cosine + eta * refracted)
+    p = (eta * cosine - refracted) / (eta * cosine + refracted)
+    return 0.5 * (s**2 + p**2), refracted
+
+
+def _glass(bsdf: Dielectric, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
+    """Reflect with the probability of Fresnel's reflectance, else refract.
+
+    Refracted radiance is squeezed into another solid angle: it changes by 1/eta^2.
+    """
+    ior = bsdf.int_ior / bsdf.ext_ior
+    eta = np.where(front, ior, 1.0 / ior)
+    reflectance, refracted = fresnel_dielectric(wo[:, 2], eta)
+    reflects = (rng.random(len(wo)) < reflectance)[:, None]
+    through = np.stack([-wo[:, 0] / eta, -wo[:, 1] / eta, -refracted], axis=1)
+    wi = np.where(reflects, wo * (-1.0, -1.0, 1.0), through)
+    transmitted = np.array(bsdf.specular_transmittance) / eta[:, None] ** 2
+    weight = np.where(reflects, np.array(bsdf.specular_reflectance), transmitted)
+    return Scattered(wi, weight, np.full(len(wo), np.inf))

@@ -1,0 +1,78 @@
+"""The pinhole camera and the pixel filters, in Mitsuba's conventions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from equaltime.crosscheck.vectors import Array, normalize
+from equaltime.scene.model import Box, Filter, Perspective, Tent, as_array
+
+__all__ = ["Camera", "filter_offsets"]
+
+GAUSSIAN_CUT = 4.0
+"""Where the Gaussian filter ends, in standard deviations; there it is lowered to zero."""
+
+
+class Camera:
+    """Rays through places on the film.
+
+    Camera space looks along +z with +x to the left of the image and +y up. Places are in pixels of the whole film from
+    its upper left corner: the middle of the first pixel is (0.5, 0.5).
+    """
+
+    def __init__(self, sensor: Perspective) -> None:
+        self._film = sensor.film
+        self._to_world = as_array(sensor.to_world)
+        self._half_width = math.tan(math.radians(sensor.x_fov) / 2.0)
+        self._principal_point = np.array([sensor.principal_point_offset_x, sensor.principal_point_offset_y])
+        self._near = sensor.near_clip or 0.0
+        self._far = sensor.far_clip or math.inf
+
+    @property
+    def origin(self) -> Array:
+        """The pinhole, (3,)."""
+        return self._to_world[:3, 3]
+
+    def pixels(self) -> Array:
+        """Return the upper left corners of the pixels of the crop window: (height * width, 2), row by row."""
+        x, y, width, height = self._film.crop
+        columns, rows = np.meshgrid(np.arange(x, x + width), np.arange(y, y + height))
+        return np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(np.float64)
+
+    def rays(self, places: Array) -> tuple[Array, Array, Array]:
+        """Return the unit directions (N, 3) of the rays from `origin` through `places` (N, 2), and where they count.
+
+        That is from the near plane to the far plane: two arrays of distances (N,) from the pinhole.
+        """
+        width, height = self._film.size
+        x, y = (1.0 - 2.0 * (places / (width, height) + self._principal_point)).T
+        local = np.stack([self._half_width * x, self._half_width * height / width * y, np.ones_like(x)], axis=1)
+        length = np.sqrt((local**2).sum(axis=1))
+        directions = normalize(local @ self._to_world[:3, :3].T)
+        return directions, self._near * length, self._far * length
+
+
+def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Array:
+    """Return `count` random offsets (count, 2) from the middle of a pixel whose density is the pixel filter.
+
+    With places drawn like this a pixel is the plain mean of its samples. Both coordinates are independent, since all
+    the filters are products.
+    """
+    if isinstance(rfilter, Box):
+        return rng.uniform(-0.5, 0.5, (count, 2))
+    if isinstance(rfilter, Tent):  # the sum of two uniform numbers has this density
+        return rfilter.radius * (rng.random((count, 2)) - rng.random((count, 2)))
+    return rfilter.stddev * _cut_gaussian(2 * count, rng).reshape(count, 2)
+
+
+def _cut_gaussian(count: int, rng: np.random.Generator) -> Array:
+    """Return numbers with a density proportional to exp(-x^2/2) - exp(-cut^2/2), by rejection from the normal one."""
+    x, pending = np.empty(count), np.arange(count)
+    while pending.size:
+        proposed = rng.standard_normal(pending.size)
+        accepted = rng.random(pending.size) < 1.0 - np.exp(0.5 * (proposed**2 - GAUSSIAN_CUT**2))
+        x[pending[accepted]] = proposed[accepted]
+        pending = pending[~accepted]
+    return x

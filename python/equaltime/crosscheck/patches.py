@@ -1,0 +1,138 @@
+"""The scene's surfaces as patches: triangles, spheres and disks in one numbering, each knowing its shape.
+
+A patch's number is its place here: all triangles first, then the spheres, then the disks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from equaltime.crosscheck.vectors import Array, Index, normalize, perpendicular
+from equaltime.scene import geometry
+from equaltime.scene.assets import Assets
+from equaltime.scene.geometry import DiskSurface, MeshSurface, QuadSurface, SphereSurface
+from equaltime.scene.model import Cube, SceneModel, Shape, as_array
+
+__all__ = ["Disk", "Sphere", "Triangles", "collect"]
+
+CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""Along which axis the u coordinate of Mitsuba's cube grows (or falls) on the faces across x, y and z …"""
+CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
+"""… but for the face at y = -1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Triangles:
+    """All triangles of the scene, counter-clockwise from the front."""
+
+    corners: Array
+    """(T, 3, 3)"""
+    corner_normals: Array
+    """(T, 3, 3) unit shading normals; the geometric one where there are none"""
+    normals: Array
+    """(T, 3) unit, on the front side"""
+    areas: Array
+    """(T,)"""
+    tangents: Array
+    """(T, 3) the direction in which the texture coordinate u grows, of any length"""
+    shapes: Index
+    """(T,)"""
+    primitives: Index
+    """(T,) which triangle of its shape it is"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere:
+    """A sphere; `front` is 1 if that is the outside, else -1. `axis` is where ``to_world`` takes +z."""
+
+    shape: int
+    center: Array
+    radius: float
+    front: float
+    axis: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Disk:
+    """The unit disk under `to_world`; `normal` is unit, on the front side."""
+
+    shape: int
+    to_world: Array
+    from_world: Array
+    normal: Array
+
+
+def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere], list[Disk]]:
+    """Return the patches of all shapes."""
+    meshes: list[Triangles] = []
+    spheres: list[Sphere] = []
+    disks: list[Disk] = []
+    for index, (shape, surface) in enumerate(zip(model.shapes, geometry.surfaces(model, assets), strict=True)):
+        if isinstance(surface, SphereSurface):
+            front = -1.0 if surface.flip_normals else 1.0
+            axis = normalize(as_array(shape.to_world)[:3, 2])
+            spheres.append(Sphere(index, surface.center, surface.radius, front, axis))
+        elif isinstance(surface, DiskSurface):
+            disks.append(_disk(index, surface))
+        else:
+            meshes.append(_triangles(index, shape, surface))
+    return _joined(meshes), spheres, disks
+
+
+def _joined(meshes: list[Triangles]) -> Triangles:
+    """Return the triangles of all meshes, one after the other."""
+    if not meshes:
+        rows, numbers = np.zeros((0, 3)), np.zeros(0, np.int64)
+        return Triangles(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), rows, np.zeros(0), rows, numbers, numbers)
+    return Triangles(*(np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in Triangles.__slots__))
+
+
+def _disk(index: int, surface: DiskSurface) -> Disk:
+    linear = surface.to_world[:3, :3]
+    mirrored = np.linalg.det(linear) < 0.0
+    normal = normalize(np.cross(linear[:, 0], linear[:, 1]))
+    front = -1.0 if mirrored != surface.flip_normals else 1.0
+    return Disk(index, surface.to_world, np.linalg.inv(surface.to_world).astype(np.float64), front * normal)
+
+
+def _triangles(index: int, shape: Shape, surface: MeshSurface | QuadSurface) -> Triangles:
+    mesh = surface.mesh() if isinstance(surface, QuadSurface) else surface
+    corners = mesh.vertices[mesh.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.sqrt((across**2).sum(axis=1))
+    kept = np.flatnonzero(twice > 0.0)
+    corners, normals = corners[kept], across[kept] / twice[kept, None]
+    smooth = None if mesh.normals is None else mesh.normals[mesh.faces[kept]]
+    corner_normals = np.repeat(normals[:, None], 3, axis=1) if smooth is None else smooth
+    if isinstance(surface, QuadSurface):
+        tangents = np.tile(surface.to_world[:3, 0], (len(kept), 1))
+    elif isinstance(shape, Cube):
+        tangents = _cube_tangents(as_array(shape.to_world), corners)
+    else:
+        tangents = _uv_tangents(corners, None if mesh.uvs is None else mesh.uvs[mesh.faces[kept]], normals)
+    shapes = np.full(len(kept), index, np.int64)
+    return Triangles(corners, corner_normals, normals, 0.5 * twice[kept], tangents, shapes, kept.astype(np.int64))
+
+
+def _cube_tangents(to_world: Array, corners: Array) -> Array:
+    center = corners.mean(axis=1) - to_world[:3, 3]
+    local = center @ np.linalg.inv(to_world[:3, :3]).T  # 1 or -1 along the face's axis, a third at most elsewhere
+    axis = np.abs(local).argmax(axis=1)
+    tangents = CUBE_TANGENTS[axis]
+    tangents[(axis == 1) & (local[:, 1] < 0.0)] = CUBE_TANGENT_BELOW_Y
+    along: Array = tangents @ to_world[:3, :3].T
+    return along
+
+
+def _uv_tangents(corners: Array, uvs: Array | None, normals: Array) -> Array:
+    """Return how the point moves with u: solves p = p0 + u dp_du + v dp_dv on each triangle."""
+    if uvs is None:
+        return perpendicular(normals)
+    edges, steps = corners[:, 1:] - corners[:, :1], uvs[:, 1:] - uvs[:, :1]
+    determinant = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
+    tangents = (edges[:, 0] * steps[:, 1, 1:] - edges[:, 1] * steps[:, 0, 1:]) * np.sign(determinant)[:, None]
+    useless = determinant == 0.0
+    tangents[useless] = perpendicular(normals[useless])
+    return tangents

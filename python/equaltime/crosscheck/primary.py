@@ -1,0 +1,46 @@
+"""What the camera sees: the first surface behind the middle of each pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from equaltime.crosscheck.camera import Camera
+from equaltime.crosscheck.vectors import Array, Index
+from equaltime.crosscheck.world import World
+from equaltime.scene import Scene
+
+__all__ = ["PrimaryHits", "primary_hits"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrimaryHits:
+    """The first surfaces, one for each pixel of the crop window."""
+
+    shape: Index
+    """(H, W) index in the scene's shapes, -1 where there is nothing"""
+    primitive: Index
+    """(H, W) which triangle of a mesh, else 0; -1 where there is nothing"""
+    t: Array
+    """(H, W) distance from the pinhole, infinite where there is nothing"""
+    point: Array
+    """(H, W, 3) NaN where there is nothing"""
+
+
+def primary_hits(scene: Scene) -> PrimaryHits:
+    """Return what stands behind the middles of the pixels, between the clip planes."""
+    camera, world = Camera(scene.model.sensor), World(scene.model, scene.assets)
+    directions, near, far = camera.rays(camera.pixels() + 0.5)
+    origins = camera.origin + near[:, None] * directions
+    t, patch = world.intersect(origins, directions, np.full(len(directions), -1))
+    patch = np.where(t <= far - near, patch, -1)
+    there = patch >= 0
+    hits = world.hits(origins, directions, t, patch)
+    height, width = scene.model.sensor.film.crop[3], scene.model.sensor.film.crop[2]
+    return PrimaryHits(
+        np.where(there, world.shape[patch] if world.shape.size else -1, -1).reshape(height, width),
+        np.where(there, world.primitive[patch] if world.shape.size else -1, -1).reshape(height, width),
+        np.where(there, t + near, np.inf).reshape(height, width),
+        np.where(there[:, None], hits.point, np.nan).reshape(height, width, 3),
+    )

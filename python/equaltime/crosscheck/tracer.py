@@ -1,0 +1,225 @@
+"""The estimator: paths from the camera, all at once, with light sampling and BSDF sampling combined.
+
+Each row of the arrays is a path. A step moves all paths one surface on; those that end are dropped.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from equaltime.crosscheck import bsdfs
+from equaltime.crosscheck.camera import Camera, filter_offsets
+from equaltime.crosscheck.lights import Lights
+from equaltime.crosscheck.vectors import Array, Frames, Index, Mask, dot
+from equaltime.crosscheck.world import Hits, World
+from equaltime.errors import RenderError
+from equaltime.scene import Scene, geometry
+from equaltime.scene.model import Bsdf
+
+__all__ = ["Tracer", "render"]
+
+PATHS_AT_ONCE = 1 << 16
+OCCLUDER = 1.0 - 1e-9
+"""What a shadow ray meets beyond this part of its way is the light itself."""
+NEGLIGIBLE = 1e-12
+"""Without a limit of depth, paths are followed until they carry this little: nothing that a render could show."""
+ENDLESS = 100_000
+
+
+def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None = None) -> tuple[Array, Array]:
+    """Render a scene with `spp` samples per pixel.
+
+    Parameters
+    ----------
+    scene
+        A loaded scene.
+    spp
+        Samples per pixel, all independent.
+    seed
+        Of all random numbers. The image depends on nothing else but the scene and `spp`.
+    size
+        Width and height, if not the scene's own.
+
+    Returns
+    -------
+    mean, variance
+        Two (H, W, 3) arrays: radiance per pixel of the crop window, and the estimated variance of that mean (NaN for a
+        single sample). Both are unbiased.
+
+    Raises
+    ------
+    RenderError
+        If a path does not end, or a sample is not finite.
+
+    """
+    tracer = Tracer(scene if size is None else scene.with_(size=size))
+    rng = np.random.Generator(np.random.Philox(seed))
+    pixels = tracer.camera.pixels()
+    mean, squares, done = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3)), 0
+    while done < spp:
+        count = min(spp - done, max(1, PATHS_AT_ONCE // len(pixels)))
+        radiance = tracer.sample(np.tile(pixels, (count, 1)), rng).reshape(count, len(pixels), 3)
+        for one in radiance:  # Welford's way to mean and squared deviations
+            done += 1
+            change = one - mean
+            mean += change / done
+            squares += change * (one - mean)
+    shape = (*tracer.film_shape, 3)
+    variance = squares / (spp * (spp - 1)) if spp > 1 else np.full_like(squares, np.nan)
+    return mean.reshape(shape), variance.reshape(shape)
+
+
+@dataclass(slots=True, eq=False)
+class _Rays:
+    """Where the paths are: rays on their way to the next surface."""
+
+    path: Index
+    """(n,) which path each is"""
+    origin: Array
+    direction: Array
+    start: Index
+    """(n,) the patch that the ray leaves, -1 for none"""
+    beta: Array
+    """(n, 3) what the path carries: the product of all weights so far"""
+    pdf: Array
+    """(n,) density of the direction per solid angle; infinite where nothing but this ray could have found it"""
+
+    def keep(self, rows: Mask) -> _Rays:
+        return _Rays(*(getattr(self, name)[rows] for name in self.__slots__))
+
+
+class Tracer:
+    """A scene, ready to be sampled."""
+
+    def __init__(self, scene: Scene) -> None:
+        model = scene.model
+        surfaces = tuple(geometry.surfaces(model, scene.assets))
+        self.camera = Camera(model.sensor)
+        self.world = World(model, scene.assets)
+        self.film_shape = model.sensor.film.crop[3], model.sensor.film.crop[2]
+        self._filter = model.sensor.film.rfilter
+        self._lights = Lights(model, surfaces, self.world, scene.assets)
+        self._max_depth = scene.max_depth
+        sides = [(surface.sides.front, surface.sides.back) for surface in surfaces]
+        self._bsdfs = list(dict.fromkeys(bsdf for pair in sides for bsdf in pair if bsdf is not None))
+        number = {bsdf: index for index, bsdf in enumerate(self._bsdfs)}
+        self._bsdf_of = np.array([[-1 if b is None else number[b] for b in pair] for pair in sides]).reshape(-1, 2)
+
+    def sample(self, pixels: Array, rng: np.random.Generator) -> Array:
+        """Return one sample of radiance (N, 3) for each of the pixels (N, 2) given by their upper left corners."""
+        radiance = np.zeros((len(pixels), 3))
+        rays, far = self._camera_rays(pixels, rng)
+        depth = 0
+        while rays.path.size:
+            depth += 1
+            t, patch = self.world.intersect(rays.origin, rays.direction, rays.start)
+            if depth == 1:
+                t, patch = np.where(t <= far, t, np.inf), np.where(t <= far, patch, -1)
+            missed = patch < 0
+            radiance[rays.path[missed]] += self._from_environment(rays.keep(missed))
+            rays = rays.keep(~missed)
+            hits = self.world.hits(rays.origin, rays.direction, t[~missed], patch[~missed])
+            radiance[rays.path] += self._from_surfaces(rays, hits)
+            if depth == self._max_depth:
+                break
+            if depth > ENDLESS:
+                raise RenderError(f"a path is longer than {ENDLESS} surfaces: give the scene a max_depth")
+            rays = self._scatter(rays, hits, radiance, rng)
+        if not np.isfinite(radiance).all():
+            raise RenderError("the cross-check made a sample that is not finite")
+        return radiance
+
+    def _camera_rays(self, pixels: Array, rng: np.random.Generator) -> tuple[_Rays, Array]:
+        """Return rays from the near plane, and how far from there the far plane is."""
+        n = len(pixels)
+        directions, near, far = self.camera.rays(pixels + 0.5 + filter_offsets(self._filter, n, rng))
+        origins = self.camera.origin + near[:, None] * directions
+        rays = _Rays(np.arange(n), origins, directions, np.full(n, -1), np.ones((n, 3)), np.full(n, np.inf))
+        return rays, far - near
+
+    def _from_environment(self, rays: _Rays) -> Array:
+        if self._lights.environment is None:
+            return np.zeros_like(rays.beta)
+        found = self._lights.environment.radiance(rays.direction)
+        return rays.beta * found * _share(rays.pdf, self._lights.environment_pdf(rays.direction))
+
+    def _from_surfaces(self, rays: _Rays, hits: Hits) -> Array:
+        found = self._lights.emitted(hits, rays.direction)
+        return rays.beta * found * _share(rays.pdf, self._lights.surface_pdf(hits, rays.direction))
+
+    def _scatter(self, rays: _Rays, hits: Hits, radiance: Array, rng: np.random.Generator) -> _Rays:
+        """Add the light that reaches the hits directly to `radiance`, and return the rays that go on from them."""
+        front = dot(hits.normal, rays.direction) < 0.0
+        bsdf = self._bsdf_of[self.world.shape[hits.patch], np.where(front, 0, 1)]
+        following: list[_Rays] = []
+        for number, model in enumerate(self._bsdfs):
+            rows = bsdf == number
+            if rows.any():
+                here = _Place.at(rays.keep(rows), hits, rows, front[rows])
+                if not bsdfs.is_single(model):
+                    radiance[here.rays.path] += self._direct(here, model, rng)
+                following.append(self._continue(here, model, rng))
+        if not following:
+            return rays.keep(np.zeros(len(front), np.bool_))
+        return _Rays(*(np.concatenate([getattr(f, name) for f in following]) for name in _Rays.__slots__))
+
+    def _direct(self, here: _Place, model: Bsdf, rng: np.random.Generator) -> Array:
+        """Return what one light that is chosen at random adds to each path."""
+        light = self._lights.sample(here.point, rng)
+        wi = here.frames.to_local(light.wi)
+        value, pdf = bsdfs.evaluate(model, here.wo, wi)
+        value *= here.same_side(light.wi, wi)[:, None]
+        seen = np.flatnonzero(value.any(axis=1) & light.radiance.any(axis=1))
+        t, _ = self.world.intersect(here.point[seen], light.wi[seen], here.patch[seen])
+        seen = seen[t >= OCCLUDER * light.distance[seen]]
+        added = np.zeros_like(value)
+        share = 1.0 / (light.pdf + pdf * (1.0 - light.single))  # the balance heuristic's weight over the density
+        added[seen] = (here.rays.beta * value * light.radiance * share[:, None])[seen]
+        return added
+
+    def _continue(self, here: _Place, model: Bsdf, rng: np.random.Generator) -> _Rays:
+        scattered = bsdfs.sample(model, here.wo, here.front, rng)
+        wi = here.frames.to_world(scattered.wi)
+        beta = here.rays.beta * scattered.weight * here.same_side(wi, scattered.wi)[:, None]
+        least = NEGLIGIBLE if self._max_depth < 0 else 0.0
+        following = _Rays(here.rays.path, here.point, wi, here.patch, beta, scattered.pdf)
+        return following.keep(beta.max(axis=1, initial=0.0) > least)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """Where paths meet surfaces of one BSDF. Normals and frames are on the viewer's side."""
+
+    rays: _Rays
+    point: Array
+    patch: Index
+    normal: Array
+    frames: Frames
+    wo: Array
+    """(n, 3) local"""
+    front: Mask
+
+    @classmethod
+    def at(cls, rays: _Rays, hits: Hits, rows: Mask, front: Mask) -> _Place:
+        side = np.where(front, 1.0, -1.0)[:, None]
+        frames = Frames.from_normals(side * hits.shading[rows], hits.tangent[rows])
+        wo = frames.to_local(-rays.direction)
+        lit = wo[:, 2] > 0.0  # a shading normal that faces away from the viewer: the surface is black there
+        rays = rays.keep(lit)
+        frames = Frames(frames.s[lit], frames.t[lit], frames.n[lit])
+        normal = (side * hits.normal[rows])[lit]
+        return cls(rays, hits.point[rows][lit], hits.patch[rows][lit], normal, frames, wo[lit], front[lit])
+
+    def same_side(self, world: Array, local: Array) -> Mask:
+        """Tell whether the geometric normal (N,) agrees with the shading normal on which side directions are."""
+        same: Mask = (dot(self.normal, world) > 0.0) == (local[:, 2] > 0.0)
+        return same
+
+
+def _share(pdf: Array, other: Array) -> Array:
+    """Return the balance heuristic's weight (N, 1) of a direction found with density `pdf`, not with `other`."""
+    with np.errstate(divide="ignore"):
+        weight: Array = 1.0 / (1.0 + other / pdf)
+    return weight[:, None]
