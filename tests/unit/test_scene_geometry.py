@@ -177,5 +177,5 @@ def test_texture_coordinates_of_an_obj_are_turned_upside_down_unless_it_says_oth
 
 def test_a_transform_that_takes_vertices_to_infinity_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "m.obj").write_text("v 0 0 0\nv 1e200 0 0\nv 0 1 0\nf 1 2 3\n")
-    with pytest.raises(ValueError, match="to_world takes vertex 1 to infinity"):
+    with pytest.raises(ValueError, match="to_world takes point 1 to infinity"):
         place(type="obj", filename=str(tmp_path / "m.obj"), to_world=np.diag([1e200, 1e200, 1e200, 1.0]))

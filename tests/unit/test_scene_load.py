@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from equaltime import SceneError
-from equaltime.scene import Scene, load, load_dict, surfaces
+from equaltime.scene import Scene, load, load_dict
 from equaltime.scene import model as m
 from equaltime.scene.geometry import MeshSurface, QuadSurface, SphereSurface
 
@@ -40,6 +40,14 @@ def test_every_shipped_scene_loads_builds_and_says_how_many_samples_it_wants(fil
     assert not loaded.warnings
 
 
+def test_the_example_of_the_readme_is_a_scene(tmp_path: Path) -> None:
+    example = (SCENES / "README.md").read_text().split("```toml\n")[1].split("```")[0]
+    (tmp_path / "example.toml").write_text(example)
+    loaded = load(tmp_path / "example.toml", width=640)
+    assert loaded.size == (640, 240)
+    assert loaded.core.lights == 1
+
+
 @pytest.mark.parametrize("name", ["cornell-box", "veach-mis"])
 def test_the_toml_scene_is_the_mitsuba_scene_in_other_words(name: str) -> None:
     ours = load(SCENES / f"{name}.toml")
@@ -53,7 +61,7 @@ def test_the_toml_scene_is_the_mitsuba_scene_in_other_words(name: str) -> None:
 
 
 def places(loaded: Scene) -> list[MeshSurface | SphereSurface]:
-    placed = [it.mesh() if isinstance(it, QuadSurface) else it for it in surfaces(loaded.model, loaded.assets)]
+    placed = [it.mesh() if isinstance(it, QuadSurface) else it for it in loaded.surfaces()]
     return [it for it in placed if isinstance(it, MeshSurface | SphereSurface)]
 
 

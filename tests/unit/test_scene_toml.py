@@ -188,3 +188,8 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(SceneError, match="not UTF-8 text"):
         load(tmp_path / "scene.toml")
+
+
+def test_the_rows_of_a_matrix_are_not_taken_for_table_headers(tmp_path: Path) -> None:
+    text = SENSOR + "to_world = [\n  [1, 0, 0, 0],\n  [0, 1, 0, 0],\n  [0, 0, 1, 0],\n  [0, 0, 0, 1]\n]\nfov = 0\n"
+    assert problems(tmp_path, text) == ["scene.toml:9: sensor.fov: must be more than 0, found 0"]

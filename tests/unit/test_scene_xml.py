@@ -179,7 +179,7 @@ IN_A_SPHERE = [
     ('<float value="1"/>', "<float> needs the attribute 'name'"),
     ('<float name="radius" value="1 2"/>', "radius: expected a number, found '1 2'"),
     ('<float name="radius" value="1_0"/>', "radius: expected a number, found '1_0'"),
-    ('<float name="radius" value="nan"/>', "radius: expected a finite number, found nan"),
+    ('<float name="radius" value="nan"/>', "radius: expected a finite number, found 'nan'"),
     ('<float name="radius" value="1"/><float name="radius" value="2"/>', "'radius' is given more than once"),
     ('<float name="radius" value="1"><rgb name="y" value="1"/></float>', "<rgb> cannot stand inside <float>"),
     ('<string name="radius" value="1"/>', "radius: expected a number, found '1'"),
@@ -212,6 +212,9 @@ IN_A_TRANSFORM = [
     ('<rotate angle="30"/>', "<rotate>: the axis of a rotation must have a direction"),
     ('<matrix value="1 2"/>', "<matrix>: a matrix needs 9 or 16 numbers, found 2"),
     ('<scale value="0"/>', "to_world: the transform is singular"),
+    ('<scale value="1e999"/>', "<scale>: expected a finite number, found '1e999'"),
+    ('<scale value="1e300"/><scale value="1e300"/>', "to_world: expected a finite number, found inf"),
+    ('<lookat origin="1e308 0 0" target="-1e308 0 0"/>', "to_world: expected a finite number, found nan"),
 ]
 WRAPPERS = {
     "{}": IN_THE_SCENE,

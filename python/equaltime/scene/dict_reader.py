@@ -68,9 +68,9 @@ class DictReader:
             self._report.add(place, str(error))
             return None
         self._depth += 1
-        for key, value in table.items():
-            if key not in ("type", "id"):
-                self._add(result, str(key), value, self.locate(place.key(str(key))))
+        for entry, value in table.items():
+            if entry not in ("type", "id"):
+                self._add(result, str(entry), value, self.locate(place.key(str(entry))))
         self._depth -= 1
         return result
 

@@ -129,7 +129,7 @@ def surface(shape: Shape, assets: Assets) -> Surface:
 
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
-    center = to_world[:3, :3] @ np.array(shape.center) + to_world[:3, 3]
+    center = meshes.place(np.array([shape.center]), to_world)[0]
     scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
     return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals)
 

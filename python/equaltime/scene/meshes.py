@@ -17,6 +17,8 @@ __all__ = [
 Vectors = NDArray[np.float64]
 Faces = NDArray[np.uint32]
 
+CHUNK = 1 << 15
+
 QUAD_VERTICES: Vectors = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float64)
 QUAD_FACES: Faces = np.array([[0, 1, 2], [2, 3, 0]], dtype=np.uint32)
 CUBE_VERTICES: Vectors = np.array(
@@ -37,16 +39,22 @@ def place(vertices: Vectors, to_world: Vectors) -> Vectors:
     if np.array_equal(to_world, np.eye(4)):
         return vertices
     with np.errstate(over="ignore", invalid="ignore"):
-        placed: Vectors = vertices @ to_world[:3, :3].T + to_world[:3, 3]
+        placed = _times(vertices, to_world[:3, :3].T) + to_world[:3, 3]
     if not np.isfinite(placed).all():
-        vertex = int(np.flatnonzero(~np.isfinite(placed).all(axis=1))[0])
-        raise ValueError(f"to_world takes vertex {vertex} to infinity")
+        point = int(np.flatnonzero(~np.isfinite(placed).all(axis=1))[0])
+        raise ValueError(f"to_world takes point {point} to infinity: {vertices[point].tolist()}")
     return placed
 
 
 def place_normals(normals: Vectors, to_world: Vectors) -> Vectors:
     """Return unit normals in world space; one that has no length stays zero."""
-    return _unit(normals @ np.linalg.inv(to_world[:3, :3]))
+    return _unit(_times(normals, np.asarray(np.linalg.inv(to_world[:3, :3]), dtype=np.float64)))
+
+
+def _times(rows: Vectors, matrix: Vectors) -> Vectors:
+    """Return rows (N, 3) times matrix (3, 3), not by BLAS, whose bits and threads depend on the machine."""
+    product: Vectors = rows[:, :1] * matrix[0] + rows[:, 1:2] * matrix[1] + rows[:, 2:] * matrix[2]
+    return product
 
 
 def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
@@ -55,24 +63,33 @@ def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
     These are the normals that Mitsuba 3 gives to a mesh that has none (Thürmer and Wüthrich 1998, "Computing Vertex
     Normals from Polygonal Facets"). A vertex without any area around it gets +x, as there.
     """
-    p0, p1, p2 = (vertices[faces[:, i]] for i in range(3))
-    edges = (_unit(p1 - p0), _unit(p2 - p1), _unit(p0 - p2))
-    facing = _unit(np.cross(edges[0], edges[1]))
-    sums = np.zeros_like(vertices)
-    for corner in range(3):
-        cosine = -np.einsum("ij,ij->i", edges[corner], edges[corner - 1])
-        angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-        for axis in range(3):
-            sums[:, axis] += np.bincount(faces[:, corner], angle * facing[:, axis], minlength=len(vertices))
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.where(lengths > 0.0, np.divide(sums, lengths, out=sums, where=lengths > 0.0), (1.0, 0.0, 0.0))
+    sums = np.zeros(vertices.size)
+    for start in range(0, len(faces), CHUNK):  # in parts that stay in the cache
+        corners = faces[start : start + CHUNK].astype(np.intp)
+        np.add.at(sums, 3 * corners[:, :, None] + np.arange(3), _weighted_normals(vertices[corners]))
+    normals = _unit(sums.reshape(-1, 3))
+    normals[~normals.any(axis=1)] = (1.0, 0.0, 0.0)
+    return normals
+
+
+def _weighted_normals(points: Vectors) -> Vectors:
+    """Return the unit normal of each triangle (n, 3, 3) times its angle, for each of its corners."""
+    edges = np.roll(points, -1, axis=1) - points
+    largest = np.abs(edges).max(axis=(1, 2), keepdims=True)  # so that squares neither overflow nor vanish
+    np.divide(edges, largest, out=edges, where=largest > 0.0)
+    cross = np.cross(edges[:, 0], edges[:, 1])
+    sine = np.sqrt(np.einsum("ni,ni->n", cross, cross))[:, None]  # times the product of two lengths, as the cosine
+    cosine = -np.einsum("nci,nci->nc", edges, np.roll(edges, 1, axis=1))
+    normal = np.divide(cross, sine, out=np.zeros_like(cross), where=sine > 0.0)
+    weighted: Vectors = np.arctan2(sine, cosine)[:, :, None] * normal[:, None, :]
+    return weighted
 
 
 def _unit(vectors: Vectors) -> Vectors:
     """Return the vectors with length 1; those without a length stay zero."""
     largest = np.abs(vectors).max(axis=1, keepdims=True)  # so that squares neither overflow nor vanish
     scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0.0)
-    lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
+    lengths = np.sqrt(np.einsum("ij,ij->i", scaled, scaled))[:, None]
     unit: Vectors = np.divide(scaled, lengths, out=scaled, where=lengths > 0.0)
     return unit
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +19,7 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
+from equaltime.scene.geometry import Surface
 from equaltime.scene.model import EnvMap, MeshFile, Plugin, SceneModel
 from equaltime.scene.model import Path as PathIntegrator
 from equaltime.scene.resolve import Resolved, resolve
@@ -73,6 +74,10 @@ class Scene:
     def timings(self) -> dict[str, float]:
         """Seconds spent so far on ``load`` (reading all files) and ``build`` (making the core's scene)."""
         return dict(self._seconds)
+
+    def surfaces(self) -> Iterator[Surface]:
+        """Iterate over the shapes as they stand in world space, in the order of the model."""
+        return geometry.surfaces(self.model, self.assets)
 
     @cached_property
     def digest(self) -> str:

@@ -18,7 +18,7 @@ from equaltime.scene.variables import Variables
 
 __all__ = ["read_toml"]
 
-_HEADER: Final = re.compile(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
+_HEADER: Final = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_.\- \"']+?)\s*\]\]?\s*(#.*)?$")
 _ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
 _LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
 

@@ -19,6 +19,9 @@ __all__ = ["compose", "look_at", "matrix", "parse", "rotate", "scale", "translat
 
 Matrix4 = NDArray[np.float64]
 
+_overflowing = np.errstate(over="ignore", invalid="ignore")
+"""For what absurdly large numbers may make infinite: the model refuses such a transform in words, without a warning."""
+
 
 def translate(offset: Sequence[float]) -> Matrix4:
     """Return the translation by `offset` (3 numbers)."""
@@ -47,6 +50,7 @@ def rotate(axis: Sequence[float], angle: float) -> Matrix4:
     return result
 
 
+@_overflowing
 def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
     """Return the camera transform that stands at `origin`, looks at `target` and holds `up` upwards.
 
@@ -56,12 +60,12 @@ def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float
     forward = np.subtract(target, origin).astype(np.float64)
     if not np.any(forward):
         raise ValueError("look_at needs a target that is not its origin")
-    forward /= np.linalg.norm(forward)
+    forward /= math.hypot(*forward)
     upward = _perpendicular(forward) if up is None or not np.any(up) else np.asarray(up, dtype=np.float64)
-    left = np.cross(upward, forward)
-    if np.linalg.norm(left) <= 1e-12 * np.linalg.norm(upward):
+    left = np.cross(upward / math.hypot(*upward), forward)
+    if math.hypot(*left) <= 1e-12:
         raise ValueError("look_at cannot have its up direction along the line of sight")
-    left /= np.linalg.norm(left)
+    left /= math.hypot(*left)
     result = np.eye(4)
     result[:3, :4] = np.column_stack([left, np.cross(forward, left), forward, np.asarray(origin, dtype=np.float64)])
     return result
@@ -83,6 +87,7 @@ def matrix(values: Sequence[float]) -> Matrix4:
     return result
 
 
+@_overflowing
 def compose(steps: Sequence[Matrix4]) -> Matrix4:
     """Return the transform that applies the steps in order, the first one first."""
     result = np.eye(4)

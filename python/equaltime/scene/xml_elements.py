@@ -65,6 +65,8 @@ def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
         report.add(Place(file, error.lineno), f"not well-formed XML: {expat.ErrorString(error.code)}")
     except _RefusedError as refused:
         report.add(refused.place, refused.message)
+    except (LookupError, ValueError) as error:
+        report.add(here(), f"the encoding that the file declares cannot be read: {error}")
     else:
         return top.children[0]
     return None

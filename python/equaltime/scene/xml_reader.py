@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final, TypeVar
+from typing import Final, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,7 @@ __all__ = ["read_xml"]
 Names = tuple[str, ...]
 T = TypeVar("T")
 
-OBJECTS: Final[dict[str, Kind]] = {
-    **{"bsdf": "bsdf", "emitter": "emitter", "field": "field", "film": "film", "integrator": "integrator"},
-    **{"medium": "medium", "phase": "phase", "rfilter": "rfilter", "sampler": "sampler", "sensor": "sensor"},
-    **{"shape": "shape", "texture": "texture", "volume": "volume"},
-}
+OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
 NOT_READ: Final = ("alias", "include", "path")
 ELEMENTS: Final = (*OBJECTS, *VALUES, *NOT_READ, "default", "ref", "scene", "transform")
 
@@ -132,7 +128,7 @@ class _Interpreter:
         What is wrong is reported; None if the element cannot be read because something is missing or undefined.
         """
         known = {*required, *optional}
-        for name in element.attributes.keys() - known:
+        for name in sorted(element.attributes.keys() - known):
             self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{suggestion(name, known)}")
         missing = [name for name in required if name not in element.attributes]
         for name in missing:

@@ -6,6 +6,7 @@ with a message for people.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -35,9 +36,12 @@ class Rule(Generic[T]):
 
 def _number(text: str) -> float:
     try:
-        return float(_without_underscores(text))
+        number = float(_without_underscores(text))
     except ValueError:
         raise ValueError(f"expected a number, found {text!r}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"expected a finite number, found {text!r}")
+    return number
 
 
 def _without_underscores(text: str) -> str:
