@@ -178,9 +178,9 @@ def image_error(pixels: PixelStatistics) -> Estimate:
     """Estimate the error of the image by the definition at the top of this file.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders. It is formed on the
-    logarithm from the variance of the estimate (see `_spread`), taken R times because the realised error scatters too:
-    for Gaussian noise R - 1 times as much as the estimate; and from the doubt about the reference. Few effective
-    contributions call for Student's t.
+    logarithm from the variance of the estimate, that of the realised error (the square of a Gaussian varies by twice
+    its mean's square, and no less than its estimate from two replicates does), and the doubt about the reference. Few
+    effective contributions call for Student's t.
 
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
@@ -197,13 +197,15 @@ def image_error(pixels: PixelStatistics) -> Estimate:
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
-    relative = (_spread(contributions, pixels.degrees) + moved) / (contributions.size * square**2)
+    spread = _spread(contributions, pixels.degrees)
+    realised = max(spread, 2.0 / (1.0 + 2.0 / pixels.degrees) * float(np.square(contributions).mean()))
+    estimated, realised = (v / (contributions.size * square**2) for v in (spread + moved, realised))
     value = math.sqrt(square)
-    effective = min(contributions.size * pixels.degrees, 2.0 / relative)
+    effective = min(contributions.size * pixels.degrees, 2.0 / estimated)
     if effective < 1.0:
         return Estimate(value, 0.0, math.inf)
     quantile = _T95[int(effective) - 1] if effective < 30.0 else _Z95
-    factor = math.exp(quantile * math.hypot(0.5 * math.sqrt(relative * (1.0 + pixels.degrees)), _REFERENCE_DOUBT))
+    factor = math.exp(quantile * math.hypot(0.5 * math.sqrt(estimated + realised), _REFERENCE_DOUBT))
     return Estimate(value, value / factor, value * factor)
 
 
