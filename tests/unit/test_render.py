@@ -220,3 +220,19 @@ def test_an_image_that_the_machine_cannot_hold_is_refused(scene: et.Scene, monke
     monkeypatch.setattr(os, "sysconf", lambda name: 1000)
     with pytest.raises(et.SceneError, match=r"320x240 pixels needs .* GB of memory; this machine has 0\.001 GB"):
         et.render(scene.with_(size=(320, 240)), spp=2)
+
+
+def test_the_cross_check_backend_agrees_on_the_mean_and_brings_its_own_error(scene: et.Scene) -> None:
+    pytest.importorskip("embreex")
+    check, core = et.render(scene, spp=64, backend="embreex"), et.render(scene, spp=256)
+    assert (check.stopped_by, check.origin.backend, check.origin.strategy) == ("spp", "embreex", "crosscheck")
+    assert 0.0 < check.error.low < check.error.value < check.error.high < np.inf
+    noise = np.sqrt(sum(np.square(r.standard_error.astype(np.float64)).sum() for r in (check, core)))
+    # channels share their noise: three times the variance of independent ones at most; false alarms below 1e-5
+    assert abs((check.image - core.image).sum(dtype=np.float64)) < 4.4 * np.sqrt(3.0) * noise
+
+
+def test_the_cross_check_backend_has_no_strategies_and_no_clock(scene: et.Scene) -> None:
+    for options in ({"strategy": "bsdf", "spp": 2}, {"time": 1.0}):
+        with pytest.raises(et.StrategyError, match="embreex backend"):
+            et.render(scene, backend="embreex", **options)  # type: ignore[arg-type]
