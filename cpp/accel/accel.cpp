@@ -1,0 +1,216 @@
+#include "accel/accel.h"
+
+#include <embree3/rtcore.h>
+#include <xmmintrin.h>
+
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+namespace equaltime {
+
+namespace {
+
+/// Above this many triangles a BVH with spatial splits costs more seconds to build than it is likely to save.
+constexpr std::size_t kHighQualityTriangles = 1'000'000;
+
+struct DeviceDelete {
+  void operator()(RTCDevice d) const noexcept { rtcReleaseDevice(d); }
+};
+struct SceneDelete {
+  void operator()(RTCScene s) const noexcept { rtcReleaseScene(s); }
+};
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceDelete>;
+using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneDelete>;
+
+Device new_device() {
+  Device device(rtcNewDevice(nullptr));
+  if (!device) throw std::runtime_error("Embree cannot create a device");
+  return device;
+}
+
+void check(RTCDevice device, const char* during) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error != RTC_ERROR_NONE)
+    throw std::runtime_error(std::string("Embree failed while ") + during + ", error " + std::to_string(error));
+}
+
+float below(double x) noexcept { return std::nextafter(static_cast<float>(x), -kInfinity); }
+float above(double x) noexcept { return std::nextafter(static_cast<float>(x), kInfinity); }
+
+RTCBounds bounds_around(const Vec3d& center, const Vec3d& half) noexcept {
+  const Vec3d lo = center - half, hi = center + half;
+  return {below(lo.x), below(lo.y), below(lo.z), 0, above(hi.x), above(hi.y), above(hi.z), 0};
+}
+
+RTCBounds bounds_of(const SphereGeometry& s) noexcept {
+  return bounds_around(s.center, {s.radius, s.radius, s.radius});
+}
+
+RTCBounds bounds_of(const DiskGeometry& d) noexcept {
+  // The axes are the duals of inv_u, inv_v within the plane; the ellipse reaches sqrt(u² + v²) along each coordinate.
+  const double volume = dot(d.normal, cross(d.inv_u, d.inv_v));
+  const Vec3d u = cross(d.inv_v, d.normal) / volume;
+  const Vec3d v = cross(d.normal, d.inv_u) / volume;
+  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  return bounds_around(d.center, half);
+}
+
+std::optional<double> intersect_primitive(const SphereGeometry& s, const Ray& r) noexcept {
+  return intersect_sphere(s, r);
+}
+std::optional<double> intersect_primitive(const DiskGeometry& d, const Ray& r) noexcept { return intersect_disk(d, r); }
+
+Ray to_ray(const RTCRay& r) noexcept { return {{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar}; }
+
+/// Written as three 16-byte stores, which is how Embree reads it back: narrower stores would not be forwarded.
+void write(RTCRay& r, Vec3f o, Vec3f d, float t_max) noexcept {
+  _mm_store_ps(&r.org_x, _mm_setr_ps(o.x, o.y, o.z, 0.0F));
+  _mm_store_ps(&r.dir_x, _mm_setr_ps(d.x, d.y, d.z, 0.0F));
+  _mm_store_ps(&r.tfar, _mm_setr_ps(t_max, std::bit_cast<float>(~0U), 0.0F, 0.0F));
+}
+
+template <class Primitive>
+void bounds_callback(const RTCBoundsFunctionArguments* args) {
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  *args->bounds_o = bounds_of(primitives[args->primID]);
+}
+
+// Only single rays are ever traced, so that the packets below have N = 1 and the layout of RTCRay and RTCRayHit.
+template <class Primitive>
+void intersect_callback(const RTCIntersectFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+  const auto t = intersect_primitive(primitives[args->primID], to_ray(query.ray));
+  if (!t) return;
+  query.ray.tfar = static_cast<float>(*t);
+  query.hit.geomID = args->geomID;
+  query.hit.primID = args->primID;
+}
+
+template <class Primitive>
+void occluded_callback(const RTCOccludedFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
+  if (intersect_primitive(primitives[args->primID], to_ray(ray))) ray.tfar = -kInfinity;
+}
+
+}  // namespace
+
+struct Accel::Impl {
+  std::vector<TriangleMesh> meshes;
+  std::vector<SphereGeometry> spheres;
+  std::vector<DiskGeometry> disks;
+  std::atomic<std::int64_t> memory{0};
+  Device device;
+  EmbreeScene scene;
+
+  void add_mesh(TriangleMesh& mesh, RTCBuildQuality quality);
+  template <class Primitive>
+  void add_group(std::vector<Primitive>& primitives);
+  void build(Intersection mode);
+};
+
+void Accel::Impl::add_mesh(TriangleMesh& mesh, RTCBuildQuality quality) {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::size_t count = mesh.vertices.size();
+  mesh.vertices.emplace_back();  // Embree reads 16 bytes at every vertex of 12: the last needs some to spare
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
+                             sizeof(Vec3f), count);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
+                             sizeof(Triangle), mesh.triangles.size());
+  rtcSetGeometryBuildQuality(geometry, quality);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene.get(), geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+template <class Primitive>
+void Accel::Impl::add_group(std::vector<Primitive>& primitives) {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(primitives.size()));
+  rtcSetGeometryUserData(geometry, &primitives);
+  rtcSetGeometryBoundsFunction(geometry, bounds_callback<Primitive>, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, intersect_callback<Primitive>);
+  rtcSetGeometryOccludedFunction(geometry, occluded_callback<Primitive>);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene.get(), geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+void Accel::Impl::build(Intersection mode) {
+  device = new_device();
+  rtcSetDeviceMemoryMonitorFunction(
+      device.get(),
+      [](void* total, ssize_t bytes, bool) {
+        *static_cast<std::atomic<std::int64_t>*>(total) += bytes;
+        return true;
+      },
+      &memory);
+  scene.reset(rtcNewScene(device.get()));
+  rtcSetSceneFlags(scene.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  std::size_t triangles = 0;
+  for (const TriangleMesh& mesh : meshes) triangles += mesh.triangles.size();
+  const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+  rtcSetSceneBuildQuality(scene.get(), quality);
+  for (TriangleMesh& mesh : meshes) add_mesh(mesh, quality);
+  add_group(spheres);
+  add_group(disks);
+  rtcCommitScene(scene.get());
+  check(device.get(), "building the scene");
+}
+
+Accel::Accel(std::vector<TriangleMesh> meshes, std::vector<SphereGeometry> spheres, std::vector<DiskGeometry> disks,
+             Intersection mode)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->meshes = std::move(meshes);
+  impl_->spheres = std::move(spheres);
+  impl_->disks = std::move(disks);
+  impl_->build(mode);
+}
+Accel::~Accel() = default;
+Accel::Accel(Accel&&) noexcept = default;
+Accel& Accel::operator=(Accel&&) noexcept = default;
+
+Optional<PrimitiveId> Accel::intersect(Vec3f origin, Vec3f direction, float t_max) const noexcept {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query;
+  write(query.ray, origin, direction, t_max);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene.get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return PrimitiveId{query.hit.geomID, query.hit.primID};
+}
+
+bool Accel::occluded(Vec3f origin, Vec3f direction, float t_max) const noexcept {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay query;
+  write(query, origin, direction, t_max);
+  rtcOccluded1(impl_->scene.get(), &context, &query);
+  return query.tfar < 0;
+}
+
+const std::vector<TriangleMesh>& Accel::meshes() const noexcept { return impl_->meshes; }
+const std::vector<SphereGeometry>& Accel::spheres() const noexcept { return impl_->spheres; }
+const std::vector<DiskGeometry>& Accel::disks() const noexcept { return impl_->disks; }
+std::size_t Accel::memory_bytes() const noexcept {
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load()));
+}
+
+std::string Accel::version() {
+  const Device device = new_device();
+  const auto version = rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_VERSION);
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
+}
+
+}  // namespace equaltime

@@ -1,0 +1,58 @@
+// Accel: nearest hit and occlusion over triangle meshes (Embree), spheres and disks (analytic, float64, inside Embree's
+// BVH). The only place that knows Embree. Immutable once built and safe to query from any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "accel/geometry.h"
+#include "math/optional.h"
+
+namespace equaltime {
+
+/// Which primitive was hit. Meshes are numbered as given; then come all spheres as one group, then all disks.
+struct PrimitiveId {
+  std::uint32_t geometry;
+  std::uint32_t primitive;
+};
+
+/// Robust is watertight at shared edges; fast trades that for speed, and is a named choice.
+enum class Intersection : std::uint8_t { robust, fast };
+
+class Accel {
+ public:
+  Accel(std::vector<TriangleMesh> meshes, std::vector<SphereGeometry> spheres, std::vector<DiskGeometry> disks,
+        Intersection mode = Intersection::robust);
+  ~Accel();
+  Accel(Accel&&) noexcept;
+  Accel& operator=(Accel&&) noexcept;
+
+  /// Nearest primitive that the ray meets at t in (0, t_max).
+  [[nodiscard]] EQUALTIME_INLINE Optional<PrimitiveId> intersect(const Ray& ray) const noexcept {
+    return intersect(ray.origin, ray.direction, ray.t_max);
+  }
+  [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray) const noexcept {
+    return occluded(ray.origin, ray.direction, ray.t_max);
+  }
+
+  [[nodiscard]] const std::vector<TriangleMesh>& meshes() const noexcept;
+  [[nodiscard]] const std::vector<SphereGeometry>& spheres() const noexcept;
+  [[nodiscard]] const std::vector<DiskGeometry>& disks() const noexcept;
+  /// The acceleration structure's own memory as Embree reports it, without the primitives.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+  /// Embree's version and the instruction sets it was allowed to choose from, for provenance.
+  [[nodiscard]] static std::string version();
+
+ private:
+  // By value, hence in registers: see EQUALTIME_INLINE.
+  [[nodiscard]] Optional<PrimitiveId> intersect(Vec3f origin, Vec3f direction, float t_max) const noexcept;
+  [[nodiscard]] bool occluded(Vec3f origin, Vec3f direction, float t_max) const noexcept;
+
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace equaltime

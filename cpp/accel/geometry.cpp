@@ -1,0 +1,51 @@
+#include "accel/geometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace equaltime {
+
+Barycentric barycentric(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Vec3d& point) noexcept {
+  const Vec3d a(v0);
+  const Vec3d e1 = Vec3d(v1) - a, e2 = Vec3d(v2) - a, r = point - a;
+  const Vec3d n = cross(e1, e2);
+  const double inv = 1 / length_squared(n);
+  const double u = std::clamp(dot(cross(r, e2), n) * inv, 0.0, 1.0);
+  const double v = std::clamp(dot(cross(e1, r), n) * inv, 0.0, 1.0 - u);
+  return {static_cast<float>(u), static_cast<float>(v)};
+}
+
+std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept {
+  const Vec3d d(ray.direction);
+  const Vec3d oc = Vec3d(ray.origin) - sphere.center;
+  const double a = length_squared(d);
+  const double b = -dot(oc, d);
+  const Vec3d closest = oc + d * (b / a);
+  const double discriminant = square(sphere.radius) - length_squared(closest);
+  if (discriminant < 0) return std::nullopt;
+  // c = |oc|² - r², from |oc| - r so that an origin close to the sphere keeps its side.
+  const double distance = length(oc);
+  const double c = (distance - sphere.radius) * (distance + sphere.radius);
+  const double q = b + std::copysign(std::sqrt(a * discriminant), b);
+  double t0 = q != 0 ? c / q : 0.0;
+  double t1 = q / a;
+  if (t0 > t1) std::swap(t0, t1);
+  const double t_max = ray.t_max;
+  if (t0 > 0) return t0 < t_max ? std::optional(t0) : std::nullopt;
+  if (t1 > 0 && t1 < t_max) return t1;
+  return std::nullopt;
+}
+
+std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) noexcept {
+  const Vec3d d(ray.direction);
+  const Vec3d to_center = disk.center - Vec3d(ray.origin);
+  const double cosine = dot(disk.normal, d);
+  if (cosine == 0) return std::nullopt;
+  const double t = dot(disk.normal, to_center) / cosine;
+  if (!(t > 0 && t < static_cast<double>(ray.t_max))) return std::nullopt;
+  const Vec3d r = d * t - to_center;
+  if (square(dot(disk.inv_u, r)) + square(dot(disk.inv_v, r)) > 1) return std::nullopt;
+  return t;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,60 @@
+// The primitives that rays meet, and where exactly a ray meets them.
+// Embree (or a quadratic in float64) says which primitive is hit; the functions here recompute the point from the
+// primitive itself in float64, so that it does not depend on Embree's instruction set. All values share one space: the
+// scene's normalised space (see scene/normalization.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "math/ray.h"
+#include "math/vector.h"
+
+namespace equaltime {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+struct TriangleMesh {
+  std::vector<Vec3f> vertices;
+  std::vector<Triangle> triangles;
+};
+
+struct SphereGeometry {
+  Vec3d center;
+  double radius;
+};
+
+struct DiskGeometry {
+  Vec3d center;
+  Vec3d normal;  // unit
+  Vec3d inv_u;   // dual axes: u = inv_u·(p - center), v likewise; inside where u² + v² <= 1
+  Vec3d inv_v;
+};
+
+/// The point of a triangle that Embree says is hit, in float64 from its vertices: on the ray, and on the plane to
+/// float64.
+[[nodiscard]] EQUALTIME_INLINE Vec3d triangle_point(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2,
+                                                    const Ray& ray) noexcept {
+  const Vec3d a(v0), o(ray.origin), d(ray.direction);
+  const Vec3d n = cross(Vec3d(v1) - a, Vec3d(v2) - a);
+  const double slope = dot(d, n);
+  // A ray within the triangle's plane meets it in no single point: its own origin, which is in the plane, stands for
+  // it.
+  const double t = slope != 0 ? dot(a - o, n) / slope : 0.0;
+  return o + d * t;
+}
+
+/// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.
+struct Barycentric {
+  float u, v;
+};
+[[nodiscard]] Barycentric barycentric(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Vec3d& point) noexcept;
+
+/// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
+/// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
+[[nodiscard]] std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept;
+[[nodiscard]] std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) noexcept;
+
+}  // namespace equaltime

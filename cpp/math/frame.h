@@ -1,0 +1,27 @@
+// Frame: an orthonormal basis whose z axis is a unit normal. Local directions have cosθ = z.
+#pragma once
+
+#include "math/vector.h"
+
+namespace equaltime {
+
+template <class T>
+struct BasicFrame {
+  Vec3<T> s, t, n;
+
+  /// Defined for every unit n, without a singular point (Duff et al. 2017, "Building an orthonormal basis, revisited").
+  [[nodiscard]] static BasicFrame from_normal(const Vec3<T>& n) noexcept {
+    const T sign = std::copysign(T(1), n.z);
+    const T a = T(-1) / (sign + n.z);
+    const T b = n.x * n.y * a;
+    return {{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+  }
+
+  [[nodiscard]] Vec3<T> to_local(const Vec3<T>& v) const noexcept { return {dot(v, s), dot(v, t), dot(v, n)}; }
+  [[nodiscard]] Vec3<T> to_world(const Vec3<T>& v) const noexcept { return s * v.x + t * v.y + n * v.z; }
+};
+
+using Frame = BasicFrame<float>;
+using FrameD = BasicFrame<double>;
+
+}  // namespace equaltime

@@ -1,0 +1,45 @@
+// Constants and scalar functions that keep their accuracy: no absolute epsilon anywhere, only relative bounds.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+/// For the few functions of the path loop whose arguments must stay in registers: a ray that goes through memory
+/// between its making and its tracing costs more than many of the computations on it.
+#define EQUALTIME_INLINE [[gnu::always_inline]] inline
+
+namespace equaltime {
+
+inline constexpr float kPi = std::numbers::pi_v<float>;
+inline constexpr float kTwoPi = 2 * kPi;
+inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;  // the largest float below 1
+inline constexpr float kUnitRoundoff = 0x1p-24F;           // half a float32 ulp at 1
+
+constexpr float square(float x) noexcept { return x * x; }
+constexpr double square(double x) noexcept { return x * x; }
+inline float safe_sqrt(float x) noexcept { return std::sqrt(std::max(x, 0.0F)); }
+
+/// a*b - c*d with an error of at most 1.5 ulp (Kahan): the products cancel without losing the difference.
+inline float difference_of_products(float a, float b, float c, float d) noexcept {
+  return static_cast<float>(static_cast<double>(a) * b - static_cast<double>(c) * d);
+}
+
+/// Sine and cosine of one angle in radians.
+struct SinCos {
+  float sin, cos;
+};
+inline SinCos sin_cos(float angle) noexcept { return {std::sin(angle), std::cos(angle)}; }
+
+/// The same for |angle| <= π/4, by their series to below half an ulp of 1: no call, and the same bits with every libm.
+constexpr SinCos sin_cos_octant(float x) noexcept {
+  const float s = x * x;
+  const float sine = x + x * s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880))));
+  const float cosine = 1 + s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320))));
+  return {sine, cosine};
+}
+
+}  // namespace equaltime

@@ -1,0 +1,31 @@
+// Named dimensions: every random decision of a path owns a slot of two numbers, whatever other decisions are made.
+// An effect that is absent leaves its slots unused and shifts nothing.
+#pragma once
+
+#include <cstdint>
+
+namespace equaltime {
+
+/// Decisions taken once a path, before its first vertex.
+enum class CameraDimension : std::uint32_t { pixel, lens, time, count };
+
+/// Decisions taken at every vertex of a path.
+enum class BounceDimension : std::uint32_t { light_pick, light_point, bsdf_lobe, bsdf_direction, roulette, count };
+
+/// The slot of a decision in one path: unique over all decisions and bounces.
+struct Slot {
+  std::uint32_t index;
+};
+
+inline constexpr std::uint32_t kCameraSlots = 8;
+inline constexpr std::uint32_t kBounceSlots = 8;
+static_assert(static_cast<std::uint32_t>(CameraDimension::count) <= kCameraSlots, "camera slots overlap bounce 0");
+static_assert(static_cast<std::uint32_t>(BounceDimension::count) <= kBounceSlots, "slots of two bounces overlap");
+
+constexpr Slot slot(CameraDimension d) noexcept { return {static_cast<std::uint32_t>(d)}; }
+/// `bounce` counts path vertices from 0, the first surface that the camera sees.
+constexpr Slot slot(BounceDimension d, std::uint32_t bounce) noexcept {
+  return {kCameraSlots + bounce * kBounceSlots + static_cast<std::uint32_t>(d)};
+}
+
+}  // namespace equaltime

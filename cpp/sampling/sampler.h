@@ -1,0 +1,116 @@
+// Sampler: the random numbers of one path, a pure function of (seed, pixel, sample index, slot).
+// No state moves: numbers may be asked for in any order, any number of times, on any thread.
+//
+// `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
+// that slots are padded without correlation (Burley 2020). Sample i belongs to replicate i mod R; each replicate is
+// scrambled on its own, which is what makes an honest error bar possible. `independent` hashes the sample index
+// instead.
+#pragma once
+
+#include <cstdint>
+
+#include "math/bits.h"
+#include "math/numeric.h"
+#include "sampling/dimensions.h"
+#include "sampling/sobol.h"
+
+namespace equaltime {
+
+enum class SamplerKind : std::uint8_t { independent, sobol };
+
+struct Point2f {
+  float x, y;
+};
+struct Point2d {
+  double x, y;
+};
+
+/// The numbers that a vertex with a continuous BSDF uses: what get_2d gives for the two slots, made together.
+struct VertexNumbers {
+  Point2f light_point, bsdf_direction;
+};
+
+class Sampler {
+ public:
+  /// `pixel` is the pixel's place in the full film, so that a crop has the numbers of the whole.
+  [[nodiscard]] static Sampler at(SamplerKind kind, std::uint64_t seed, std::uint64_t pixel, std::uint64_t index,
+                                  std::uint32_t replicates) noexcept {
+    const std::uint64_t stream = mix64(mix64(seed + kGolden) + pixel * kGolden);
+    if (kind == SamplerKind::independent) return {kind, mix64(stream + index * kGolden), 0};
+    const auto in_replicate = static_cast<std::uint32_t>(index / replicates);
+    return {kind, mix64(stream + (index % replicates + 1) * kGolden), reverse_bits(in_replicate)};
+  }
+
+  /// One number in [0, 1), a multiple of 2^-24.
+  [[nodiscard]] EQUALTIME_INLINE float get_1d(Slot s) const noexcept {
+    return unit_float(static_cast<std::uint32_t>(bits(s) >> 32));
+  }
+
+  /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
+  [[nodiscard]] EQUALTIME_INLINE std::uint64_t bits(Slot s) const noexcept {
+    const std::uint64_t h = hash(s);
+    if (kind_ == SamplerKind::independent) return h;
+    const std::uint32_t x = sobol::scramble_reversed(shuffled_index(h), sobol::seed_x(h));
+    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(h);
+  }
+
+  /// Two numbers in [0, 1), multiples of 2^-24, jointly stratified.
+  [[nodiscard]] EQUALTIME_INLINE Point2f get_2d(Slot s) const noexcept {
+    const Bits2 p = bits_2d(hash(s));
+    return {unit_float(p.x), unit_float(p.y)};
+  }
+
+  [[nodiscard]] EQUALTIME_INLINE VertexNumbers vertex(std::uint32_t bounce) const noexcept {
+    const std::uint64_t light = hash(slot(BounceDimension::light_point, bounce));
+    const std::uint64_t bsdf = hash(slot(BounceDimension::bsdf_direction, bounce));
+    if (kind_ == SamplerKind::independent) {
+      const Bits2 a = bits_2d(light), b = bits_2d(bsdf);
+      return {{unit_float(a.x), unit_float(a.y)}, {unit_float(b.x), unit_float(b.y)}};
+    }
+    const sobol::Lanes p = sobol::two_points(reversed_index_, light, bsdf);
+    return {{unit_float(p[0]), unit_float(p[1])}, {unit_float(p[2]), unit_float(p[3])}};
+  }
+
+  /// As get_2d with the same leading bits, continued to 53 bits by hashing: for tables of very uneven probabilities.
+  [[nodiscard]] Point2d get_2d_precise(Slot s) const noexcept {
+    const std::uint64_t h = hash(s);
+    const Bits2 p = bits_2d(h);
+    const std::uint64_t low = mix64(h + reversed_index_ + kGolden);
+    return {static_cast<double>(((static_cast<std::uint64_t>(p.x) << 32) | (low >> 32)) >> 11) * 0x1p-53,
+            static_cast<double>(((static_cast<std::uint64_t>(p.y) << 32) | (low & 0xffffffffU)) >> 11) * 0x1p-53};
+  }
+
+ private:
+  static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ULL;
+  struct Bits2 {
+    std::uint32_t x, y;
+  };
+
+  Sampler(SamplerKind kind, std::uint64_t key, std::uint32_t reversed_index) noexcept
+      : key_(key), reversed_index_(reversed_index), kind_(kind) {}
+
+  [[nodiscard]] EQUALTIME_INLINE std::uint64_t hash(Slot s) const noexcept {
+    return mix64(key_ + (s.index + 1) * kGolden);
+  }
+
+  [[nodiscard]] EQUALTIME_INLINE std::uint32_t shuffled_index(std::uint64_t h) const noexcept {
+    return reverse_bits(sobol::scramble_reversed(reversed_index_, sobol::seed_shuffle(h)));
+  }
+
+  [[nodiscard]] std::uint32_t low_bits(std::uint64_t h) const noexcept {
+    return static_cast<std::uint32_t>(mix64(h + reversed_index_) >> 32);
+  }
+
+  [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(std::uint64_t h) const noexcept {
+    if (kind_ == SamplerKind::independent) return {static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h)};
+    const std::uint32_t index = shuffled_index(h);
+    return {reverse_bits(sobol::scramble_reversed(index, sobol::seed_x(h))),
+            reverse_bits(sobol::scramble_reversed(sobol::second_dimension_reversed(index), sobol::seed_y(h)))};
+  }
+
+  std::uint64_t key_;
+  std::uint32_t reversed_index_;
+  SamplerKind kind_;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,68 @@
+// The first two Sobol' dimensions with hashed nested uniform (Owen) scrambling, in closed form: no tables, no loops
+// over bits. Indices and fractions are kept bit-reversed where that makes a step cheap; each function says so. The same
+// code runs on one number and on four lanes at once.
+#pragma once
+
+#include <cstdint>
+
+#include "math/bits.h"
+#include "math/numeric.h"
+
+namespace equaltime::sobol {
+
+/// Four numbers worked on together (a vector extension of GCC and Clang, SSE on x86).
+using Lanes = std::uint32_t __attribute__((vector_size(16)));
+
+/// Nested uniform scrambling of a bit-reversed fraction (Laine & Karras 2011; constants: Vegdahl 2021).
+template <class U>
+EQUALTIME_INLINE constexpr U scramble_reversed(U x, U seed) noexcept {
+  x ^= x * 0x3d20adeaU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526c56U;
+  x ^= x * 0x53a22864U;
+  return x;
+}
+
+/// Second Sobol' dimension, bit-reversed, from the index: Pascal's matrix modulo 2 as five butterfly steps (the
+/// superset sums that Lucas' theorem gives for C(j, i) mod 2). `use` is all ones, or 0 in lanes that keep their index.
+template <class U>
+EQUALTIME_INLINE constexpr U second_dimension_reversed(U index, U use) noexcept {
+  index ^= (index >> 1) & (0x55555555U & use);
+  index ^= (index >> 2) & (0x33333333U & use);
+  index ^= (index >> 4) & (0x0f0f0f0fU & use);
+  index ^= (index >> 8) & (0x00ff00ffU & use);
+  index ^= (index >> 16) & (0x0000ffffU & use);
+  return index;
+}
+constexpr std::uint32_t second_dimension_reversed(std::uint32_t index) noexcept {
+  return second_dimension_reversed<std::uint32_t>(index, ~0U);
+}
+
+EQUALTIME_INLINE Lanes reverse_bits(Lanes x) noexcept {
+  using Bytes = std::uint8_t __attribute__((vector_size(16)));
+  x = ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
+  const Bytes swapped =
+      __builtin_shuffle(reinterpret_cast<Bytes>(x), Bytes{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12});
+  return reinterpret_cast<Lanes>(swapped);
+}
+
+// The three seeds of a slot, from its 64-bit hash: of the index's shuffle and of each dimension's scrambling.
+constexpr std::uint32_t seed_shuffle(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash); }
+constexpr std::uint32_t seed_x(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash >> 32); }
+constexpr std::uint32_t seed_y(std::uint64_t hash) noexcept {
+  return static_cast<std::uint32_t>((hash * 0x9e3779b97f4a7c15ULL) >> 32);
+}
+
+/// Two points of two slots, as x, y, x, y: 32-bit fractions.
+EQUALTIME_INLINE Lanes two_points(std::uint32_t reversed_index, std::uint64_t a, std::uint64_t b) noexcept {
+  const std::uint32_t shuffle_a = seed_shuffle(a), shuffle_b = seed_shuffle(b);
+  const Lanes base{reversed_index, reversed_index, reversed_index, reversed_index};
+  Lanes index = reverse_bits(scramble_reversed(base, Lanes{shuffle_a, shuffle_a, shuffle_b, shuffle_b}));
+  index = second_dimension_reversed(index, Lanes{0, ~0U, 0, ~0U});
+  return reverse_bits(scramble_reversed(index, Lanes{seed_x(a), seed_y(a), seed_x(b), seed_y(b)}));
+}
+
+}  // namespace equaltime::sobol
