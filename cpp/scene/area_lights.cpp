@@ -1,0 +1,179 @@
+#include "scene/area_lights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/frame.h"
+#include "sampling/warps.h"
+#include "scene/surface.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Below this solid angle the sampling of a spherical polygon has lost digits that float64 cannot spare.
+constexpr double kSmallestView = 1e-8;
+
+float area_pdf(Vec3f receiver, Vec3f wi, Vec3f point, const Vec3f& normal, float area) noexcept {
+  const float cosine = -dot(normal, wi);
+  return cosine > 0 ? length_squared(point - receiver) / (cosine * area) : 0.0F;
+}
+
+double emitted_power(const Spectrum& radiance, double area) noexcept {
+  return std::numbers::pi * area * static_cast<double>(radiance.mean());
+}
+
+}  // namespace
+
+// --- Triangle -----------------------------------------------------------------------------------------------------
+
+TriangleLight::TriangleLight(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Spectrum& radiance) noexcept
+    : v0_(v0),
+      e1_(v1 - v0),
+      e2_(v2 - v0),
+      center_(v0 + (e1_ + e2_) * (1.0F / 3.0F)),
+      offset_(triangle_plane(v0, v1, v2).offset),
+      size_squared_(std::max(length_squared(e1_), std::max(length_squared(e2_), length_squared(v2 - v1)))),
+      radiance_(radiance) {
+  const Vec3d scaled_normal = cross(Vec3d(v1) - Vec3d(v0), Vec3d(v2) - Vec3d(v0));
+  const double twice_area = length(scaled_normal);
+  area_ = static_cast<float>(0.5 * twice_area);
+  normal_ = Vec3f(scaled_normal / twice_area);
+}
+
+std::optional<SphericalTriangle> TriangleLight::near_view(Vec3f receiver) const noexcept {
+  const SphericalTriangle view(Vec3d(v0_) - Vec3d(receiver), Vec3d(e1_), Vec3d(e2_));
+  if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
+  return view;
+}
+
+ViewPoint TriangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept {
+  const auto view = near_view(receiver);
+  if (!view) return otherwise;
+  const Vec3d direction = view->sample(u);
+  const Vec3d normal = cross(Vec3d(e1_), Vec3d(e2_)), from(receiver);
+  const double t = dot(normal, Vec3d(v0_) - from) / dot(normal, direction);
+  return {Vec3f(from + direction * t), static_cast<float>(view->solid_angle())};
+}
+
+float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  if (is_near(receiver))
+    if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
+  return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+double TriangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
+
+// --- Rectangle ----------------------------------------------------------------------------------------------------
+
+RectangleLight::RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
+                               const Spectrum& radiance) noexcept
+    : corner_(corner),
+      edge_x_(edge_x),
+      edge_y_(edge_y),
+      normal_(normalize(cross(edge_x, edge_y)) * (flipped ? -1.0 : 1.0)),
+      center_(corner + (edge_x_ + edge_y_) * 0.5F),
+      area_(static_cast<float>(length(cross(edge_x, edge_y)))),
+      offset_(triangle_plane(corner, corner + edge_x_, corner + edge_x_ + edge_y_).offset),
+      size_squared_(length_squared(edge_x_) + length_squared(edge_y_)),
+      radiance_(radiance) {}
+
+std::optional<SphericalRectangle> RectangleLight::near_view(Vec3f receiver) const noexcept {
+  const Vec3d x(edge_x_), y(edge_y_);
+  const double width = length(x), height = length(y);
+  const SphericalRectangle view(Vec3d(corner_) - Vec3d(receiver), x / width, y / height, width, height);
+  if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
+  return view;
+}
+
+ViewPoint RectangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept {
+  const auto view = near_view(receiver);
+  if (!view) return otherwise;
+  return {Vec3f(Vec3d(receiver) + view->sample(u)), static_cast<float>(view->solid_angle())};
+}
+
+float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  if (is_near(receiver))
+    if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
+  return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+double RectangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
+
+// --- Sphere -------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// 1 - cosθ of the cone that a sphere fills from a distance, without cancellation however small or near it is.
+double one_minus_cos_max(double distance, double radius) noexcept {
+  const double sin2 = square(radius / distance);
+  const double cos2 = (distance - radius) * (distance + radius) / (distance * distance);
+  return sin2 / (1 + std::sqrt(cos2));
+}
+
+}  // namespace
+
+Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u) const noexcept {
+  const Vec3d to_center = center_ - Vec3d(receiver);
+  const double distance = length(to_center);
+  const bool inside = distance <= radius_;
+  if (inside != inward_) return std::nullopt;
+  Vec3d local;
+  double along;  // distance to the sphere in that direction
+  float pdf;
+  if (inside) {
+    local = Vec3d(square_to_uniform_sphere(u));
+    const double b = distance * local.z;
+    along = b + std::sqrt(std::max(0.0, b * b + (radius_ - distance) * (radius_ + distance)));
+    pdf = kUniformSpherePdf;
+  } else {
+    const double range = one_minus_cos_max(distance, radius_);
+    const double one_minus_cos = static_cast<double>(u.x) * range;
+    const double sin2 = one_minus_cos * (2 - one_minus_cos);
+    const double phi = 2 * std::numbers::pi * static_cast<double>(u.y);
+    local = {std::sqrt(sin2) * std::cos(phi), std::sqrt(sin2) * std::sin(phi), 1 - one_minus_cos};
+    const double half_chord = std::sqrt(std::max(0.0, square(radius_) - square(distance) * sin2));
+    along = distance * local.z - half_chord;
+    pdf = static_cast<float>(1 / (2 * std::numbers::pi * range));
+  }
+  const FrameD frame = FrameD::from_normal(distance > 0 ? to_center / distance : Vec3d{0, 0, 1});
+  const Vec3d direction = frame.to_world(local);
+  const Vec3d from_center = direction * along - to_center;
+  const Vec3f normal(normalize(from_center) * (inward_ ? -1.0 : 1.0));
+  const Vec3f point(center_ + normalize(from_center) * radius_);
+  return LightSample{Vec3f(direction), radiance_, pdf, {point, normal, point_offset(point, normal)}};
+}
+
+float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
+  const double distance = length(center_ - Vec3d(receiver));
+  if (distance <= radius_) return kUniformSpherePdf;
+  return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max(distance, radius_)));
+}
+
+double SphereLight::power() const noexcept { return emitted_power(radiance_, 4 * std::numbers::pi * square(radius_)); }
+
+// --- Disk ---------------------------------------------------------------------------------------------------------
+
+DiskLight::DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
+                     const Spectrum& radiance) noexcept
+    : center_(center), axis_u_(axis_u), axis_v_(axis_v), radiance_(radiance) {
+  const Vec3d scaled_normal = cross(axis_u, axis_v);
+  area_ = static_cast<float>(std::numbers::pi * length(scaled_normal));
+  normal_ = Vec3f(normalize(scaled_normal) * (flipped ? -1.0 : 1.0));
+  const Vec3f furthest(abs(center) + abs(axis_u) + abs(axis_v));
+  offset_ = point_offset(furthest, normal_);
+}
+
+Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u) const noexcept {
+  const Point2f d = square_to_disk(u);
+  const Vec3f point(center_ + axis_u_ * static_cast<double>(d.x) + axis_v_ * static_cast<double>(d.y));
+  return flat_sample(receiver, {point, normal_, offset_}, radiance_, area_, 0);
+}
+
+float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+double DiskLight::power() const noexcept { return emitted_power(radiance_, area_); }
+
+}  // namespace equaltime

@@ -1,0 +1,36 @@
+#include "scene/bsdf.h"
+
+namespace equaltime {
+
+namespace {
+
+Spectrum spectrum(const Vec3d& v) noexcept {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+}  // namespace
+
+Diffuse::Diffuse(const DiffuseDescription& d) noexcept : reflectance(spectrum(d.reflectance)) {}
+Conductor::Conductor(const ConductorDescription& d) noexcept
+    : eta(spectrum(d.eta)), k(spectrum(d.k)), specular_reflectance(spectrum(d.specular_reflectance)) {}
+RoughConductor::RoughConductor(const RoughConductorDescription& d) noexcept
+    : distribution(d.model, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
+      eta(spectrum(d.eta)),
+      k(spectrum(d.k)),
+      specular_reflectance(spectrum(d.specular_reflectance)) {}
+Dielectric::Dielectric(const DielectricDescription& d) noexcept
+    : ior(static_cast<float>(d.ior)),
+      specular_reflectance(spectrum(d.specular_reflectance)),
+      specular_transmittance(spectrum(d.specular_transmittance)) {}
+
+Bsdf make_bsdf(const BsdfDescription& description) noexcept {
+  struct Make {
+    Bsdf operator()(const DiffuseDescription& d) const noexcept { return Diffuse(d); }
+    Bsdf operator()(const ConductorDescription& d) const noexcept { return Conductor(d); }
+    Bsdf operator()(const RoughConductorDescription& d) const noexcept { return RoughConductor(d); }
+    Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
+  };
+  return std::visit(Make{}, description);
+}
+
+}  // namespace equaltime

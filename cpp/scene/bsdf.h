@@ -1,0 +1,31 @@
+// Bsdf: the closed set of models, and the one switch over it that a kernel's effects prune.
+#pragma once
+
+#include <utility>
+#include <variant>
+
+#include "scene/conductor.h"
+#include "scene/dielectric.h"
+#include "scene/diffuse.h"
+#include "scene/rough_conductor.h"
+
+namespace equaltime {
+
+using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric>;
+
+[[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description) noexcept;
+
+/// Calls f with the model that `bsdf` holds. E (transport/effects.h) says which models the scene can hold at all; the
+/// others cost nothing.
+template <auto E, class F>
+[[nodiscard]] EQUALTIME_INLINE auto visit(const Bsdf& bsdf, F&& f) noexcept {
+  if constexpr (E.rough_conductors)
+    if (const auto* model = std::get_if<RoughConductor>(&bsdf)) return f(*model);
+  if constexpr (E.specular) {
+    if (const auto* model = std::get_if<Conductor>(&bsdf)) return f(*model);
+    if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
+  }
+  return f(*std::get_if<Diffuse>(&bsdf));
+}
+
+}  // namespace equaltime

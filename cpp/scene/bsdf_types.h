@@ -1,0 +1,24 @@
+// What every BSDF gives and takes. Directions are unit, local to the shading frame and point away from the surface;
+// the frame's normal is on the side of wo, so wo.z > 0. Values include the cosine of wi; pdfs are per solid angle.
+#pragma once
+
+#include "math/spectrum.h"
+#include "math/vector.h"
+
+namespace equaltime {
+
+/// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
+struct BsdfValue {
+  Spectrum f;
+  float pdf = 0;
+};
+
+struct BsdfSample {
+  Vec3f wi;
+  Spectrum weight;              // f·|cosθi| / pdf
+  float pdf = 0;                // meaningless if delta
+  bool delta = false;           // drawn from a discrete set: no other technique can find it
+  float radiance_scale = 1.0F;  // the part of weight that is refraction's compression of radiance, for roulette
+};
+
+}  // namespace equaltime

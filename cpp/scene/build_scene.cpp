@@ -1,0 +1,226 @@
+// build_scene: from the author's description to what paths meet. Everything is validated here, named by shape.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "scene/scene.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Edges of a rectangle this close to orthogonal are sampled as a rectangle, others as two triangles.
+constexpr double kOrthogonal = 1e-6;
+
+Vec3f to_float(const Vec3d& v) noexcept { return Vec3f(v); }
+
+class Builder {
+ public:
+  explicit Builder(SceneDescription& d) : description_(d), normalization_(d) {}
+
+  Scene build(Intersection mode);
+
+ private:
+  [[noreturn]] static void fail(std::size_t shape, const std::string& what) {
+    throw std::invalid_argument("shape " + std::to_string(shape) + ": " + what);
+  }
+  static double orientation(const Transform& t) noexcept { return dot(cross(t.column(0), t.column(1)), t.column(2)); }
+
+  std::uint32_t add_surface(const SurfaceDescription& d, bool flipped);
+  void add(std::size_t index, MeshDescription& mesh);
+  void add(std::size_t index, RectangleDescription& rectangle);
+  void add(std::size_t index, DiskDescription& disk);
+  void add(std::size_t index, SphereDescription& sphere);
+  void add_mesh(std::size_t shape, TriangleMesh mesh);
+  void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
+  Lights make_lights();
+
+  SceneDescription& description_;
+  Normalization normalization_;
+  std::vector<Surface> surfaces_;
+  std::vector<TriangleMesh> meshes_;
+  std::vector<SphereGeometry> spheres_;
+  std::vector<DiskGeometry> disks_;
+  std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_;
+  std::vector<AreaLight> area_lights_;
+  std::size_t dropped_triangles_ = 0;
+};
+
+std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
+  Surface surface;
+  for (const auto& [side, bsdf] : {std::pair{0, d.front}, std::pair{1, d.back}}) {
+    if (!bsdf) continue;
+    if (*bsdf >= description_.bsdfs.size()) fail(surfaces_.size(), "BSDF index out of range");
+    surface.bsdf[side] = *bsdf;
+  }
+  if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
+  surface.flipped = flipped;
+  surfaces_.push_back(std::move(surface));
+  return static_cast<std::uint32_t>(surfaces_.size() - 1);
+}
+
+void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
+  std::vector<TrianglePlane>& planes = surfaces_[shape].planes;
+  planes.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles)
+    planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
+  mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
+  meshes_.push_back(std::move(mesh));
+}
+
+void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped) {
+  if (surface.radiance.is_black()) return;
+  surface.light_per_primitive = true;
+  surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3f &v0 = mesh.vertices[a], &v1 = mesh.vertices[b], &v2 = mesh.vertices[c];
+    area_lights_.emplace_back(TriangleLight(v0, flipped ? v2 : v1, flipped ? v1 : v2, surface.radiance));
+  }
+}
+
+void Builder::add(std::size_t index, MeshDescription& mesh) {
+  TriangleMesh out;
+  out.vertices.reserve(mesh.vertices.size() + 1);
+  for (const Vec3d& v : mesh.vertices) {
+    if (!is_finite(v)) fail(index, "vertex " + std::to_string(out.vertices.size()) + " is not finite");
+    out.vertices.push_back(to_float(normalization_.point(v)));
+  }
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size())
+    fail(index, "a mesh has as many normals as vertices, or none");
+  const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto degenerate = [&](const Triangle& t) {
+    for (const std::uint32_t i : t)
+      if (i >= count) fail(index, "vertex index " + std::to_string(i) + " of " + std::to_string(count) + " vertices");
+    const Vec3d a(out.vertices[t[0]]);
+    return length_squared(cross(Vec3d(out.vertices[t[1]]) - a, Vec3d(out.vertices[t[2]]) - a)) == 0;
+  };
+  out.triangles = std::move(mesh.triangles);
+  dropped_triangles_ += std::erase_if(out.triangles, degenerate);
+  Surface& surface = surfaces_[add_surface(mesh.surface, false)];
+  surface.normals.reserve(mesh.normals.size());
+  for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
+  add_triangle_lights(out, surface, false);
+  add_mesh(index, std::move(out));
+}
+
+void Builder::add(std::size_t index, RectangleDescription& r) {
+  TriangleMesh out;
+  for (const auto& [x, y] : {std::pair{-1, -1}, std::pair{1, -1}, std::pair{1, 1}, std::pair{-1, 1}})
+    out.vertices.push_back(
+        to_float(normalization_.point(r.to_world.point({static_cast<double>(x), static_cast<double>(y), 0}))));
+  out.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Vec3d corner(out.vertices[0]);
+  const Vec3d edge_x = Vec3d(out.vertices[1]) - corner, edge_y = Vec3d(out.vertices[3]) - corner;
+  if (!(length_squared(cross(edge_x, edge_y)) > 0)) fail(index, "a rectangle needs an area");
+  const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
+  Surface& surface = surfaces_[add_surface(r.surface, flipped)];
+  if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
+    add_triangle_lights(out, surface, flipped);
+  } else if (!surface.radiance.is_black()) {
+    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
+    area_lights_.emplace_back(RectangleLight(out.vertices[0], edge_x, edge_y, flipped, surface.radiance));
+  }
+  add_mesh(index, std::move(out));
+}
+
+void Builder::add(std::size_t index, DiskDescription& d) {
+  const Vec3d center = normalization_.point(d.to_world.column(3));
+  const double scale = normalization_.length(1);
+  const Vec3d u = d.to_world.column(0) * scale, v = d.to_world.column(1) * scale;
+  const Vec3d scaled_normal = cross(u, v);
+  const double area = length(scaled_normal);
+  if (!(area > 0) || !is_finite(center)) fail(index, "a disk needs an area");
+  const Vec3d n = scaled_normal / area;
+  disks_.push_back({center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))});
+  const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
+  Surface& surface = surfaces_[add_surface(d.surface, flipped)];
+  if (!surface.radiance.is_black()) {
+    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
+    area_lights_.emplace_back(DiskLight(center, u, v, flipped, surface.radiance));
+  }
+  disk_shapes_.push_back(static_cast<std::uint32_t>(index));
+}
+
+void Builder::add(std::size_t index, SphereDescription& s) {
+  if (!(s.radius > 0) || !std::isfinite(s.radius) || !is_finite(s.center))
+    fail(index, "a sphere needs a finite centre and a positive radius");
+  const Vec3d center = normalization_.point(s.center);
+  const double radius = normalization_.length(s.radius);
+  spheres_.push_back({center, radius});
+  Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
+  if (!surface.radiance.is_black()) {
+    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
+    area_lights_.emplace_back(SphereLight(center, radius, s.flip_normals, surface.radiance));
+  }
+  sphere_shapes_.push_back(static_cast<std::uint32_t>(index));
+}
+
+Lights Builder::make_lights() {
+  std::vector<PointLight> points;
+  for (const PointLightDescription& p : description_.point_lights) {
+    if (!is_finite(p.position)) throw std::invalid_argument("a point light's position is not finite");
+    points.push_back({to_float(normalization_.point(p.position)), normalization_.intensity(p.intensity)});
+  }
+  std::optional<Environment> environment;
+  if (description_.environment) {
+    if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*description_.environment))
+      environment = ConstantEnvironment(normalization_.radiance(constant->radiance));
+    else
+      environment = ImageEnvironment(std::get<ImageEnvironmentDescription>(*description_.environment),
+                                     normalization_.radiance_scale());
+    // A black environment is none: it lights nothing and calls for nothing.
+    if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
+  }
+  const Bounds& bounds = normalization_.bounds();
+  const double radius = bounds.empty() ? 1 : 0.5 * length(bounds.extent());
+  return Lights(std::move(area_lights_), std::move(points), std::move(environment), radius);
+}
+
+Scene Builder::build(Intersection mode) {
+  surfaces_.reserve(description_.shapes.size());
+  for (std::size_t i = 0; i < description_.shapes.size(); ++i)
+    std::visit([&](auto& shape) { add(i, shape); }, description_.shapes[i]);
+  std::vector<Bsdf> bsdfs;
+  for (const BsdfDescription& b : description_.bsdfs) bsdfs.push_back(make_bsdf(b));
+  Lights lights = make_lights();
+  const FilmDescription& film = description_.film;
+  return {normalization_,
+          Accel(std::move(meshes_), std::move(spheres_), std::move(disks_), mode),
+          std::move(surfaces_),
+          std::move(mesh_shapes_),
+          std::move(sphere_shapes_),
+          std::move(disk_shapes_),
+          std::move(bsdfs),
+          std::move(lights),
+          PerspectiveCamera(description_.sensor, film, normalization_),
+          PixelFilter(film.filter, film.filter_parameter),
+          film,
+          dropped_triangles_};
+}
+
+}  // namespace
+
+Scene build_scene(SceneDescription description, Intersection mode) {
+  const FilmDescription& film = description.film;
+  if (film.crop_width == 0 || film.crop_height == 0 || film.crop_x + film.crop_width > film.width ||
+      film.crop_y + film.crop_height > film.height)
+    throw std::invalid_argument("the film's crop is empty or reaches beyond the film");
+  return Builder(description).build(mode);
+}
+
+std::size_t Scene::triangle_count() const noexcept {
+  std::size_t n = 0;
+  for (const TriangleMesh& mesh : accel.meshes()) n += mesh.triangles.size();
+  return n;
+}
+
+std::size_t Scene::memory_bytes() const noexcept {
+  std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
+  for (const TriangleMesh& mesh : accel.meshes())
+    bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+  for (const Surface& surface : surfaces)
+    bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f);
+  return bytes;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,25 @@
+// Smooth conductor: a mirror whose colour is the Fresnel reflectance of a complex index.
+#pragma once
+
+#include "math/optional.h"
+#include "sampling/sampler.h"
+#include "scene/bsdf_types.h"
+#include "scene/description.h"
+#include "scene/fresnel.h"
+
+namespace equaltime {
+
+struct Conductor {
+  static constexpr bool is_delta = true;
+  Spectrum eta, k, specular_reflectance;
+
+  explicit Conductor(const ConductorDescription& d) noexcept;
+
+  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float, Point2f) const noexcept {
+    const Spectrum weight = specular_reflectance * fresnel_conductor(wo.z, eta, k);
+    return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
+  }
+};
+
+}  // namespace equaltime

@@ -1,0 +1,111 @@
+// SceneDescription: a scene as plain data, in world space, in the units of its author, in float64.
+// It is what a reader fills in and what `build_scene` compiles; it knows nothing of how scenes are rendered.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "math/spectrum.h"
+#include "math/transform.h"
+#include "math/vector.h"
+
+namespace equaltime {
+
+// --- BSDFs: one-sided leaves; shapes say which one stands on which side -------------------------------------------
+
+struct DiffuseDescription {
+  Vec3d reflectance;
+};
+struct ConductorDescription {
+  Vec3d eta, k, specular_reflectance;
+};
+enum class MicrofacetModel : std::uint8_t { ggx, beckmann };
+struct RoughConductorDescription {
+  MicrofacetModel model = MicrofacetModel::ggx;
+  double alpha_u = 0.1, alpha_v = 0.1;
+  Vec3d eta, k, specular_reflectance;
+};
+struct DielectricDescription {
+  double ior = 1.5;  // interior over exterior
+  Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
+};
+using BsdfDescription =
+    std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription>;
+
+// --- Shapes -------------------------------------------------------------------------------------------------------
+
+/// What all shapes share. A side without a BSDF absorbs what reaches it; radiance leaves from the front side only.
+struct SurfaceDescription {
+  std::optional<std::uint32_t> front, back;  // indices into SceneDescription::bsdfs
+  std::optional<Vec3d> radiance;
+};
+struct MeshDescription {
+  std::vector<Vec3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
+  std::vector<Vec3d> normals;                           // one a vertex, or none
+  SurfaceDescription surface;
+};
+struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
+  Transform to_world;
+  bool flip_normals = false;
+  SurfaceDescription surface;
+};
+struct DiskDescription {  // the image of the unit disk under to_world, front towards +z
+  Transform to_world;
+  bool flip_normals = false;
+  SurfaceDescription surface;
+};
+struct SphereDescription {
+  Vec3d center;
+  double radius = 1;
+  bool flip_normals = false;
+  SurfaceDescription surface;
+};
+using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription>;
+
+// --- Emitters that are not surfaces -------------------------------------------------------------------------------
+
+struct PointLightDescription {
+  Vec3d position, intensity;  // intensity: power per solid angle
+};
+struct ConstantEnvironmentDescription {
+  Vec3d radiance;
+};
+struct ImageEnvironmentDescription {
+  std::uint32_t width = 0, height = 0;
+  std::vector<Spectrum> pixels;  // rows from the +y pole; row i lies at polar angle π·i/(height-1)
+  double scale = 1;
+  Transform to_world;
+};
+using EnvironmentDescription = std::variant<ConstantEnvironmentDescription, ImageEnvironmentDescription>;
+
+// --- Sensor -------------------------------------------------------------------------------------------------------
+
+/// Camera space looks along +z, +x to the left of the image, +y up.
+struct PerspectiveDescription {
+  Transform to_world;
+  double x_fov_degrees = 50;
+  std::optional<double> near, far;  // planes across the axis; geometry outside is not seen
+  double principal_point_x = 0, principal_point_y = 0;
+};
+enum class FilterKind : std::uint8_t { box, tent, gaussian };
+struct FilmDescription {
+  std::uint32_t width = 256, height = 256;
+  std::uint32_t crop_x = 0, crop_y = 0, crop_width = 256, crop_height = 256;
+  FilterKind filter = FilterKind::box;
+  double filter_parameter = 0.5;  // box, tent: radius; gaussian: standard deviation, cut at four of them
+};
+
+struct SceneDescription {
+  std::vector<BsdfDescription> bsdfs;
+  std::vector<ShapeDescription> shapes;
+  std::vector<PointLightDescription> point_lights;
+  std::optional<EnvironmentDescription> environment;
+  PerspectiveDescription sensor;
+  FilmDescription film;
+};
+
+}  // namespace equaltime

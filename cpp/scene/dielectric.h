@@ -1,0 +1,32 @@
+// Smooth dielectric: reflects and refracts, one of the two at random by the Fresnel reflectance.
+#pragma once
+
+#include "math/optional.h"
+#include "sampling/sampler.h"
+#include "scene/bsdf_types.h"
+#include "scene/description.h"
+#include "scene/fresnel.h"
+
+namespace equaltime {
+
+struct Dielectric {
+  static constexpr bool is_delta = true;
+  float ior;  // interior over exterior
+  Spectrum specular_reflectance, specular_transmittance;
+
+  explicit Dielectric(const DielectricDescription& d) noexcept;
+
+  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u, Point2f) const noexcept {
+    const float eta = front ? ior : 1 / ior;
+    const auto [reflectance, cos_transmitted] = fresnel_dielectric(wo.z, eta);
+    if (u < reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+    const float inv = 1 / eta;
+    // Radiance is carried per solid angle, which refraction narrows by eta².
+    const float compression = inv * inv;
+    return BsdfSample{
+        {-wo.x * inv, -wo.y * inv, -cos_transmitted}, specular_transmittance * compression, 0, true, compression};
+  }
+};
+
+}  // namespace equaltime

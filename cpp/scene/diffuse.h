@@ -1,0 +1,28 @@
+// Lambertian reflection: f = ρ/π.
+#pragma once
+
+#include "math/optional.h"
+#include "sampling/warps.h"
+#include "scene/bsdf_types.h"
+#include "scene/description.h"
+
+namespace equaltime {
+
+struct Diffuse {
+  static constexpr bool is_delta = false;
+  Spectrum reflectance;
+
+  explicit Diffuse(const DiffuseDescription& d) noexcept;
+
+  [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
+    const float pdf = cosine_hemisphere_pdf(wi.z);
+    return {reflectance * pdf, pdf};
+  }
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f&, bool, float, Point2f u) const noexcept {
+    const Vec3f wi = square_to_cosine_hemisphere(u);
+    if (!(wi.z > 0)) return std::nullopt;
+    return BsdfSample{wi, reflectance, cosine_hemisphere_pdf(wi.z)};
+  }
+};
+
+}  // namespace equaltime

@@ -1,0 +1,108 @@
+#include "scene/environment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "math/numeric.h"
+
+namespace equaltime {
+
+namespace {
+
+constexpr double kPiD = std::numbers::pi;
+
+/// Turns running sums into a cumulative distribution ending in exactly 1; an all-zero row stays zero.
+void normalize_cdf(std::span<double> cdf) noexcept {
+  const double sum = cdf.back();
+  if (!(sum > 0)) return;
+  for (double& c : cdf) c /= sum;
+  cdf.back() = 1;
+}
+
+/// The interval that u falls in, never one of probability 0, and u's place within it.
+struct Picked {
+  std::uint32_t index;
+  double rest;
+};
+Picked pick(std::span<const double> cdf, double u) noexcept {
+  const auto above = std::upper_bound(cdf.begin() + 1, cdf.end() - 1, u);
+  const auto index = static_cast<std::uint32_t>(above - cdf.begin() - 1);
+  const double lo = cdf[index], hi = cdf[index + 1];
+  return {index, hi > lo ? (u - lo) / (hi - lo) : 0.5};
+}
+
+}  // namespace
+
+ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double radiance_scale)
+    : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(d.pixels) {
+  if (d.height == 1) texels_.insert(texels_.end(), d.pixels.begin(), d.pixels.end());
+  const auto scale = static_cast<float>(radiance_scale * d.scale);
+  for (Spectrum& t : texels_) t *= scale;
+  x_axis_ = Vec3f(normalize(d.to_world.column(0)));
+  y_axis_ = Vec3f(normalize(d.to_world.column(1)));
+  z_axis_ = Vec3f(normalize(d.to_world.column(2)));
+  for (std::uint32_t row = 0; row <= rows_; ++row)
+    polar_cosine_.push_back(std::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
+  row_cdf_.assign(rows_ + 1, 0);
+  cell_cdf_.assign(std::size_t{rows_} * (width_ + 1), 0);
+  for (std::uint32_t row = 0; row < rows_; ++row) {
+    const double solid_angle = (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * kPiD / static_cast<double>(width_);
+    const std::span<double> cdf(&cell_cdf_[std::size_t{row} * (width_ + 1)], width_ + 1);
+    for (std::uint32_t column = 0; column < width_; ++column) {
+      const Spectrum corners =
+          texel(row, column) + texel(row, column + 1) + texel(row + 1, column) + texel(row + 1, column + 1);
+      cdf[column + 1] = cdf[column] + static_cast<double>(corners.mean()) * 0.25 * solid_angle;
+    }
+    row_cdf_[row + 1] = row_cdf_[row] + cdf.back();
+    normalize_cdf(cdf);
+  }
+  total_ = row_cdf_.back();
+  normalize_cdf(row_cdf_);
+}
+
+Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
+  const Spectrum top = texel(c.row, c.column) * (1 - c.right) + texel(c.row, c.column + 1) * c.right;
+  const Spectrum bottom = texel(c.row + 1, c.column) * (1 - c.right) + texel(c.row + 1, c.column + 1) * c.right;
+  return top * (1 - c.down) + bottom * c.down;
+}
+
+float ImageEnvironment::pdf(const Cell& c) const noexcept {
+  const double* cdf = &cell_cdf_[std::size_t{c.row} * (width_ + 1)];
+  const double probability = (row_cdf_[c.row + 1] - row_cdf_[c.row]) * (cdf[c.column + 1] - cdf[c.column]);
+  const double range = polar_cosine_[c.row] - polar_cosine_[c.row + 1];
+  return static_cast<float>(probability * static_cast<double>(width_) / (2 * kPiD * range));
+}
+
+EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
+  const Picked row = pick(row_cdf_, u.y);
+  const std::span<const double> cdf(&cell_cdf_[std::size_t{row.index} * (width_ + 1)], width_ + 1);
+  const Picked column = pick(cdf, u.x);
+  const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
+  const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
+  const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest) / static_cast<double>(width_);
+  const double down = std::acos(cosine) / kPiD * static_cast<double>(rows_) - static_cast<double>(row.index);
+  const Cell cell{row.index, column.index, static_cast<float>(std::clamp(down, 0.0, 1.0)),
+                  static_cast<float>(column.rest)};
+  const auto x = static_cast<float>(std::sin(phi) * sine), z = static_cast<float>(-std::cos(phi) * sine);
+  const Vec3f wi = x_axis_ * x + y_axis_ * static_cast<float>(cosine) + z_axis_ * z;
+  return {wi, {interpolated(cell), pdf(cell)}};
+}
+
+ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcept {
+  const double turn = std::atan2(static_cast<double>(local.x), static_cast<double>(-local.z)) / (2 * kPiD);
+  const double column = (turn < 0 ? turn + 1 : turn) * static_cast<double>(width_);
+  // The polar angle from both components keeps its accuracy at the poles.
+  const double sine = std::hypot(static_cast<double>(local.x), static_cast<double>(local.z));
+  const double row = std::atan2(sine, static_cast<double>(local.y)) / kPiD * static_cast<double>(rows_);
+  const auto c = std::min(static_cast<std::uint32_t>(column), width_ - 1);
+  const auto r = std::min(static_cast<std::uint32_t>(row), rows_ - 1);
+  return {r, c, static_cast<float>(std::min(row - r, 1.0)), static_cast<float>(std::min(column - c, 1.0))};
+}
+
+LightValue ImageEnvironment::eval(Vec3f wi) const noexcept {
+  const Cell cell = cell_towards({dot(wi, x_axis_), dot(wi, y_axis_), dot(wi, z_axis_)});
+  return {interpolated(cell), pdf(cell)};
+}
+
+}  // namespace equaltime

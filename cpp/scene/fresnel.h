@@ -1,0 +1,47 @@
+// Fresnel reflectance of unpolarised light at smooth interfaces.
+#pragma once
+
+#include <cmath>
+
+#include "math/numeric.h"
+#include "math/spectrum.h"
+
+namespace equaltime {
+
+/// Reflectance of a conductor with complex index eta + i·k relative to the outside, for the cosine of incidence in [0,
+/// 1]. Exact (Born & Wolf), in float64: indices from 1e-4 to 1e4 neither overflow nor cancel to less than float32
+/// needs.
+[[nodiscard]] inline float fresnel_conductor(float cos_theta, float eta, float k) noexcept {
+  const double c = cos_theta, c2 = c * c, s2 = 1 - c2;
+  const double e2 = static_cast<double>(eta) * eta, k2 = static_cast<double>(k) * k;
+  const double t = e2 - k2 - s2;
+  const double a2_b2 = std::sqrt(t * t + 4 * e2 * k2);
+  const double a = std::sqrt(std::fmax(0.0, 0.5 * (a2_b2 + t)));
+  const double perpendicular = (a2_b2 + c2 - 2 * a * c) / (a2_b2 + c2 + 2 * a * c);
+  const double p = a2_b2 * c2 + s2 * s2, q = 2 * a * c * s2;
+  const double parallel = p + q > 0 ? perpendicular * (p - q) / (p + q) : perpendicular;
+  return static_cast<float>(0.5 * (perpendicular + parallel));
+}
+[[nodiscard]] inline Spectrum fresnel_conductor(float cos_theta, const Spectrum& eta, const Spectrum& k) noexcept {
+  return {fresnel_conductor(cos_theta, eta.r, k.r), fresnel_conductor(cos_theta, eta.g, k.g),
+          fresnel_conductor(cos_theta, eta.b, k.b)};
+}
+
+/// A dielectric interface seen from one side: reflectance and the cosine of the refracted direction.
+struct DielectricFresnel {
+  float reflectance;
+  float cos_transmitted;  // 0 under total internal reflection
+};
+
+/// `eta` is the index of the far side over that of the near side; cos_theta in [0, 1].
+[[nodiscard]] inline DielectricFresnel fresnel_dielectric(float cos_theta, float eta) noexcept {
+  const float sin2_transmitted = (1 - cos_theta * cos_theta) / (eta * eta);
+  if (sin2_transmitted >= 1) return {1.0F, 0.0F};
+  if (eta == 1) return {0.0F, cos_theta};
+  const float cos_transmitted = std::sqrt(1 - sin2_transmitted);
+  const float s = (cos_theta - eta * cos_transmitted) / (cos_theta + eta * cos_transmitted);
+  const float p = (eta * cos_theta - cos_transmitted) / (eta * cos_theta + cos_transmitted);
+  return {0.5F * (s * s + p * p), cos_transmitted};
+}
+
+}  // namespace equaltime

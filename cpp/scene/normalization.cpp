@@ -1,0 +1,86 @@
+#include "scene/normalization.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/numeric.h"
+
+namespace equaltime {
+
+namespace {
+
+constexpr int kExtentExponent = 10;
+
+/// The exponent e with 2^(e-1) <= x < 2^e.
+int exponent_of(double x) noexcept {
+  int e = 0;
+  std::frexp(x, &e);
+  return e;
+}
+
+void include_shape(Bounds& b, const MeshDescription& mesh) {
+  for (const Vec3d& v : mesh.vertices) b.include(v);
+}
+void include_shape(Bounds& b, const RectangleDescription& r) {
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0}) b.include(r.to_world.point({x, y, 0}));
+}
+void include_shape(Bounds& b, const DiskDescription& d) {
+  const Vec3d u = d.to_world.column(0), v = d.to_world.column(1), c = d.to_world.column(3);
+  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  b.include(c - half);
+  b.include(c + half);
+}
+void include_shape(Bounds& b, const SphereDescription& s) {
+  const Vec3d half{s.radius, s.radius, s.radius};
+  b.include(s.center - half);
+  b.include(s.center + half);
+}
+
+/// The largest value that any emitter's radiance takes, in the user's units.
+double brightest(const SceneDescription& d) {
+  double most = 0;
+  for (const ShapeDescription& shape : d.shapes)
+    std::visit(
+        [&](const auto& s) {
+          if (s.surface.radiance) most = std::max(most, max_component(*s.surface.radiance));
+        },
+        shape);
+  if (!d.environment) return most;
+  if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
+    return std::max(most, max_component(constant->radiance));
+  const auto& image = std::get<ImageEnvironmentDescription>(*d.environment);
+  for (const Spectrum& p : image.pixels) most = std::max(most, static_cast<double>(p.max_component()) * image.scale);
+  return most;
+}
+
+Spectrum scaled(const Vec3d& v, double s) noexcept {
+  return {static_cast<float>(v.x * s), static_cast<float>(v.y * s), static_cast<float>(v.z * s)};
+}
+
+}  // namespace
+
+Normalization::Normalization(const SceneDescription& description) {
+  Bounds world;
+  for (const ShapeDescription& shape : description.shapes)
+    std::visit([&](const auto& s) { include_shape(world, s); }, shape);
+  const Vec3d camera = description.sensor.to_world.column(3);
+  origin_ = world.empty() ? camera : max(world.lo, min(world.hi, camera));
+  const double extent = world.empty() ? 0 : max_component(world.extent());
+  if (extent > 0) length_scale_ = std::ldexp(1.0, kExtentExponent - exponent_of(extent));
+  if (!world.empty()) {
+    bounds_.include(point(world.lo));
+    bounds_.include(point(world.hi));
+  }
+  double most = brightest(description);
+  for (const PointLightDescription& light : description.point_lights)
+    most = std::max(most, max_component(light.intensity) * square(length_scale_ / std::ldexp(1.0, kExtentExponent)));
+  if (most > 0) radiance_scale_ = std::ldexp(1.0, -exponent_of(most));
+}
+
+Spectrum Normalization::radiance(const Vec3d& world) const noexcept { return scaled(world, radiance_scale_); }
+Spectrum Normalization::intensity(const Vec3d& world) const noexcept {
+  return scaled(world, radiance_scale_ * length_scale_ * length_scale_);
+}
+
+}  // namespace equaltime

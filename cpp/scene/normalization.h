@@ -1,0 +1,46 @@
+// Normalization: the space in which everything is intersected and shaded.
+// The camera (clamped to the geometry's bounds) is moved to the origin, where float32 is finest, and lengths are scaled
+// by a power of two to an extent near 2^10, so that no absolute size ever meets float32's range or Embree's. Radiance
+// is scaled by a power of two as well. Both are exact: scaling a scene by a power of two changes no bit of its image.
+#pragma once
+
+#include <optional>
+
+#include "math/vector.h"
+#include "scene/description.h"
+
+namespace equaltime {
+
+struct Bounds {
+  Vec3d lo{1e308, 1e308, 1e308}, hi{-1e308, -1e308, -1e308};
+
+  void include(const Vec3d& p) noexcept { lo = min(lo, p), hi = max(hi, p); }
+  [[nodiscard]] bool empty() const noexcept { return lo.x > hi.x; }
+  [[nodiscard]] Vec3d extent() const noexcept { return hi - lo; }
+};
+
+class Normalization {
+ public:
+  Normalization() = default;
+  explicit Normalization(const SceneDescription& description);
+
+  [[nodiscard]] Vec3d point(const Vec3d& world) const noexcept { return (world - origin_) * length_scale_; }
+  [[nodiscard]] double length(double world) const noexcept { return world * length_scale_; }
+  [[nodiscard]] Vec3d world_point(const Vec3d& p) const noexcept { return p / length_scale_ + origin_; }
+  [[nodiscard]] double world_length(double l) const noexcept { return l / length_scale_; }
+  [[nodiscard]] Spectrum radiance(const Vec3d& world) const noexcept;
+  [[nodiscard]] Spectrum intensity(const Vec3d& world) const noexcept;
+  /// Factor from normalised radiance back to the user's.
+  [[nodiscard]] double world_radiance_scale() const noexcept { return 1 / radiance_scale_; }
+  [[nodiscard]] double radiance_scale() const noexcept { return radiance_scale_; }
+  /// Bounds of the geometry, in normalised space; empty without geometry.
+  [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }
+
+ private:
+  Vec3d origin_{};
+  double length_scale_ = 1;
+  double radiance_scale_ = 1;
+  Bounds bounds_;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,42 @@
+// Rough conductor: microfacet reflection with the Fresnel reflectance of a complex index (Walter et al. 2007, eq. 20).
+// f·cosθi = F·D·G / (4 cosθo), G the product of both directions' Smith terms.
+#pragma once
+
+#include "math/optional.h"
+#include "scene/bsdf_types.h"
+#include "scene/fresnel.h"
+#include "scene/microfacet.h"
+
+namespace equaltime {
+
+struct RoughConductor {
+  static constexpr bool is_delta = false;
+  Microfacet distribution;
+  Spectrum eta, k, specular_reflectance;
+
+  explicit RoughConductor(const RoughConductorDescription& d) noexcept;
+
+  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
+    if (!(wi.z > 0)) return {};
+    return eval_at(wo, wi, normalize(wo + wi));
+  }
+
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float, Point2f u) const noexcept {
+    const Vec3f m = distribution.sample(wo, u);
+    const Vec3f wi = m * (2 * dot(wo, m)) - wo;
+    if (!(wi.z > 0)) return std::nullopt;
+    const BsdfValue value = eval_at(wo, wi, m);
+    if (!(value.pdf > 0)) return std::nullopt;
+    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+  }
+
+ private:
+  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
+    const float d = distribution.D(m);
+    const float g = distribution.G1(wo) * distribution.G1(wi);
+    const Spectrum fresnel = fresnel_conductor(std::min(1.0F, dot(wo, m)), eta, k);
+    return {specular_reflectance * fresnel * (d * g / (4 * wo.z)), distribution.reflected_pdf(wo, d)};
+  }
+};
+
+}  // namespace equaltime

@@ -1,0 +1,56 @@
+// Shading: a BSDF at a point, in world directions. The local models evaluate by the shading normal; which side of the
+// surface a direction is on is decided by the geometric one, alike in eval and sample, so that no light leaks and all
+// techniques integrate the same function.
+#pragma once
+
+#include "math/optional.h"
+#include "scene/bsdf.h"
+#include "scene/interaction.h"
+
+namespace equaltime {
+
+/// A sampled direction in world space, with the rest of BsdfSample.
+struct Scattering {
+  Vec3f wi;
+  Spectrum weight;
+  float pdf;
+  bool delta;
+  float radiance_scale;
+};
+
+namespace detail {
+/// A local and a world direction agree on which side of the surface they are.
+[[nodiscard]] inline bool same_side(const Interaction& it, const Vec3f& world, const Vec3f& local) noexcept {
+  return (dot(it.anchor.n, world) > 0) == (local.z > 0);
+}
+}  // namespace detail
+
+/// f(wo, wi)·|cosθi| and pdf of wi.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE BsdfValue eval_bsdf(const Interaction& it, const Bsdf& bsdf, const Vec3f& wi) noexcept {
+  const Vec3f wo = it.frame.to_local(it.wo);
+  const Vec3f local = it.frame.to_local(wi);
+  if (!(wo.z > 0) || !detail::same_side(it, wi, local)) return {};
+  return visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
+}
+
+/// A direction drawn from the BSDF; u_lobe chooses among discrete lobes, u within a continuous one.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, const Bsdf& bsdf, float u_lobe,
+                                                                Point2f u) noexcept {
+  const Vec3f wo = it.frame.to_local(it.wo);
+  if (!(wo.z > 0)) return std::nullopt;
+  const auto s = visit<E>(bsdf, [&](const auto& model) noexcept { return model.sample(wo, it.front, u_lobe, u); });
+  if (!s) return std::nullopt;
+  const Vec3f wi = it.frame.to_world(s->wi);
+  if (!detail::same_side(it, wi, s->wi)) return std::nullopt;
+  return Scattering{wi, s->weight, s->pdf, s->delta, s->radiance_scale};
+}
+
+/// Whether the BSDF scatters into a discrete set of directions only.
+template <auto E>
+[[nodiscard]] bool is_delta(const Bsdf& bsdf) noexcept {
+  return visit<E>(bsdf, [](const auto& model) noexcept { return model.is_delta; });
+}
+
+}  // namespace equaltime

@@ -1,0 +1,49 @@
+// What a surface is made of, as the path loop reads it: one record a shape, and the error bounds of points on it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "accel/geometry.h"
+#include "math/spectrum.h"
+#include "scene/interaction.h"
+
+namespace equaltime {
+
+inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+/// Bound of the rounding of a float32 point on an exact (float64) surface with unit normal n.
+[[nodiscard]] inline float point_offset(const Vec3f& p, const Vec3f& n) noexcept {
+  return 4 * kUnitRoundoff * dot(abs(n), abs(p));
+}
+
+/// A triangle's unit geometric normal, and how far from its plane a ray must start so as not to meet it.
+struct TrianglePlane {
+  Vec3f n;
+  float offset;
+};
+
+/// Embree's robust test translates the vertices to the ray's origin and forms the plane from their rounded differences;
+/// the terms of the offset bound, in order, the rounding of a point on the triangle, of the translated vertices and of
+/// the plane's normal. Tested on random triangles (tests/hard).
+[[nodiscard]] inline TrianglePlane triangle_plane(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2) noexcept {
+  const Vec3d scaled_normal = cross(Vec3d(v1) - Vec3d(v0), Vec3d(v2) - Vec3d(v0));
+  const double norm = length(scaled_normal);
+  const Vec3d n = scaled_normal / norm;
+  const Vec3d reach(max(abs(v0), max(abs(v1), abs(v2))));
+  const Vec3d e(max(abs(v1 - v0), max(abs(v2 - v0), abs(v2 - v1))));
+  const double bound = dot(abs(n), reach + e) + 3 * e.x * e.y * e.z / norm;
+  return {Vec3f(n), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound)};
+}
+
+struct Surface {
+  std::uint32_t bsdf[2] = {kNone, kNone};  // front, back
+  std::uint32_t first_light = kNone;       // in the scene's lights
+  bool light_per_primitive = false;        // each triangle is a light of its own
+  Spectrum radiance;                       // leaving the front side, normalised
+  bool flipped = false;                    // front is against the geometric normal (spheres, disks)
+  std::vector<TrianglePlane> planes;       // of each triangle (meshes)
+  std::vector<Vec3f> normals;              // one a vertex, or none (meshes)
+};
+
+}  // namespace equaltime
