@@ -1,0 +1,25 @@
+#include "transport/effects.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace equaltime {
+
+Effects derive_effects(const Scene& scene) noexcept {
+  Effects e;
+  e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty();
+  e.point_lights = scene.lights.has_points();
+  e.environment = scene.lights.environment().has_value();
+  for (const Surface& surface : scene.surfaces) {
+    e.smooth_normals = e.smooth_normals || !surface.normals.empty();
+    for (const std::uint32_t side : surface.bsdf) {
+      if (side == kNone) continue;
+      const Bsdf& bsdf = scene.bsdfs[side];
+      e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
+      e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf);
+    }
+  }
+  return e;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,84 @@
+#include "transport/kernels.h"
+
+#include "transport/path.h"
+
+namespace equaltime {
+
+namespace {
+
+/// The camera ray of one sample, its path, and the weight of its place under the pixel filter.
+template <Effects E, class Probe>
+Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
+                      std::uint32_t replicates, Probe& probe) {
+  const Scene& scene = task.scene;
+  const std::uint64_t px = x + scene.film.crop_x, py = y + scene.film.crop_y;
+  const std::uint64_t pixel = py * scene.film.width + px;
+  const Sampler sampler = Sampler::at(task.settings.sampler, task.seed, pixel, index, replicates);
+  const PixelFilter::Offset offset = scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)));
+  ++probe.counters.paths;
+  const Ray ray = scene.camera.ray(static_cast<double>(px) + 0.5 + offset.x, static_cast<double>(py) + 0.5 + offset.y);
+  return trace_path<E>(scene, task.settings, ray, sampler, probe) * offset.weight;
+}
+
+template <Effects E>
+void render_block(const BlockTask& task, Film& film, RayCounter& probe, std::vector<NonFinite>& nonfinite) {
+  const double scale = task.scene.normalization.world_radiance_scale();
+  const std::uint32_t replicates = film.replicates();
+  for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
+    for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x)
+      for (std::uint64_t i = task.first; i < task.last; ++i) {
+        const Spectrum L = sample_pixel<E>(task, x, y, i, replicates, probe);
+        if (L.is_finite()) {
+          film.at(static_cast<std::uint32_t>(i % replicates), x, y).add(L, scale);
+        } else {
+          ++probe.counters.nonfinite;
+          nonfinite.push_back({x, y, i});
+        }
+      }
+}
+
+template <Effects E>
+void record_block(const BlockTask& task, std::uint32_t replicates, RayRecorder& probe) {
+  for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
+    for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x)
+      for (std::uint64_t i = task.first; i < task.last; ++i) (void)sample_pixel<E>(task, x, y, i, replicates, probe);
+}
+
+template <Effects E>
+KernelRow row() {
+  return {E, render_block<E>, record_block<E>};
+}
+
+}  // namespace
+
+const std::vector<KernelRow>& kernel_rows() noexcept {
+  static const std::vector<KernelRow> rows = {
+      row<Effects{}>(),
+      row<Effects{.analytic_shapes = true}>(),
+      row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
+      row<kAllEffects>(),
+  };
+  return rows;
+}
+
+const KernelRow& choose_kernel(const Effects& need) noexcept {
+  for (const KernelRow& row : kernel_rows())
+    if (row.effects.covers(need)) return row;
+  return kernel_rows().back();
+}
+
+std::string kernel_name(const Effects& e) {
+  std::string name;
+  const auto append = [&name](bool used, const char* word) {
+    if (used) name += (name.empty() ? "" : "+") + std::string(word);
+  };
+  append(e.analytic_shapes, "analytic_shapes");
+  append(e.smooth_normals, "smooth_normals");
+  append(e.rough_conductors, "rough_conductors");
+  append(e.specular, "specular");
+  append(e.point_lights, "point_lights");
+  append(e.environment, "environment");
+  return name.empty() ? "diffuse meshes" : name;
+}
+
+}  // namespace equaltime

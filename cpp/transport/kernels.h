@@ -1,0 +1,53 @@
+// Kernels: the compiled instantiations of the estimator, and the choice among them by the superset rule.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "transport/effects.h"
+#include "transport/probe.h"
+#include "transport/settings.h"
+
+namespace equaltime {
+
+/// Pixels [x0, x1) × [y0, y1) of the crop.
+struct PixelBlock {
+  std::uint32_t x0, y0, x1, y1;
+};
+
+/// A sample that came out NaN or infinite, as replay needs it; x, y within the crop.
+struct NonFinite {
+  std::uint32_t x, y;
+  std::uint64_t index;
+};
+
+/// Samples [first, last) of every pixel of a block.
+struct BlockTask {
+  const Scene& scene;
+  const Settings& settings;
+  std::uint64_t seed;
+  PixelBlock block;
+  std::uint64_t first, last;
+};
+
+/// Renders a block into the film; non-finite samples are kept out of it and appended to the list.
+using Kernel = void (*)(const BlockTask&, Film&, RayCounter&, std::vector<NonFinite>&);
+/// The same samples without a film, keeping their rays.
+using RecordingKernel = void (*)(const BlockTask&, std::uint32_t replicates, RayRecorder&);
+
+struct KernelRow {
+  Effects effects;
+  Kernel render;
+  RecordingKernel record;
+};
+
+/// The cheapest compiled kernel that covers the need. The choice changes speed, never a bit of the image.
+[[nodiscard]] const KernelRow& choose_kernel(const Effects& need) noexcept;
+/// All of them, cheapest first; the last covers everything.
+[[nodiscard]] const std::vector<KernelRow>& kernel_rows() noexcept;
+/// The effects by name, joined with +; "diffuse meshes" if there are none.
+[[nodiscard]] std::string kernel_name(const Effects& effects);
+
+}  // namespace equaltime

@@ -1,0 +1,104 @@
+// THE estimator: one path from the camera, with next-event estimation and BSDF sampling combined by MIS.
+// Radiance is unbiased for any settings but a finite max_depth, which belongs to the problem. It never clamps, never
+// drops a sample, never draws a number whose meaning depends on the order of calls.
+#pragma once
+
+#include "math/optional.h"
+#include "scene/shading.h"
+#include "transport/effects.h"
+#include "transport/settings.h"
+
+namespace equaltime {
+
+/// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
+struct Scattered {
+  Vec3f from;         // the vertex that it left
+  float pdf = 0;      // per solid angle
+  bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
+};
+
+/// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
+[[nodiscard]] inline float emitter_weight(const Settings& s, const Scattered& ray, float light_pdf) noexcept {
+  if (ray.alone || s.technique == Technique::bsdf) return 1;
+  if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
+  return mis_weight(s.heuristic, ray.pdf, light_pdf);
+}
+
+/// Radiance that the surface itself sends back along the ray.
+template <Effects E>
+[[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
+                                                const Scattered& ray) noexcept {
+  const Surface& surface = scene.surfaces[it.shape];
+  if (surface.first_light == kNone || !it.front) return {};
+  float light_pdf = 0;
+  if (!ray.alone && settings.technique != Technique::bsdf)
+    light_pdf = scene.lights.area_pdf<E>(settings.lights, scene.light_of(it), ray.from, -it.wo, it.anchor.p);
+  return surface.radiance * emitter_weight(settings, ray, light_pdf);
+}
+
+template <Effects E>
+[[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, const Ray& ray,
+                               const Scattered& made) noexcept {
+  if constexpr (E.environment) {
+    const LightValue value = scene.lights.environment_towards(settings.lights, ray.direction);
+    return value.radiance * emitter_weight(settings, made, value.pdf);
+  }
+  return {};
+}
+
+/// Light that reaches the vertex straight from one sampled light, scattered towards wo.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
+                                                     const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
+                                                     std::uint32_t bounce, Point2f u, Probe& probe) noexcept {
+  // With only BSDF sampling, all that it cannot find are point lights.
+  if (!E.point_lights && settings.technique == Technique::bsdf) return {};
+  const auto light = scene.lights.sample<E>(settings.lights, it.anchor.p, sampler, bounce, u);
+  if (!light || (settings.technique == Technique::bsdf && !light->delta)) return {};
+  const BsdfValue value = eval_bsdf<E>(it, bsdf, light->wi);
+  if (value.f.is_black()) return {};
+  const Ray shadow = light->infinite ? it.spawn(light->wi) : spawn_between(it.anchor, light->target);
+  if (probe.occluded(scene.accel, shadow)) return {};
+  const bool shared = settings.technique == Technique::mis && !light->delta;
+  const float weight = shared ? mis_weight(settings.heuristic, light->pdf, value.pdf) : 1.0F;
+  return value.f * light->radiance * (weight / light->pdf);
+}
+
+template <Effects E, class Probe>
+[[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
+                                  const Sampler& sampler, Probe& probe) noexcept {
+  Ray ray = camera_ray;
+  Spectrum L, beta(1);
+  float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
+  Scattered made;
+  for (int depth = 1;; ++depth) {
+    const auto bounce = static_cast<std::uint32_t>(depth - 1);
+    const auto it = probe.template intersect<E>(scene, ray);
+    if (!it) return L + beta * escaped<E>(scene, settings, ray, made);
+    L += beta * emitted<E>(scene, settings, *it, made);
+    const Bsdf* bsdf = scene.bsdf(*it);
+    if (depth >= settings.max_depth || !bsdf) return L;
+
+    Optional<Scattering> scattered;
+    if (is_delta<E>(*bsdf)) {
+      scattered = sample_bsdf<E>(*it, *bsdf, sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)), {});
+    } else {
+      const VertexNumbers u = sampler.vertex(bounce);
+      L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
+      scattered = sample_bsdf<E>(*it, *bsdf, 0, u.bsdf_direction);
+    }
+    if (!scattered) return L;
+    beta *= scattered->weight;
+    radiance_scale *= scattered->radiance_scale;
+    if (beta.is_black()) return L;
+    if (depth >= settings.roulette_depth) {
+      const float survival = survival_probability(settings.roulette, beta * (1 / radiance_scale));
+      if (survival < 1 && sampler.get_1d(slot(BounceDimension::roulette, bounce)) >= survival) return L;
+      beta *= 1 / survival;
+    }
+    made = {it->anchor.p, scattered->pdf, scattered->delta};
+    ray = it->spawn(scattered->wi);
+  }
+}
+
+}  // namespace equaltime

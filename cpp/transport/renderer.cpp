@@ -1,0 +1,114 @@
+#include "transport/renderer.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace equaltime {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kPollInterval{50};
+/// A pass adds at most so many samples to a pixel, so that a block is short and a stop is prompt.
+constexpr std::uint64_t kPassSamples = 16;
+constexpr std::size_t kLoggedNonFinite = 64;
+
+}  // namespace
+
+/// When to stop between blocks: shared by the workers of one call of `advance`.
+struct Renderer::Stop {
+  explicit Stop(const std::function<bool()>& p) : poll(p) {}
+
+  const std::function<bool()>& poll;
+  std::optional<Clock::time_point> deadline;
+  std::thread::id caller = std::this_thread::get_id();
+  Clock::time_point last_poll = Clock::now();
+  std::atomic<bool> requested{false};
+  std::exception_ptr error;
+
+  /// Called by every worker before it takes a block; polls on the calling thread only.
+  bool now() noexcept {
+    if (requested.load(std::memory_order_relaxed)) return true;
+    const Clock::time_point time = Clock::now();
+    if (deadline && time >= *deadline) requested = true;
+    if (poll && std::this_thread::get_id() == caller && time - last_poll >= kPollInterval) {
+      last_poll = time;
+      try {
+        if (!poll()) requested = true;
+      } catch (...) {
+        error = std::current_exception();
+        requested = true;
+      }
+    }
+    return requested;
+  }
+};
+
+Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options)
+    : scene_(std::move(scene)),
+      settings_(settings),
+      options_(options),
+      threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
+      kernel_(choose_kernel(derive_effects(*scene_))),
+      film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
+      blocks_(blocks()) {}
+
+std::vector<PixelBlock> Renderer::blocks() const {
+  std::vector<PixelBlock> list;
+  const std::uint32_t tile = std::max(1U, options_.tile), w = film_.width(), h = film_.height();
+  for (std::uint32_t y = 0; y < h; y += tile)
+    for (std::uint32_t x = 0; x < w; x += tile) list.push_back({x, y, std::min(x + tile, w), std::min(y + tile, h)});
+  return list;
+}
+
+bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const std::function<bool()>& poll) {
+  Stop stop(poll);
+  if (seconds)
+    stop.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+  while (done_ < samples) {
+    if (target_ <= done_) target_ = std::min(samples, done_ + kPassSamples);
+    run_pass(stop);
+    if (stop.error) std::rethrow_exception(stop.error);
+    if (next_block_ < blocks_.size()) return false;
+    done_ = target_;
+    next_block_ = 0;
+    if (stop.now() && done_ < samples) return false;
+  }
+  return true;
+}
+
+void Renderer::run_pass(Stop& stop) {
+  std::atomic<std::size_t> next{next_block_};
+  std::mutex merge;
+  const auto work = [&](unsigned) {
+    RayCounter probe;
+    std::vector<NonFinite> nonfinite;
+    while (!stop.now()) {
+      const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= blocks_.size()) break;
+      kernel_.render({*scene_, settings_, options_.seed, blocks_[i], done_, target_}, film_, probe, nonfinite);
+    }
+    const std::lock_guard lock(merge);
+    counters_ += probe.counters;
+    for (const NonFinite& n : nonfinite)
+      if (nonfinite_.size() < kLoggedNonFinite) nonfinite_.push_back(n);
+  };
+  // A count above the machine's own is honoured, so that determinism over threads can be shown anywhere.
+  const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism,
+                                        std::max<std::size_t>(allowed, threads_));
+  tbb::task_arena arena(static_cast<int>(threads_));
+  arena.execute([&] { tbb::parallel_for(0U, threads_, work, tbb::simple_partitioner{}); });
+  next_block_ = std::min(next.load(), blocks_.size());
+}
+
+}  // namespace equaltime
