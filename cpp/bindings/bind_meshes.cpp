@@ -9,8 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "../scene/obj.h"
-#include "../scene/ply.h"
+#include "bindings/bindings.h"
+#include "scene/obj.h"
+#include "scene/ply.h"
 
 namespace py = pybind11;
 
@@ -49,10 +50,8 @@ MeshArrays read(const std::filesystem::path& path, MeshData (*reader)(const std:
 }
 
 }  // namespace
-}  // namespace equaltime
 
 void bind_meshes(py::module_& m) {
-  using namespace equaltime;
   static py::handle mesh_error = py::exception<MeshError>(m, "MeshError", PyExc_ValueError).release();
   mesh_error.attr("__doc__") = "A mesh file cannot be read; the text begins with its path and line or byte offset.";
   // pybind11 fixes the signature.
@@ -74,7 +73,7 @@ void bind_meshes(py::module_& m) {
       .def_readonly("faces", &MeshArrays::faces, "(M, 3) uint32, in range, none degenerate")
       .def_readonly("normals", &MeshArrays::normals, "(N, 3) float64 as in the file, not normalised, or None")
       .def_readonly("uvs", &MeshArrays::uvs, "(N, 2) float64 or None")
-      .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted, one line each");
+      .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted; without the path");
   m.def(
       "read_ply", [](const std::filesystem::path& path) { return read(path, &read_ply); }, py::arg("path"),
       "Read a PLY file, ascii or binary. Raises MeshError.");
@@ -82,3 +81,5 @@ void bind_meshes(py::module_& m) {
       "read_obj", [](const std::filesystem::path& path) { return read(path, &read_obj); }, py::arg("path"),
       "Read a Wavefront OBJ file. Raises MeshError.");
 }
+
+}  // namespace equaltime

@@ -1,0 +1,111 @@
+// Settings, Renderer and what the build was made of.
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <map>
+
+#include "bindings/bindings.h"
+#include "transport/renderer.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+/// The value that a word names, or an error that lists the words.
+template <class T>
+T named(const std::map<std::string, T>& words, const std::string& word, const char* what) {
+  if (const auto it = words.find(word); it != words.end()) return it->second;
+  std::string known;
+  for (const auto& [name, value] : words) known += (known.empty() ? "" : ", ") + name;
+  throw py::value_error(std::string(what) + " is one of " + known + ", not \"" + word + "\"");
+}
+
+Settings make_settings(const std::string& technique, const std::string& heuristic, const std::string& lights,
+                       const std::string& roulette, int roulette_depth, int truncate, const std::string& sampler,
+                       int max_depth) {
+  Settings s;
+  s.technique = named<Technique>({{"bsdf", Technique::bsdf}, {"light", Technique::light}, {"mis", Technique::mis}},
+                                 technique, "technique");
+  s.heuristic =
+      named<Heuristic>({{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
+  s.lights =
+      named<LightSelection>({{"uniform", LightSelection::uniform}, {"power", LightSelection::power}}, lights, "lights");
+  s.roulette = named<Roulette>({{"none", Roulette::none}, {"throughput", Roulette::throughput}}, roulette, "roulette");
+  s.sampler = named<SamplerKind>({{"independent", SamplerKind::independent}, {"sobol", SamplerKind::sobol}}, sampler,
+                                 "sampler");
+  s.roulette_depth = roulette_depth;
+  s.max_depth = max_depth < 0 ? kUnlimitedDepth : max_depth;
+  if (truncate > 0) s.max_depth = std::min(s.max_depth, truncate);
+  return s;
+}
+
+/// Asks Python whether to go on, and lets it handle signals; called with the GIL released.
+bool go_on(const std::optional<py::function>& poll) {
+  const py::gil_scoped_acquire acquire;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  return !poll || (*poll)().cast<bool>();
+}
+
+py::array moments(py::object self) {
+  Film& film = self.cast<Renderer&>().film();
+  return py::array_t<PixelMoments>({film.replicates(), film.height(), film.width()}, film.moments().data(), self);
+}
+
+py::dict counters(const Renderer& r) {
+  const Counters& c = r.counters();
+  return py::dict("paths"_a = c.paths, "rays"_a = c.rays, "shadow_rays"_a = c.shadow_rays, "nonfinite"_a = c.nonfinite);
+}
+
+py::list nonfinite(const Renderer& r) {
+  py::list list;
+  for (const NonFinite& n : r.nonfinite()) list.append(py::make_tuple(n.x, n.y, n.index));
+  return list;
+}
+
+py::dict build_info() {
+#ifdef __OPTIMIZE__
+  const char* optimized = "yes";
+#else
+  const char* optimized = "no";
+#endif
+  return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = "g++ " __VERSION__, "optimized"_a = optimized,
+                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version());
+}
+
+}  // namespace
+
+void bind_render(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
+  py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
+      .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
+           "lights"_a = "power", "roulette"_a = "throughput", "roulette_depth"_a = 5, "truncate"_a = 0,
+           "sampler"_a = "sobol", "max_depth"_a = -1);
+  py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
+      .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
+                       std::uint32_t tile, std::uint32_t replicates) {
+             return std::make_unique<Renderer>(std::move(scene), settings,
+                                               RenderOptions{seed, threads, tile, replicates});
+           }),
+           "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2)
+      .def(
+          "advance",
+          [](Renderer& r, std::uint64_t samples, std::optional<double> seconds,
+             const std::optional<py::function>& poll) {
+            const py::gil_scoped_release release;
+            return r.advance(samples, seconds, [&poll] { return go_on(poll); });
+          },
+          "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none())
+      .def_property_readonly("moments", &moments)
+      .def_property_readonly("counters", &counters)
+      .def_property_readonly("nonfinite", &nonfinite)
+      .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
+      .def_property_readonly("threads", &Renderer::threads);
+  m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");
+}
+
+}  // namespace equaltime

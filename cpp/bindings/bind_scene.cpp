@@ -1,0 +1,228 @@
+// SceneBuilder fills a SceneDescription from NumPy arrays; Scene is the compiled result.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "bindings/bindings.h"
+#include "scene/scene.h"
+#include "transport/effects.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+using Triple = std::array<double, 3>;
+using ArrayD = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using ArrayU = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+using ArrayF = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+Vec3d vec(const Triple& t) { return {t[0], t[1], t[2]}; }
+
+Transform transform(const ArrayD& a) {
+  if (a.ndim() != 2 || a.shape(0) != 4 || a.shape(1) != 4) throw py::value_error("a transform is a 4x4 matrix");
+  Transform t;
+  std::copy_n(a.data(), 16, t.m[0].data());
+  return t;
+}
+
+/// The rows of an (N, 3) array as vectors of three.
+template <class Out, class Array>
+std::vector<Out> rows(const Array& a, const char* what) {
+  if (a.ndim() != 2 || a.shape(1) != 3) throw py::value_error(std::string(what) + " must have the shape (N, 3)");
+  static_assert(sizeof(Out) == 3 * sizeof(*a.data()));
+  std::vector<Out> out(static_cast<std::size_t>(a.shape(0)));
+  std::copy_n(a.data(), a.size(), reinterpret_cast<typename Array::value_type*>(out.data()));
+  return out;
+}
+
+SurfaceDescription surface(std::optional<std::uint32_t> front, std::optional<std::uint32_t> back,
+                           const std::optional<Triple>& radiance) {
+  SurfaceDescription s{front, back, {}};
+  if (radiance) s.radiance = vec(*radiance);
+  return s;
+}
+
+template <class T, class... Args>
+std::uint32_t append(std::vector<T>& list, Args&&... args) {
+  list.emplace_back(std::forward<Args>(args)...);
+  return static_cast<std::uint32_t>(list.size() - 1);
+}
+
+MicrofacetModel microfacet(const std::string& name) {
+  if (name == "ggx") return MicrofacetModel::ggx;
+  if (name == "beckmann") return MicrofacetModel::beckmann;
+  throw py::value_error("a distribution is \"ggx\" or \"beckmann\", not \"" + name + "\"");
+}
+
+FilterKind filter(const std::string& name) {
+  if (name == "box") return FilterKind::box;
+  if (name == "tent") return FilterKind::tent;
+  if (name == "gaussian") return FilterKind::gaussian;
+  throw py::value_error("a filter is \"box\", \"tent\" or \"gaussian\", not \"" + name + "\"");
+}
+
+ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale, const ArrayD& to_world) {
+  if (pixels.ndim() != 3 || pixels.shape(2) != 3 || pixels.size() == 0)
+    throw py::value_error("an environment image has the shape (H, W, 3)");
+  ImageEnvironmentDescription d;
+  d.height = static_cast<std::uint32_t>(pixels.shape(0));
+  d.width = static_cast<std::uint32_t>(pixels.shape(1));
+  d.pixels.resize(static_cast<std::size_t>(d.width) * d.height);
+  std::copy_n(pixels.data(), pixels.size(), &d.pixels[0].r);
+  d.scale = scale;
+  d.to_world = transform(to_world);
+  return d;
+}
+
+py::dict effects_dict(const Effects& e) {
+  return py::dict("analytic_shapes"_a = e.analytic_shapes, "smooth_normals"_a = e.smooth_normals,
+                  "rough_conductors"_a = e.rough_conductors, "specular"_a = e.specular,
+                  "point_lights"_a = e.point_lights, "environment"_a = e.environment);
+}
+
+/// Nearest hits of rays given in the user's units: for tests and comparisons, not for rendering.
+py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions) {
+  const auto o = rows<Vec3d>(origins, "origins"), d = rows<Vec3d>(directions, "directions");
+  if (o.size() != d.size()) throw py::value_error("as many directions as origins");
+  const auto n = static_cast<py::ssize_t>(o.size());
+  py::array_t<double> t(n), p({n, py::ssize_t{3}}), ng({n, py::ssize_t{3}});
+  py::array_t<std::int64_t> shape(n), primitive(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Ray ray{Vec3f(scene.normalization.point(o[k])), Vec3f(normalize(d[k]))};
+    const auto it = scene.intersect<kAllEffects>(ray);
+    const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
+    const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{};
+    t.mutable_at(i) = it ? length(point - o[k]) : std::numeric_limits<double>::infinity();
+    shape.mutable_at(i) = it ? static_cast<std::int64_t>(it->shape) : -1;
+    primitive.mutable_at(i) = it ? static_cast<std::int64_t>(it->primitive) : -1;
+    std::copy_n(&point.x, 3, p.mutable_data(i, 0));
+    std::copy_n(&normal.x, 3, ng.mutable_data(i, 0));
+  }
+  return py::dict("t"_a = t, "shape"_a = shape, "primitive"_a = primitive, "p"_a = p, "n"_a = ng);
+}
+
+void bind_builder(py::module_& m) {
+  using Index = std::optional<std::uint32_t>;
+  using D = SceneDescription;
+  py::class_<D>(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.")
+      .def(py::init<>())
+      .def(
+          "add_diffuse", [](D& d, const Triple& r) { return append(d.bsdfs, DiffuseDescription{vec(r)}); },
+          "reflectance"_a)
+      .def(
+          "add_conductor",
+          [](D& d, const Triple& eta, const Triple& k, const Triple& r) {
+            return append(d.bsdfs, ConductorDescription{vec(eta), vec(k), vec(r)});
+          },
+          "eta"_a, "k"_a, "specular_reflectance"_a)
+      .def(
+          "add_rough_conductor",
+          [](D& d, const std::string& distribution, double alpha_u, double alpha_v, const Triple& eta, const Triple& k,
+             const Triple& r) {
+            return append(d.bsdfs, RoughConductorDescription{microfacet(distribution), alpha_u, alpha_v, vec(eta),
+                                                             vec(k), vec(r)});
+          },
+          "distribution"_a, "alpha_u"_a, "alpha_v"_a, "eta"_a, "k"_a, "specular_reflectance"_a)
+      .def(
+          "add_dielectric",
+          [](D& d, double ior, const Triple& r, const Triple& t) {
+            return append(d.bsdfs, DielectricDescription{ior, vec(r), vec(t)});
+          },
+          "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
+      .def(
+          "add_mesh",
+          [](D& d, const ArrayD& vertices, const ArrayU& faces, const std::optional<ArrayD>& normals,
+             const std::optional<ArrayD>&, Index front, Index back, const std::optional<Triple>& radiance) {
+            MeshDescription mesh;
+            mesh.vertices = rows<Vec3d>(vertices, "vertices");
+            mesh.triangles = rows<std::array<std::uint32_t, 3>>(faces, "faces");
+            if (normals) mesh.normals = rows<Vec3d>(*normals, "normals");
+            mesh.surface = surface(front, back, radiance);
+            return append(d.shapes, std::move(mesh));
+          },
+          "vertices"_a, "faces"_a, "normals"_a = py::none(), "uvs"_a = py::none(), py::kw_only(), "front"_a, "back"_a,
+          "radiance"_a)
+      .def(
+          "add_rectangle",
+          [](D& d, const ArrayD& t, bool flip, Index front, Index back, const std::optional<Triple>& radiance) {
+            return append(d.shapes, RectangleDescription{transform(t), flip, surface(front, back, radiance)});
+          },
+          "to_world"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+      .def(
+          "add_disk",
+          [](D& d, const ArrayD& t, bool flip, Index front, Index back, const std::optional<Triple>& radiance) {
+            return append(d.shapes, DiskDescription{transform(t), flip, surface(front, back, radiance)});
+          },
+          "to_world"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+      .def(
+          "add_sphere",
+          [](D& d, const Triple& c, double r, bool flip, Index front, Index back,
+             const std::optional<Triple>& radiance) {
+            return append(d.shapes, SphereDescription{vec(c), r, flip, surface(front, back, radiance)});
+          },
+          "center"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+      .def(
+          "add_point_light",
+          [](D& d, const Triple& p, const Triple& i) {
+            return append(d.point_lights, PointLightDescription{vec(p), vec(i)});
+          },
+          "position"_a, "intensity"_a)
+      .def(
+          "add_constant_environment",
+          [](D& d, const Triple& radiance) { d.environment = ConstantEnvironmentDescription{vec(radiance)}; },
+          "radiance"_a)
+      .def(
+          "add_image_environment",
+          [](D& d, const ArrayF& pixels, double scale, const ArrayD& t) {
+            d.environment = image_environment(pixels, scale, t);
+          },
+          "pixels"_a, "scale"_a, "to_world"_a)
+      .def(
+          "set_perspective",
+          [](D& d, const ArrayD& t, double x_fov, std::optional<double> near, std::optional<double> far,
+             std::array<double, 2> offset) { d.sensor = {transform(t), x_fov, near, far, offset[0], offset[1]}; },
+          "to_world"_a, "x_fov_degrees"_a, "near"_a = py::none(), "far"_a = py::none(),
+          "principal_point_offset"_a = std::array<double, 2>{0, 0})
+      .def(
+          "set_film",
+          [](D& d, std::uint32_t width, std::uint32_t height, std::array<std::uint32_t, 4> crop,
+             const std::string& name, double parameter) {
+            d.film = {width, height, crop[0], crop[1], crop[2], crop[3], filter(name), parameter};
+          },
+          "width"_a, "height"_a, "crop"_a, "filter"_a, "parameter"_a)
+      .def(
+          "build",
+          [](D& d, const std::string& intersection) {
+            if (intersection != "robust" && intersection != "fast")
+              throw py::value_error("intersection is \"robust\" or \"fast\", not \"" + intersection + "\"");
+            const auto mode = intersection == "robust" ? Intersection::robust : Intersection::fast;
+            SceneDescription description = std::exchange(d, {});
+            const py::gil_scoped_release release;
+            return std::make_shared<Scene>(build_scene(std::move(description), mode));
+          },
+          "intersection"_a = "robust", "Compile what was added; the builder is empty afterwards.");
+}
+
+}  // namespace
+
+void bind_scene(py::module_& m) {
+  bind_builder(m);
+  py::class_<Scene, std::shared_ptr<Scene>>(m, "Scene", "A compiled scene: immutable.")
+      .def("effects", [](const Scene& s) { return effects_dict(derive_effects(s)); })
+      .def_property_readonly("shapes", [](const Scene& s) { return s.surfaces.size(); })
+      .def_property_readonly("triangles", &Scene::triangle_count)
+      .def_property_readonly("dropped_triangles", [](const Scene& s) { return s.dropped_triangles; })
+      .def_property_readonly("lights", [](const Scene& s) { return s.lights.size(); })
+      .def_property_readonly("memory_bytes", &Scene::memory_bytes)
+      .def_property_readonly("film_shape",
+                             [](const Scene& s) { return std::pair(s.film.crop_height, s.film.crop_width); })
+      .def("intersect", &intersect, "origins"_a, "directions"_a);
+}
+
+}  // namespace equaltime

@@ -1,0 +1,12 @@
+// What each bind_*.cpp adds to the module.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace equaltime {
+
+void bind_meshes(pybind11::module_& m);  // mesh files
+void bind_scene(pybind11::module_& m);   // SceneBuilder, Scene
+void bind_render(pybind11::module_& m);  // Settings, Renderer, build information
+
+}  // namespace equaltime

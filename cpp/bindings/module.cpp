@@ -1,0 +1,11 @@
+// The Python module equaltime._core: one function a noun, declarations only.
+#include <pybind11/pybind11.h>
+
+#include "bindings/bindings.h"
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The C++ core of equaltime. Use it through the package's public functions.";
+  equaltime::bind_meshes(m);
+  equaltime::bind_scene(m);
+  equaltime::bind_render(m);
+}
