@@ -287,5 +287,5 @@ def test_sizes_windows_and_seeds_are_read() -> None:
 
 def test_the_progress_line_shows_samples_error_and_time_left() -> None:
     progress = Progress(24, 64, 4.0, 0.375, 67.4, Estimate(0.0312, 0.03, 0.033))
-    assert describe(progress) == "24/64 spp  error 3.12 %  1:07 left"
+    assert describe(progress) == "24/64 spp  error 3.12 %  1:08 left"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich import progress as bars
 from rich.console import Console
+from rich.table import Column
 
 from equaltime.passes import Progress, ProgressCallback
 
@@ -20,8 +22,8 @@ def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
     if quiet or not console.is_terminal:
         yield None
         return
-    columns = (bars.BarColumn(bar_width=None), bars.TextColumn("{task.description}"))
-    with bars.Progress(*columns, console=console, transient=True, expand=True) as bar:
+    columns = (bars.BarColumn(bar_width=24), bars.TextColumn("{task.description}", table_column=Column(no_wrap=True)))
+    with bars.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("", total=1.0)
 
         def show(progress: Progress) -> None:
@@ -37,6 +39,6 @@ def describe(progress: Progress) -> str:
     if progress.error is not None and progress.error.known:
         words.append(f"error {100 * progress.error.value:.3g} %")
     if progress.time_left is not None:
-        minutes, seconds = divmod(round(progress.time_left), 60)
+        minutes, seconds = divmod(math.ceil(progress.time_left), 60)
         words.append(f"{minutes}:{seconds:02} left")
     return "  ".join(words)
