@@ -235,4 +235,4 @@ def test_the_cross_check_backend_agrees_on_the_mean_and_brings_its_own_error(sce
 def test_the_cross_check_backend_has_no_strategies_and_no_clock(scene: et.Scene) -> None:
     for options in ({"strategy": "bsdf", "spp": 2}, {"time": 1.0}):
         with pytest.raises(et.StrategyError, match="embreex backend"):
-            et.render(scene, backend="embreex", **options)  # type: ignore[arg-type]
+            et.render(scene, backend="embreex", **options)
