@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Vec3 = Sequence[float] | NDArray[np.float64]
+_Vec3 = Sequence[float] | NDArray[np.float64]
 
 class MeshError(ValueError): ...
 
@@ -45,18 +45,18 @@ class Scene:
 
 class SceneBuilder:
     def __init__(self) -> None: ...
-    def add_diffuse(self, reflectance: Vec3) -> int: ...
-    def add_conductor(self, eta: Vec3, k: Vec3, specular_reflectance: Vec3) -> int: ...
+    def add_diffuse(self, reflectance: _Vec3) -> int: ...
+    def add_conductor(self, eta: _Vec3, k: _Vec3, specular_reflectance: _Vec3) -> int: ...
     def add_rough_conductor(
         self,
         distribution: Literal["ggx", "beckmann"],
         alpha_u: float,
         alpha_v: float,
-        eta: Vec3,
-        k: Vec3,
-        specular_reflectance: Vec3,
+        eta: _Vec3,
+        k: _Vec3,
+        specular_reflectance: _Vec3,
     ) -> int: ...
-    def add_dielectric(self, ior: float, specular_reflectance: Vec3, specular_transmittance: Vec3) -> int: ...
+    def add_dielectric(self, ior: float, specular_reflectance: _Vec3, specular_transmittance: _Vec3) -> int: ...
     def add_mesh(
         self,
         vertices: ArrayLike,
@@ -66,26 +66,26 @@ class SceneBuilder:
         *,
         front: int | None,
         back: int | None,
-        radiance: Vec3 | None,
+        radiance: _Vec3 | None,
     ) -> int: ...
     def add_rectangle(
-        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: Vec3 | None
+        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: _Vec3 | None
     ) -> int: ...
     def add_disk(
-        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: Vec3 | None
+        self, to_world: ArrayLike, *, flip_normals: bool, front: int | None, back: int | None, radiance: _Vec3 | None
     ) -> int: ...
     def add_sphere(
         self,
-        center: Vec3,
+        center: _Vec3,
         radius: float,
         *,
         flip_normals: bool,
         front: int | None,
         back: int | None,
-        radiance: Vec3 | None,
+        radiance: _Vec3 | None,
     ) -> int: ...
-    def add_point_light(self, position: Vec3, intensity: Vec3) -> int: ...
-    def add_constant_environment(self, radiance: Vec3) -> None: ...
+    def add_point_light(self, position: _Vec3, intensity: _Vec3) -> int: ...
+    def add_constant_environment(self, radiance: _Vec3) -> None: ...
     def add_image_environment(self, pixels: ArrayLike, scale: float, to_world: ArrayLike) -> None: ...
     def set_perspective(
         self,
