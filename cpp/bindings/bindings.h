@@ -5,8 +5,9 @@
 
 namespace equaltime {
 
-void bind_meshes(pybind11::module_& m);  // mesh files
-void bind_scene(pybind11::module_& m);   // SceneBuilder, Scene
-void bind_render(pybind11::module_& m);  // Settings, Renderer, build information
+void bind_meshes(pybind11::module_& m);    // mesh files
+void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
+void bind_render(pybind11::module_& m);    // Settings, Renderer, build information
+void bind_sampling(pybind11::module_& m);  // samplers and densities, for tests
 
 }  // namespace equaltime

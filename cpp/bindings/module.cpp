@@ -8,4 +8,5 @@ PYBIND11_MODULE(_core, m) {
   equaltime::bind_meshes(m);
   equaltime::bind_scene(m);
   equaltime::bind_render(m);
+  equaltime::bind_sampling(m);
 }

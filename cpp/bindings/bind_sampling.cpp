@@ -1,0 +1,180 @@
+// The parts of the estimator by themselves, over arrays: what tests need to hold each sampler against its density.
+// Directions are unit; BSDFs are local (z along the normal), lights are in world space, in the scene's own units.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "bindings/bindings.h"
+#include "sampling/mis.h"
+#include "transport/effects.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// Row i of an (N, columns) array, checked once by `count`.
+Vec3f row(const Array& a, py::ssize_t i) {
+  const double* p = a.data(i, 0);
+  return Vec3f(Vec3d{p[0], p[1], p[2]});
+}
+
+py::ssize_t count(const Array& a, py::ssize_t columns, const char* what) {
+  if (a.ndim() != 2 || a.shape(1) != columns)
+    throw py::value_error(std::string(what) + " must have the shape (N, " + std::to_string(columns) + ")");
+  return a.shape(0);
+}
+
+void require(bool good, const char* what) {
+  if (!good) throw py::value_error(what);
+}
+
+/// Arrays that a loop fills row by row.
+struct Columns {
+  explicit Columns(py::ssize_t n) : direction({n, py::ssize_t{3}}), value({n, py::ssize_t{3}}), pdf(n), valid(n) {
+    std::fill_n(direction.mutable_data(), 3 * n, 0.0);
+    std::fill_n(value.mutable_data(), 3 * n, 0.0);
+    std::fill_n(pdf.mutable_data(), n, 0.0);
+    std::fill_n(valid.mutable_data(), n, false);
+  }
+  void set(py::ssize_t i, const Vec3f& d, const Spectrum& v, float p) {
+    const double ds[3] = {d.x, d.y, d.z}, vs[3] = {v.r, v.g, v.b};
+    std::copy_n(ds, 3, direction.mutable_data(i, 0));
+    std::copy_n(vs, 3, value.mutable_data(i, 0));
+    pdf.mutable_at(i) = p;
+    valid.mutable_at(i) = true;
+  }
+  py::array_t<double> direction, value, pdf;
+  py::array_t<bool> valid;
+};
+
+const Bsdf& bsdf_at(const Scene& scene, std::size_t index) {
+  require(index < scene.bsdfs.size(), "no such BSDF");
+  return scene.bsdfs[index];
+}
+
+py::dict eval_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
+  const Bsdf& bsdf = bsdf_at(scene, index);
+  const py::ssize_t n = count(wo, 3, "wo");
+  require(count(wi, 3, "wi") == n, "as many wi as wo");
+  Columns out(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const BsdfValue v = visit<kAllEffects>(bsdf, [&](const auto& m) { return m.eval(row(wo, i), row(wi, i), front); });
+    out.set(i, row(wi, i), v.f, v.pdf);
+  }
+  return py::dict("f"_a = out.value, "pdf"_a = out.pdf);
+}
+
+py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& u, bool front) {
+  const Bsdf& bsdf = bsdf_at(scene, index);
+  const py::ssize_t n = count(wo, 3, "wo");
+  require(count(u, 3, "u") == n, "as many u as wo");
+  Columns out(n);
+  py::array_t<bool> delta(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const Vec3f x = row(u, i);
+    const auto s = visit<kAllEffects>(bsdf, [&](const auto& m) {
+      return m.sample(row(wo, i), front, x.x, {x.y, x.z});
+    });
+    delta.mutable_at(i) = s && s->delta;
+    if (s) out.set(i, s->wi, s->weight, s->pdf);
+  }
+  return py::dict("wi"_a = out.direction, "weight"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid,
+                  "delta"_a = delta);
+}
+
+LightSelection selection(const std::string& name) {
+  require(name == "uniform" || name == "power", "lights are picked \"uniform\" or \"power\"");
+  return name == "uniform" ? LightSelection::uniform : LightSelection::power;
+}
+
+/// As a path does at bounce 0: `seed` and the row make the numbers.
+py::dict sample_lights(const Scene& scene, const std::string& lights, const Array& receivers, std::uint64_t seed) {
+  const LightSelection select = selection(lights);
+  const py::ssize_t n = count(receivers, 3, "receivers");
+  Columns out(n);
+  const double scale = scene.normalization.world_radiance_scale();
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const double* p = receivers.data(i, 0);
+    const Vec3f receiver(scene.normalization.point({p[0], p[1], p[2]}));
+    const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
+    const auto s = scene.lights.sample<kAllEffects>(select, receiver, sampler, 0, sampler.vertex(0).light_point);
+    if (s) out.set(i, s->wi, s->radiance * static_cast<float>(scale), s->pdf);
+  }
+  return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
+}
+
+/// What a ray from each receiver meets of the lights, and the density of `sample_lights` for its direction.
+py::dict eval_lights(const Scene& scene, const std::string& lights, const Array& receivers, const Array& wi) {
+  const LightSelection select = selection(lights);
+  const py::ssize_t n = count(receivers, 3, "receivers");
+  require(count(wi, 3, "wi") == n, "as many wi as receivers");
+  Columns out(n);
+  const auto scale = static_cast<float>(scene.normalization.world_radiance_scale());
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const double* p = receivers.data(i, 0);
+    const Vec3f receiver(scene.normalization.point({p[0], p[1], p[2]})), d = row(wi, i);
+    const auto it = scene.intersect<kAllEffects>({receiver, d});
+    if (!it) {
+      if (!scene.lights.environment()) continue;
+      const LightValue v = scene.lights.environment_towards(select, d);
+      out.set(i, d, v.radiance * scale, v.pdf);
+    } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
+      const float pdf = scene.lights.area_pdf<kAllEffects>(select, scene.light_of(*it), receiver, d, it->anchor.p);
+      out.set(i, d, scene.surfaces[it->shape].radiance * scale, pdf);
+    }
+  }
+  return py::dict("radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
+}
+
+/// Places within a pixel that the scene's filter draws, in pixels from its centre, and their weights.
+py::dict sample_filter(const Scene& scene, const Array& u) {
+  const py::ssize_t n = count(u, 2, "u");
+  py::array_t<double> offset({n, py::ssize_t{2}}), weight(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const double* p = u.data(i, 0);
+    const PixelFilter::Offset o = scene.filter.sample({static_cast<float>(p[0]), static_cast<float>(p[1])});
+    offset.mutable_at(i, 0) = o.x;
+    offset.mutable_at(i, 1) = o.y;
+    weight.mutable_at(i) = o.weight;
+  }
+  return py::dict("offset"_a = offset, "weight"_a = weight);
+}
+
+/// The two numbers of a slot for samples 0 … n-1 of a pixel.
+py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, std::uint64_t pixel, py::ssize_t n,
+                                   std::uint32_t slot_index, std::uint32_t replicates) {
+  require(kind == "sobol" || kind == "independent", "a sampler is \"independent\" or \"sobol\"");
+  const SamplerKind k = kind == "sobol" ? SamplerKind::sobol : SamplerKind::independent;
+  py::array_t<double> out({n, py::ssize_t{2}});
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const Point2f p = Sampler::at(k, seed, pixel, static_cast<std::uint64_t>(i), replicates).get_2d({slot_index});
+    out.mutable_at(i, 0) = p.x;
+    out.mutable_at(i, 1) = p.y;
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_sampling(py::module_& m) {
+  py::module_ parts = m.def_submodule("parts", "The parts of the estimator by themselves, over arrays, for tests.");
+  parts.def("eval_bsdf", &eval_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "wi"_a, "front"_a = true);
+  parts.def("sample_bsdf", &sample_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
+  parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a);
+  parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a);
+  parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
+  parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);
+  parts.def(
+      "mis_weight",
+      [](const std::string& heuristic, float pdf, float other) {
+        return mis_weight(heuristic == "power" ? Heuristic::power : Heuristic::balance, pdf, other);
+      },
+      "heuristic"_a, "pdf"_a, "other"_a);
+}
+
+}  // namespace equaltime
