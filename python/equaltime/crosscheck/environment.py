@@ -61,7 +61,8 @@ class ImageEnvironment:
 
     Row i is centred at the polar angle pi i / (H - 1) from the local +y axis. Column j is centred at the angle
     2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap round. So the image has W (H - 1) cells
-    between four texel centres each. A cell is picked by its mean brightness times its solid angle, a place in it uniformly.
+    between four texel centres each. A cell is picked by its mean brightness times its solid angle, then a place in it
+    uniformly.
     """
 
     def __init__(self, pixels: Array, to_world: Array) -> None:
