@@ -26,6 +26,17 @@ class MeshData:
 def read_ply(path: str | os.PathLike[str]) -> MeshData: ...
 def read_obj(path: str | os.PathLike[str]) -> MeshData: ...
 def build_info() -> dict[str, Any]: ...
+def measure_limit(
+    scene: Scene,
+    settings: Settings,
+    seed: int = 0,
+    threads: int = 0,
+    tile: int = 16,
+    samples: int = 16,
+    pairs: int = 9,
+    memory_bytes: int = 536870912,
+    replay_first: bool = False,
+) -> dict[str, Any]: ...
 
 class Scene:
     @property
