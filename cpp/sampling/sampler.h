@@ -67,8 +67,8 @@ class Sampler {
       const Bits2 a = bits_2d(light), b = bits_2d(bsdf);
       return {{unit_float(a.x), unit_float(a.y)}, {unit_float(b.x), unit_float(b.y)}};
     }
-    const sobol::Lanes p = sobol::two_points(reversed_index_, light, bsdf);
-    return {{unit_float(p[0]), unit_float(p[1])}, {unit_float(p[2]), unit_float(p[3])}};
+    const sobol::FloatLanes p = sobol::unit_floats(sobol::two_points(reversed_index_, light, bsdf));
+    return {{p[0], p[1]}, {p[2], p[3]}};
   }
 
   /// As get_2d with the same leading bits, continued to 53 bits by hashing: for tables of very uneven probabilities.

@@ -12,6 +12,13 @@ namespace equaltime::sobol {
 
 /// Four numbers worked on together (a vector extension of GCC and Clang, SSE on x86).
 using Lanes = std::uint32_t __attribute__((vector_size(16)));
+using FloatLanes = float __attribute__((vector_size(16)));
+
+/// unit_float of each lane.
+EQUALTIME_INLINE FloatLanes unit_floats(Lanes x) noexcept {
+  using Ints = std::int32_t __attribute__((vector_size(16)));
+  return __builtin_convertvector(reinterpret_cast<Ints>(x >> 8), FloatLanes) * 0x1p-24F;
+}
 
 /// Nested uniform scrambling of a bit-reversed fraction (Laine & Karras 2011; constants: Vegdahl 2021).
 template <class U>

@@ -113,18 +113,25 @@ double one_minus_cos_max(double distance, double radius) noexcept {
 
 }  // namespace
 
+bool SphereLight::shows_front(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept {
+  if (!inward_) return distance > radius_;
+  // A receiver on the sphere itself sees the rest of it, on whichever side its rounding may have put it.
+  const Vec3f normal(to_center / std::max(distance, radius_));
+  return distance <= radius_ + static_cast<double>(point_offset(receiver, normal));
+}
+
 Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u) const noexcept {
   const Vec3d to_center = center_ - Vec3d(receiver);
   const double distance = length(to_center);
-  const bool inside = distance <= radius_;
-  if (inside != inward_) return std::nullopt;
+  if (!shows_front(receiver, to_center, distance)) return std::nullopt;
   Vec3d local;
   double along;  // distance to the sphere in that direction
   float pdf;
-  if (inside) {
+  if (inward_) {
     local = Vec3d(square_to_uniform_sphere(u));
     const double b = distance * local.z;
     along = b + std::sqrt(std::max(0.0, b * b + (radius_ - distance) * (radius_ + distance)));
+    if (!(along > 0)) return std::nullopt;
     pdf = kUniformSpherePdf;
   } else {
     const double range = one_minus_cos_max(distance, radius_);
@@ -141,12 +148,15 @@ Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u) const noexc
   const Vec3d from_center = direction * along - to_center;
   const Vec3f normal(normalize(from_center) * (inward_ ? -1.0 : 1.0));
   const Vec3f point(center_ + normalize(from_center) * radius_);
-  return LightSample{Vec3f(direction), radiance_, pdf, {point, normal, point_offset(point, normal)}};
+  return LightSample{
+      Vec3f(direction), radiance_, pdf * pmf, static_cast<float>(along), {point, normal, point_offset(point, normal)}};
 }
 
 float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
-  const double distance = length(center_ - Vec3d(receiver));
-  if (distance <= radius_) return kUniformSpherePdf;
+  const Vec3d to_center = center_ - Vec3d(receiver);
+  const double distance = length(to_center);
+  if (!shows_front(receiver, to_center, distance)) return 0;
+  if (inward_) return kUniformSpherePdf;
   return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max(distance, radius_)));
 }
 
@@ -164,10 +174,12 @@ DiskLight::DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis
   offset_ = point_offset(furthest, normal_);
 }
 
-Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u) const noexcept {
+Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
+  const float height = dot(normal_, receiver - Vec3f(center_));
+  if (!(height > 0)) return std::nullopt;
   const Point2f d = square_to_disk(u);
   const Vec3f point(center_ + axis_u_ * static_cast<double>(d.x) + axis_v_ * static_cast<double>(d.y));
-  return flat_sample(receiver, {point, normal_, offset_}, radiance_, area_, 0);
+  return flat_sample(receiver, {point, normal_, offset_}, height, radiance_, area_, 0, pmf);
 }
 
 float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {

@@ -18,18 +18,16 @@ namespace equaltime {
 /// for 4 % less variance (tests/bench).
 inline constexpr float kNearSquared = 1;
 
-/// What a one-sided flat light sends from `point` to the receiver; nothing if it shows its back. `solid_angle` is that
-/// of the view that was sampled, or 0 if the point is uniform over `area`.
-[[nodiscard]] EQUALTIME_INLINE Optional<LightSample> flat_sample(Vec3f receiver, const SurfaceAnchor& point,
-                                                                 const Spectrum& radiance, float area,
-                                                                 float solid_angle) noexcept {
+/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` > 0 above its plane.
+/// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
+[[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const SurfaceAnchor& point, float height,
+                                                       const Spectrum& radiance, float area, float solid_angle,
+                                                       float pmf) noexcept {
   const Vec3f to_light = point.p - receiver;
   const float distance_squared = length_squared(to_light);
-  const Vec3f wi = to_light * (1 / std::sqrt(distance_squared));
-  const float cosine = -dot(point.n, wi);
-  if (!(cosine > 0)) return std::nullopt;
-  const float pdf = solid_angle > 0 ? 1 / solid_angle : distance_squared / (cosine * area);
-  return LightSample{wi, radiance, pdf, point};
+  const float distance = std::sqrt(distance_squared);
+  const float pdf = solid_angle > 0 ? pmf / solid_angle : pmf * distance_squared * distance / (height * area);
+  return {to_light * (1 / distance), radiance, pdf, distance, point};
 }
 
 /// A point of a light and the solid angle over which it was drawn uniformly; 0 if it was drawn over the area.
@@ -42,12 +40,13 @@ class TriangleLight {
  public:
   TriangleLight(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Spectrum& radiance) noexcept;
 
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u) const noexcept {
-    if (!(dot(normal_, receiver - v0_) > 0)) return std::nullopt;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
+    const float height = dot(normal_, receiver - v0_);
+    if (!(height > 0)) return std::nullopt;
     const float s = std::sqrt(u.x);
     ViewPoint v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
     if (is_near(receiver)) v = sample_view(receiver, u, v);
-    return flat_sample(receiver, {v.point, normal_, offset_}, radiance_, area_, v.solid_angle);
+    return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
@@ -71,11 +70,12 @@ class RectangleLight {
   RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
                  const Spectrum& radiance) noexcept;
 
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u) const noexcept {
-    if (!(dot(normal_, receiver - corner_) > 0)) return std::nullopt;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
+    const float height = dot(normal_, receiver - corner_);
+    if (!(height > 0)) return std::nullopt;
     ViewPoint v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
     if (is_near(receiver)) v = sample_view(receiver, u, v);
-    return flat_sample(receiver, {v.point, normal_, offset_}, radiance_, area_, v.solid_angle);
+    return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
@@ -98,11 +98,14 @@ class SphereLight {
   SphereLight(const Vec3d& center, double radius, bool inward, const Spectrum& radiance) noexcept
       : center_(center), radius_(radius), radiance_(radiance), inward_(inward) {}
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u) const noexcept;
+  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
 
  private:
+  /// Whether a receiver at that distance from the centre is on the side that radiance leaves to.
+  [[nodiscard]] bool shows_front(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept;
+
   Vec3d center_;
   double radius_;
   Spectrum radiance_;
@@ -115,7 +118,7 @@ class DiskLight {
   DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
             const Spectrum& radiance) noexcept;
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u) const noexcept;
+  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
 

@@ -34,6 +34,7 @@ class Builder {
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
   Lights make_lights();
+  std::vector<MeshView> view_meshes(const Accel& accel) const;
 
   SceneDescription& description_;
   Normalization normalization_;
@@ -155,6 +156,17 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   sphere_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
 
+std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
+  std::vector<MeshView> views;
+  for (std::size_t i = 0; i < mesh_shapes_.size(); ++i) {
+    const TriangleMesh& mesh = accel.meshes()[i];
+    const Surface& surface = surfaces_[mesh_shapes_[i]];
+    views.push_back({mesh.triangles.data(), mesh.vertices.data(), surface.planes.data(),
+                     surface.normals.empty() ? nullptr : surface.normals.data(), mesh_shapes_[i], surface.flipped});
+  }
+  return views;
+}
+
 Lights Builder::make_lights() {
   std::vector<PointLight> points;
   for (const PointLightDescription& p : description_.point_lights) {
@@ -184,10 +196,12 @@ Scene Builder::build(Intersection mode) {
   for (const BsdfDescription& b : description_.bsdfs) bsdfs.push_back(make_bsdf(b));
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
+  Accel accel(std::move(meshes_), std::move(spheres_), std::move(disks_), mode);
+  std::vector<MeshView> views = view_meshes(accel);
   return {normalization_,
-          Accel(std::move(meshes_), std::move(spheres_), std::move(disks_), mode),
+          std::move(accel),
           std::move(surfaces_),
-          std::move(mesh_shapes_),
+          std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
           std::move(bsdfs),

@@ -15,10 +15,8 @@ struct SurfaceAnchor {
   Vec3f n;       // unit geometric normal
   float offset;  // >= 0
 
-  /// The point moved off the surface, to the side of `towards`.
-  [[nodiscard]] EQUALTIME_INLINE Vec3f moved_towards(const Vec3f& towards) const noexcept {
-    return p + n * (dot(n, towards) < 0 ? -offset : offset);
-  }
+  /// The point moved off the surface, to the side of the normal or the other.
+  [[nodiscard]] EQUALTIME_INLINE Vec3f moved(bool above) const noexcept { return p + n * (above ? offset : -offset); }
 };
 
 struct Interaction {
@@ -29,17 +27,19 @@ struct Interaction {
   std::uint32_t primitive;
   bool front;  // the ray came from the front side of the surface
 
-  [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi) const noexcept { return {anchor.moved_towards(wi), wi}; }
-};
+  bool smooth;  // the shading normal is interpolated, so that it may differ from the geometric one
 
-/// The ray from one anchored point to another, ending short of what stands at its far end: t_max is 1.
-[[nodiscard]] EQUALTIME_INLINE Ray spawn_between(const SurfaceAnchor& from, const SurfaceAnchor& to) noexcept {
-  const Vec3f d = to.p - from.p;
-  const Vec3f origin = from.moved_towards(d);
-  // The direction is rounded too, by an error that grows with the distance: the far end gives way for it.
-  const float give = to.offset + 8 * kUnitRoundoff * dot(abs(to.n), abs(d));
-  const Vec3f target = to.p + to.n * (dot(to.n, d) > 0 ? -give : give);
-  return {origin, target - origin, 1.0F};
-}
+  /// The ray that leaves in a direction of which it is known whether it is above the surface.
+  [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {
+    return {anchor.moved(above), wi};
+  }
+  /// The ray to a point at some distance whose normal faces this one, ending short of its surface: t_max is 1.
+  [[nodiscard]] EQUALTIME_INLINE Ray spawn_to(const SurfaceAnchor& to, float distance, bool above) const noexcept {
+    const Vec3f origin = anchor.moved(above);
+    // The direction is rounded too, by an error that grows with the distance: the far end gives way for it.
+    const Vec3f target = to.p + to.n * (to.offset + 8 * kUnitRoundoff * distance);
+    return {origin, target - origin, 1.0F};
+  }
+};
 
 }  // namespace equaltime

@@ -11,8 +11,9 @@ namespace equaltime {
 struct LightSample {
   Vec3f wi;           // unit, from the receiver
   Spectrum radiance;  // arriving, before occlusion; for a point light already divided by distance²
-  float pdf;          // 1 for a point light
-  SurfaceAnchor target;
+  float pdf;          // includes the pick; for a point light the pick alone
+  float distance;
+  SurfaceAnchor target;   // its normal towards the receiver
   bool infinite = false;  // the light is a direction: target has no meaning
   bool delta = false;     // no other technique can find it
 };

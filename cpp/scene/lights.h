@@ -37,7 +37,7 @@ class Lights {
   Lights(std::vector<AreaLight> area, std::vector<PointLight> points, std::optional<Environment> environment,
          double scene_radius);
 
-  [[nodiscard]] std::size_t size() const noexcept { return area_.size() + points_.size() + (environment_ ? 1 : 0); }
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
   [[nodiscard]] bool has_points() const noexcept { return !points_.empty(); }
@@ -60,11 +60,13 @@ class Lights {
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
   [[nodiscard]] LightValue environment_towards(LightSelection selection, Vec3f wi) const noexcept {
     LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi); }, *environment_);
-    value.pdf *= pick_pmf(selection, static_cast<std::uint32_t>(size() - 1));
+    value.pdf *= pick_pmf(selection, size_ - 1);
     return value;
   }
 
  private:
+  [[nodiscard]] Optional<LightSample> sample_environment(const Sampler& sampler, std::uint32_t bounce,
+                                                         float pmf) const noexcept;
   [[nodiscard]] float pick_pmf(LightSelection selection, std::uint32_t light) const noexcept {
     return tables_[static_cast<std::size_t>(selection)].pmf(light);
   }
@@ -73,6 +75,7 @@ class Lights {
   std::vector<PointLight> points_;
   std::optional<Environment> environment_;
   AliasTable tables_[2];  // by LightSelection
+  std::uint32_t points_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
 template <auto E>
@@ -82,26 +85,15 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightSelection selection, 
   if (table.empty()) return std::nullopt;
   std::uint32_t light = 0;
   float pmf = 1;
-  if (size() > 1) {
+  if (size_ > 1) {
     light = table.sample(sampler.bits(slot(BounceDimension::light_pick, bounce)));
     pmf = table.pmf(light);
   }
-  Optional<LightSample> s;
-  if (light < area_.size()) {
-    s = visit<E>(area_[light], [&](const auto& l) noexcept { return l.sample(receiver, u); });
-  } else {
-    if constexpr (E.point_lights)
-      if (light - area_.size() < points_.size()) s = points_[light - area_.size()].sample(receiver);
-    if constexpr (E.environment)
-      if (light - area_.size() == points_.size()) {
-        const Point2d precise = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
-        const EnvironmentSample e =
-            std::visit([&](const auto& env) noexcept { return env.sample(precise); }, *environment_);
-        if (e.value.pdf > 0) s = LightSample{e.wi, e.value.radiance, e.value.pdf, {}, true};
-      }
-  }
-  if (s) s->pdf *= pmf;
-  return s;
+  if constexpr (E.environment)
+    if (light >= environment_begin_) return sample_environment(sampler, bounce, pmf);
+  if constexpr (E.point_lights)
+    if (light >= points_begin_) return points_[light - points_begin_].sample(receiver, pmf);
+  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.sample(receiver, u, pmf); });
 }
 
 }  // namespace equaltime

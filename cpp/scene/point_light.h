@@ -10,11 +10,12 @@ struct PointLight {
   Vec3f position;
   Spectrum intensity;
 
-  [[nodiscard]] LightSample sample(Vec3f receiver) const noexcept {
+  [[nodiscard]] LightSample sample(Vec3f receiver, float pmf) const noexcept {
     const Vec3f to_light = position - receiver;
-    const float inv = 1 / length(to_light);
+    const float distance = length(to_light);
+    const float inv = 1 / distance;
     const Vec3f wi = to_light * inv;
-    return {wi, intensity * (inv * inv), 1, {position, -wi, 0}, false, true};
+    return {wi, intensity * (inv * inv), pmf, distance, {position, -wi, 0}, false, true};
   }
   [[nodiscard]] double power() const noexcept { return 4 * std::numbers::pi * static_cast<double>(intensity.mean()); }
 };

@@ -17,11 +17,21 @@
 
 namespace equaltime {
 
+/// All that shading needs of one of the accel's meshes, one step away: views into the scene's own arrays.
+struct MeshView {
+  const Triangle* triangles;
+  const Vec3f* vertices;
+  const TrianglePlane* planes;
+  const Vec3f* normals;  // null: flat
+  std::uint32_t shape;
+  bool flipped;
+};
+
 struct Scene {
   Normalization normalization;
   Accel accel;
-  std::vector<Surface> surfaces;           // one a shape, in the order of the description
-  std::vector<std::uint32_t> mesh_shapes;  // shape of each mesh of accel (rectangles are meshes of two triangles)
+  std::vector<Surface> surfaces;  // one a shape, in the order of the description
+  std::vector<MeshView> meshes;   // one a mesh of accel (rectangles are meshes of two triangles)
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
   std::vector<Bsdf> bsdfs;
@@ -59,7 +69,7 @@ namespace detail {
 /// An interaction turned to the side that the ray, whose direction is unit, came from.
 [[nodiscard]] EQUALTIME_INLINE Interaction face(const SurfaceAnchor& anchor, const Vec3f& shading_normal,
                                                 const Ray& ray, std::uint32_t shape, std::uint32_t primitive,
-                                                bool flipped) noexcept {
+                                                bool flipped, bool smooth = false) noexcept {
   const float side = dot(ray.direction, anchor.n) > 0 ? -1.0F : 1.0F;
   const bool front = (side > 0) != flipped;
   return {{anchor.p, anchor.n * side, anchor.offset},
@@ -86,20 +96,20 @@ namespace detail {
 }
 
 template <auto E>
-[[nodiscard]] EQUALTIME_INLINE Interaction on_triangle(const TriangleMesh& mesh, const Surface& surface, const Ray& ray,
-                                                       std::uint32_t shape, std::uint32_t primitive) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Interaction on_triangle(const MeshView& mesh, const Ray& ray,
+                                                       std::uint32_t primitive) noexcept {
   const Triangle& t = mesh.triangles[primitive];
   const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
   const Vec3d p = triangle_point(v0, v1, v2, ray);
-  const TrianglePlane& plane = surface.planes[primitive];
+  const TrianglePlane& plane = mesh.planes[primitive];
   Vec3f ns = plane.n;
-  if constexpr (E.smooth_normals)
-    if (!surface.normals.empty()) {
-      const auto [u, v] = barycentric(v0, v1, v2, p);
-      const Vec3f sum = surface.normals[t[0]] * (1 - u - v) + surface.normals[t[1]] * u + surface.normals[t[2]] * v;
-      if (length_squared(sum) > 0) ns = normalize(sum);
-    }
-  return face({Vec3f(p), plane.n, plane.offset}, ns, ray, shape, primitive, surface.flipped);
+  const bool smooth = E.smooth_normals && mesh.normals != nullptr;
+  if (smooth) {
+    const auto [u, v] = barycentric(v0, v1, v2, p);
+    const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
+    if (length_squared(sum) > 0) ns = normalize(sum);
+  }
+  return face({Vec3f(p), plane.n, plane.offset}, ns, ray, mesh.shape, primitive, mesh.flipped, smooth);
 }
 
 }  // namespace detail
@@ -109,16 +119,15 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const no
   const Optional<PrimitiveId> hit = accel.intersect(ray);
   if (!hit) return std::nullopt;
   if constexpr (E.analytic_shapes) {
-    if (hit->geometry >= mesh_shapes.size()) {
-      const bool sphere = hit->geometry == mesh_shapes.size();
+    if (hit->geometry >= meshes.size()) {
+      const bool sphere = hit->geometry == meshes.size();
       const std::uint32_t shape = sphere ? sphere_shapes[hit->primitive] : disk_shapes[hit->primitive];
       const bool flipped = surfaces[shape].flipped;
       if (sphere) return detail::on_sphere(accel.spheres()[hit->primitive], ray, shape, flipped);
       return detail::on_disk(accel.disks()[hit->primitive], ray, shape, flipped);
     }
   }
-  const std::uint32_t shape = mesh_shapes[hit->geometry];
-  return detail::on_triangle<E>(accel.meshes()[hit->geometry], surfaces[shape], ray, shape, hit->primitive);
+  return detail::on_triangle<E>(meshes[hit->geometry], ray, hit->primitive);
 }
 
 }  // namespace equaltime

@@ -9,9 +9,16 @@
 
 namespace equaltime {
 
+/// The value of a BSDF for a pair of directions, and on which side of the surface the second is.
+struct Scattered {
+  BsdfValue value;
+  bool above = false;
+};
+
 /// A sampled direction in world space, with the rest of BsdfSample.
 struct Scattering {
   Vec3f wi;
+  bool above;  // on the side of the geometric normal
   Spectrum weight;
   float pdf;
   bool delta;
@@ -19,19 +26,22 @@ struct Scattering {
 };
 
 namespace detail {
-/// A local and a world direction agree on which side of the surface they are.
-[[nodiscard]] inline bool same_side(const Interaction& it, const Vec3f& world, const Vec3f& local) noexcept {
-  return (dot(it.anchor.n, world) > 0) == (local.z > 0);
+/// The shading and the geometric normal agree on which side of the surface a direction is.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE bool same_side(const Interaction& it, const Vec3f& world, const Vec3f& local) noexcept {
+  if constexpr (E.smooth_normals)
+    if (it.smooth) return (dot(it.anchor.n, world) > 0) == (local.z > 0);
+  return true;
 }
 }  // namespace detail
 
 /// f(wo, wi)·|cosθi| and pdf of wi.
 template <auto E>
-[[nodiscard]] EQUALTIME_INLINE BsdfValue eval_bsdf(const Interaction& it, const Bsdf& bsdf, const Vec3f& wi) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Scattered eval_bsdf(const Interaction& it, const Bsdf& bsdf, const Vec3f& wi) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
   const Vec3f local = it.frame.to_local(wi);
-  if (!(wo.z > 0) || !detail::same_side(it, wi, local)) return {};
-  return visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
+  if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
+  return {visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); }), local.z > 0};
 }
 
 /// A direction drawn from the BSDF; u_lobe chooses among discrete lobes, u within a continuous one.
@@ -43,8 +53,8 @@ template <auto E>
   const auto s = visit<E>(bsdf, [&](const auto& model) noexcept { return model.sample(wo, it.front, u_lobe, u); });
   if (!s) return std::nullopt;
   const Vec3f wi = it.frame.to_world(s->wi);
-  if (!detail::same_side(it, wi, s->wi)) return std::nullopt;
-  return Scattering{wi, s->weight, s->pdf, s->delta, s->radiance_scale};
+  if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
+  return Scattering{wi, s->wi.z > 0, s->weight, s->pdf, s->delta, s->radiance_scale};
 }
 
 /// Whether the BSDF scatters into a discrete set of directions only.
