@@ -76,7 +76,7 @@ struct ConstantEnvironmentDescription {
 };
 struct ImageEnvironmentDescription {
   std::uint32_t width = 0, height = 0;
-  std::vector<Spectrum> pixels;  // rows from the +y pole; row i lies at polar angle π·i/(height-1)
+  std::vector<Spectrum> pixels;  // rows from the +y pole, as in scene/environment.h
   double scale = 1;
   Transform to_world;
 };

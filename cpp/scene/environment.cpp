@@ -80,7 +80,7 @@ EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
   const Picked column = pick(cdf, u.x);
   const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
   const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
-  const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest) / static_cast<double>(width_);
+  const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest + 0.5) / static_cast<double>(width_);
   const double down = std::acos(cosine) / kPiD * static_cast<double>(rows_) - static_cast<double>(row.index);
   const Cell cell{row.index, column.index, static_cast<float>(std::clamp(down, 0.0, 1.0)),
                   static_cast<float>(column.rest)};
@@ -91,7 +91,8 @@ EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
 
 ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcept {
   const double turn = std::atan2(static_cast<double>(local.x), static_cast<double>(-local.z)) / (2 * kPiD);
-  const double column = (turn < 0 ? turn + 1 : turn) * static_cast<double>(width_);
+  const double from_first = turn * static_cast<double>(width_) - 0.5;  // in columns from the centre of the first
+  const double column = from_first < 0 ? from_first + static_cast<double>(width_) : from_first;
   // The polar angle from both components keeps its accuracy at the poles.
   const double sine = std::hypot(static_cast<double>(local.x), static_cast<double>(local.z));
   const double row = std::atan2(sine, static_cast<double>(local.y)) / kPiD * static_cast<double>(rows_);

@@ -1,5 +1,6 @@
 // Environments: radiance from infinitely far away. A constant one, and one from an image in Mitsuba's mapping:
-// row i lies at polar angle π·i/(height-1) from +y, columns go round and wrap; between them radiance is bilinear.
+// row i lies at polar angle π·i/(height-1) from +y, column j at azimuth 2π·(j+½)/width, wrapping round; between them
+// radiance is bilinear.
 #pragma once
 
 #include <optional>

@@ -11,14 +11,14 @@
 namespace equaltime {
 
 /// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
-struct Scattered {
+struct Arrival {
   Vec3f from;         // the vertex that it left
   float pdf = 0;      // per solid angle
   bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
 };
 
 /// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
-[[nodiscard]] inline float emitter_weight(const Settings& s, const Scattered& ray, float light_pdf) noexcept {
+[[nodiscard]] inline float emitter_weight(const Settings& s, const Arrival& ray, float light_pdf) noexcept {
   if (ray.alone || s.technique == Technique::bsdf) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
   return mis_weight(s.heuristic, ray.pdf, light_pdf);
@@ -27,7 +27,7 @@ struct Scattered {
 /// Radiance that the surface itself sends back along the ray.
 template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                const Scattered& ray) noexcept {
+                                                const Arrival& ray) noexcept {
   const Surface& surface = scene.surfaces[it.shape];
   if (surface.first_light == kNone || !it.front) return {};
   float light_pdf = 0;
@@ -38,8 +38,9 @@ template <Effects E>
 
 template <Effects E>
 [[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, const Ray& ray,
-                               const Scattered& made) noexcept {
+                               const Arrival& made) noexcept {
   if constexpr (E.environment) {
+    if (!scene.lights.environment()) return {};
     const LightValue value = scene.lights.environment_towards(settings.lights, ray.direction);
     return value.radiance * emitter_weight(settings, made, value.pdf);
   }
@@ -55,9 +56,9 @@ template <Effects E, class Probe>
   if (!E.point_lights && settings.technique == Technique::bsdf) return {};
   const auto light = scene.lights.sample<E>(settings.lights, it.anchor.p, sampler, bounce, u);
   if (!light || (settings.technique == Technique::bsdf && !light->delta)) return {};
-  const BsdfValue value = eval_bsdf<E>(it, bsdf, light->wi);
+  const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
   if (value.f.is_black()) return {};
-  const Ray shadow = light->infinite ? it.spawn(light->wi) : spawn_between(it.anchor, light->target);
+  const Ray shadow = light->infinite ? it.spawn(light->wi, above) : it.spawn_to(light->target, light->distance, above);
   if (probe.occluded(scene.accel, shadow)) return {};
   const bool shared = settings.technique == Technique::mis && !light->delta;
   const float weight = shared ? mis_weight(settings.heuristic, light->pdf, value.pdf) : 1.0F;
@@ -70,7 +71,7 @@ template <Effects E, class Probe>
   Ray ray = camera_ray;
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
-  Scattered made;
+  Arrival made;
   for (int depth = 1;; ++depth) {
     const auto bounce = static_cast<std::uint32_t>(depth - 1);
     const auto it = probe.template intersect<E>(scene, ray);
@@ -97,7 +98,7 @@ template <Effects E, class Probe>
       beta *= 1 / survival;
     }
     made = {it->anchor.p, scattered->pdf, scattered->delta};
-    ray = it->spawn(scattered->wi);
+    ray = it->spawn(scattered->wi, scattered->above);
   }
 }
 
