@@ -120,7 +120,7 @@ bool SphereLight::shows_front(Vec3f receiver, const Vec3d& to_center, double dis
   return distance <= radius_ + static_cast<double>(point_offset(receiver, normal));
 }
 
-Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u) const noexcept {
+Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
   const Vec3d to_center = center_ - Vec3d(receiver);
   const double distance = length(to_center);
   if (!shows_front(receiver, to_center, distance)) return std::nullopt;
