@@ -29,14 +29,15 @@ py::dict limit(std::shared_ptr<Scene> scene, const Settings& settings, std::uint
   if (samples == 0 || pairs == 0) throw py::value_error("samples and pairs must be at least 1");
   const RenderOptions render{.seed = seed, .threads = threads, .tile = tile};
   const LimitOptions options{samples, pairs, memory_bytes, replay_first};
-  std::vector<LimitPair> measured;
+  Limit measured;
   {
     const py::gil_scoped_release release;
     measured = measure_limit(std::move(scene), settings, render, options, check_signals);
   }
   py::list list;
-  for (const LimitPair& pair : measured) list.append(as_dict(pair));
-  return py::dict("samples"_a = samples, "pairs"_a = list);
+  for (const LimitPair& pair : measured.pairs) list.append(as_dict(pair));
+  return py::dict("samples"_a = samples, "threads"_a = measured.threads, "kernel"_a = kernel_name(measured.kernel),
+                  "pairs"_a = list);
 }
 
 }  // namespace
@@ -44,8 +45,8 @@ py::dict limit(std::shared_ptr<Scene> scene, const Settings& settings, std::uint
 void bind_bench(py::module_& m) {
   m.def("measure_limit", &limit, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16,
         "samples"_a = 16, "pairs"_a = 9, "memory_bytes"_a = std::size_t{512} << 20U, "replay_first"_a = false,
-        "Time renders, and Embree alone on the very rays of each, in turn: {samples, pairs: [{render_seconds, "
-        "replay_seconds, paths, rays, shadow_rays, found}]}. Interrupts are honoured.");
+        "Time renders, and Embree alone on the very rays of each, in turn: {samples, threads, kernel, pairs: "
+        "[{render_seconds, replay_seconds, paths, rays, shadow_rays, found}]}. Interrupts are honoured.");
 }
 
 }  // namespace equaltime

@@ -55,6 +55,8 @@ class LimitRun {
     return result;
   }
 
+  [[nodiscard]] const Renderer& renderer() const noexcept { return renderer_; }
+
  private:
   void render(std::uint64_t first, std::uint64_t last, LimitPair& result) {
     const Counters before = renderer_.counters();
@@ -156,14 +158,14 @@ class LimitRun {
 
 }  // namespace
 
-std::vector<LimitPair> measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                     const RenderOptions& render, const LimitOptions& options,
-                                     const std::function<void()>& poll) {
+Limit measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
+                    const LimitOptions& options, const std::function<void()>& poll) {
   LimitRun run(std::move(scene), settings, render, options, poll);
-  std::vector<LimitPair> pairs;
+  Limit limit{{}, run.renderer().threads(), run.renderer().kernel().effects};
   for (std::uint32_t i = 0; i < options.pairs; ++i)
-    pairs.push_back(run.pair(i * options.samples, (i + 1) * options.samples, options.replay_first != (i % 2 == 1)));
-  return pairs;
+    limit.pairs.push_back(
+        run.pair(i * options.samples, (i + 1) * options.samples, options.replay_first != (i % 2 == 1)));
+  return limit;
 }
 
 }  // namespace equaltime

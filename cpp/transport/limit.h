@@ -30,10 +30,16 @@ struct LimitPair {
   [[nodiscard]] double ratio() const noexcept { return replay_seconds / render_seconds; }
 };
 
+struct Limit {
+  std::vector<LimitPair> pairs;
+  unsigned threads = 0;
+  Effects kernel;  // what the kernel that rendered covers
+};
+
 /// Renders and replays in turn. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
 /// Recording the rays is not timed. Throws std::logic_error if the recorded rays are not as many as the render's.
-[[nodiscard]] std::vector<LimitPair> measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                                   const RenderOptions& render, const LimitOptions& options,
-                                                   const std::function<void()>& poll = {});
+[[nodiscard]] Limit measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings,
+                                  const RenderOptions& render, const LimitOptions& options,
+                                  const std::function<void()>& poll = {});
 
 }  // namespace equaltime

@@ -1,0 +1,265 @@
+"""How fast scenes render, and how near that is to what tracing their rays costs alone.
+
+The *limit ratio* is the time that Embree alone needs to trace the very rays that a render traced, over the time of the
+render: 1 would be a renderer that does nothing but trace rays. Every repeat times a render and the replay of its rays
+in turn, and repeats go round over all scenes and thread counts, so that a drifting machine hurts them alike.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import comb
+from pathlib import Path
+from typing import Any
+
+from equaltime import _core
+from equaltime.errors import Problem, SceneError
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["Measurement", "Report", "Spread", "machine", "measure", "spread"]
+
+_LEVEL = 0.95
+_PILOT_SAMPLES = 2
+# What a repeat takes about, if nobody says how many samples it has.
+_REPEAT_SECONDS = 0.5
+_MOST_SAMPLES = 256
+_BYTES_PER_PIXEL = 2 * 56
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The median of repeats, and an interval that holds the true median with a probability of at least 95 %."""
+
+    median: float
+    low: float
+    high: float
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Take the median of ``values`` and its interval from ranks (the sign test's), which asks nothing of their law.
+
+    Fewer than 6 values cannot give 95 %: the interval is then all of them.
+    """
+    ordered = sorted(values)
+    count = len(ordered)
+    rank, below = 0, 1.0  # below: 2^n times the probability that at most `rank` values lie under the median
+    while rank + 1 < count - rank - 1 and 2.0 * (below + comb(count, rank + 1)) <= (1.0 - _LEVEL) * 2.0**count:
+        rank += 1
+        below += comb(count, rank)
+    return Spread(statistics.median(ordered), ordered[rank], ordered[-1 - rank])
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What was measured for one scene on one number of threads."""
+
+    name: str
+    """The scene's file as it was given, or ``scene N``."""
+    threads: int
+    paths_per_s: Spread
+    rays_per_s: Spread
+    """All rays, shadow rays included."""
+    limit_ratio: Spread
+    """Seconds of Embree alone over seconds of the render."""
+    scaling: Spread
+    """Paths per second over those of the same scene and repeat on the first number of threads."""
+    repeats: int
+    samples: int
+    """Per pixel, in each repeat."""
+    rays_per_path: float
+    kernel: str
+    """The compiled path tracer that was chosen for the scene."""
+    strategy: str
+    size: tuple[int, int]
+    """Width and height of what was rendered."""
+    max_depth: int
+    triangles: int
+    memory_bytes: int
+    """Of the scene in the core, without the film."""
+    seconds: Mapping[str, float]
+    """``load``: reading the files, ``build``: making the core's scene."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return JSON data: medians under their names, intervals under ``intervals``."""
+        spreads = {name: value for name, value in vars(self).items() if isinstance(value, Spread)}
+        facts = {name: value for name, value in vars(self).items() if name not in spreads}
+        return {
+            **facts,
+            "size": list(self.size),
+            "seconds": dict(self.seconds),
+            **{name: value.median for name, value in spreads.items()},
+            "intervals": {name: [value.low, value.high] for name, value in spreads.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Report:
+    """A benchmark: its measurements, and the machine and the build that they hold for."""
+
+    scenes: tuple[Measurement, ...]
+    machine: Mapping[str, Any]
+    build: Mapping[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON data."""
+        return {
+            "scenes": [measurement.as_dict() for measurement in self.scenes],
+            "machine": dict(self.machine),
+            "build": dict(self.build),
+        }
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A scene on a number of threads, and what its repeats gave."""
+
+    name: str
+    scene: Scene
+    settings: _core.Settings
+    threads: int
+    samples: int
+    results: list[Mapping[str, Any]] = field(default_factory=list)
+
+    def repeat(self, number: int) -> None:
+        """Time a render and the replay of its rays; which comes first alternates."""
+        self.results.append(
+            _core.measure_limit(
+                self.scene.core,
+                self.settings,
+                seed=number,
+                threads=self.threads,
+                samples=self.samples,
+                pairs=1,
+                replay_first=number % 2 == 1,
+            )
+        )
+
+    @property
+    def pairs(self) -> list[Mapping[str, Any]]:
+        return [result["pairs"][0] for result in self.results]
+
+    @property
+    def rates(self) -> list[float]:
+        return [pair["paths"] / pair["render_seconds"] for pair in self.pairs]
+
+
+def measure(
+    scenes: Sequence[Scene],
+    threads: Sequence[int] = (0,),
+    repeats: int = 9,
+    spp: int | None = None,
+    strategy: Strategy | str = "best",
+    progress: Callable[[float], object] | None = None,
+) -> Report:
+    """Measure every scene on every number of threads.
+
+    Parameters
+    ----------
+    scenes
+        Loaded scenes.
+    threads
+        Numbers of worker threads; 0 is one for each processor. `Measurement.scaling` refers to the first.
+    repeats
+        Of every scene and number of threads.
+    spp
+        Samples per pixel in each repeat; if not given, what takes about half a second on the first number of threads.
+    strategy
+        A `Strategy`, or text for `Strategy.parse`.
+    progress
+        Called with the share of the work that is done, 0 … 1, after every repeat.
+
+    Raises
+    ------
+    SceneError, StrategyError
+        If a scene cannot be built, or the strategy cannot be read.
+    ValueError
+        If an argument is out of range.
+    """
+    if not scenes or not threads or min(threads) < 0 or repeats < 1 or (spp is not None and spp < 1):
+        raise ValueError("give scenes, numbers of threads of at least 0, and repeats and spp of at least 1")
+    chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
+    cases = [
+        case
+        for number, scene in enumerate(scenes, 1)
+        for case in _cases(str(scene.source or f"scene {number}"), scene, chosen, threads, spp)
+    ]
+    for repeat in range(repeats):
+        # there and back, so that a steady drift favours none
+        for position, case in enumerate(cases if repeat % 2 == 0 else cases[::-1], 1):
+            case.repeat(repeat)
+            if progress is not None:
+                progress((repeat + position / len(cases)) / repeats)
+    bases = [cases[position - position % len(threads)] for position in range(len(cases))]
+    summaries = (_summary(case, base, chosen) for case, base in zip(cases, bases, strict=True))
+    return Report(tuple(summaries), machine(), _core.build_info())
+
+
+def _cases(name: str, scene: Scene, strategy: Strategy, threads: Sequence[int], spp: int | None) -> list[_Case]:
+    """Build the scene and choose how many samples a repeat takes, the same for all numbers of threads."""
+    _check_memory(scene)
+    settings = _core.Settings(
+        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
+    )
+    if spp is None:
+        pilot = _core.measure_limit(scene.core, settings, threads=threads[0], samples=_PILOT_SAMPLES, pairs=1)
+        per_sample = pilot["pairs"][0]["render_seconds"] / _PILOT_SAMPLES
+        spp = min(max(round(_REPEAT_SECONDS / per_sample), 1), _MOST_SAMPLES)
+    return [_Case(name, scene, settings, count, spp) for count in threads]
+
+
+def _check_memory(scene: Scene) -> None:
+    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
+    _, _, width, height = scene.model.sensor.film.crop
+    needed, present = width * height * _BYTES_PER_PIXEL, machine()["memory_bytes"]
+    if needed > present:
+        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
+        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))
+
+
+def _summary(case: _Case, base: _Case, strategy: Strategy) -> Measurement:
+    core, rates, last = case.scene.core, case.rates, case.results[-1]
+    rays_of_path = [(pair["rays"] + pair["shadow_rays"]) / pair["paths"] for pair in case.pairs]
+    height, width = core.film_shape
+    return Measurement(
+        name=case.name,
+        threads=last["threads"],
+        paths_per_s=spread(rates),
+        rays_per_s=spread([rate * rays for rate, rays in zip(rates, rays_of_path, strict=True)]),
+        limit_ratio=spread([pair["replay_seconds"] / pair["render_seconds"] for pair in case.pairs]),
+        scaling=spread([rate / base_rate for rate, base_rate in zip(rates, base.rates, strict=True)]),
+        repeats=len(case.pairs),
+        samples=case.samples,
+        rays_per_path=statistics.fmean(rays_of_path),
+        kernel=last["kernel"],
+        strategy=strategy.name,
+        size=(width, height),
+        max_depth=case.scene.max_depth,
+        triangles=core.triangles,
+        memory_bytes=core.memory_bytes,
+        seconds=case.scene.timings,
+    )
+
+
+def machine() -> dict[str, Any]:
+    """Describe this machine: processor, how many of them we may use, memory, system, and how busy it is."""
+    return {
+        "cpu": _processor(),
+        "processors": len(os.sched_getaffinity(0)),
+        "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
+        "system": platform.platform(),
+        "load_average": os.getloadavg()[0],
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.processor() or platform.machine())

@@ -1,0 +1,138 @@
+"""``equaltime bench``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich import progress as bars
+from rich.console import Console
+from rich.table import Table
+
+from equaltime.bench import Measurement, Report, Spread, measure
+from equaltime.cli.arguments import parse_definitions, parse_size
+from equaltime.cli.messages import print_warnings
+from equaltime.scene import load
+from equaltime.strategy import Strategy
+
+__all__ = ["bench"]
+
+
+def parse_threads(text: str) -> tuple[int, ...]:
+    """Read ``1,2``: numbers of threads, 0 for one for each processor."""
+    words = text.replace(" ", "").split(",")
+    if not all(word.isascii() and word.isdigit() and int(word) < 2**16 for word in words):
+        raise typer.BadParameter(f"'{text}' is no list of numbers of threads; write 1,2")
+    return tuple(map(int, words))
+
+
+def bench(
+    scenes: Annotated[
+        list[Path], typer.Argument(metavar="SCENE...", help="Scene files: TOML, or Mitsuba 3 XML.", show_default=False)
+    ],
+    threads: Annotated[
+        Any,
+        typer.Option(
+            parser=parse_threads, metavar="N,N,…", help="Numbers of worker threads; 0 is one for each processor."
+        ),
+    ] = "0",
+    repeats: Annotated[
+        int,
+        typer.Option(min=1, metavar="N", help="Of every scene and number of threads; 6 or more for 95 % intervals."),
+    ] = 9,
+    spp: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            show_default=False,
+            help="Samples per pixel in each repeat [default: what takes about half a second].",
+        ),
+    ] = None,
+    size: Annotated[
+        Any,
+        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
+    ] = None,
+    max_depth: Annotated[
+        int | None,
+        typer.Option(metavar="N", show_default=False, help="Longest path, as in Mitsuba; -1 unlimited."),
+    ] = None,
+    strategy: Annotated[str, typer.Option(metavar="S", help="As for render.")] = "best",
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scenes."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Measure how fast scenes render.
+
+    Paths and rays per second, and the limit ratio: the time that Embree alone takes to trace the very rays that the
+    render traced, over the time of the render. Repeats go round over scenes and thread counts; what is printed are
+    medians, with their 95 % intervals.
+
+    For instance: `equaltime bench cornell-box.toml veach-mis.toml --threads 1,2`
+    """
+    chosen = Strategy.parse(strategy)
+    definitions = parse_definitions(define or ())
+    loaded = [load(path, **definitions).with_(size=size, max_depth=max_depth) for path in scenes]
+    for scene in loaded:
+        print_warnings(scene)
+    with _progress() as progress:
+        report = measure(loaded, threads, repeats, spp, chosen, progress)
+    if as_json:
+        print(json.dumps(report.as_dict(), indent=2))
+    else:
+        _print(report)
+    return 0
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    console = Console(stderr=True)
+    with bars.Progress(
+        bars.BarColumn(bar_width=24),
+        bars.TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _print(report: Report) -> None:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("scene", overflow="fold", min_width=20)
+    for heading in ("threads", "M paths/s", "M rays/s", "limit ratio", "scaling"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in report.scenes:
+        table.add_row(*_cells(row))
+    console = Console(highlight=False)
+    console.print(table)
+    machine, build = report.machine, report.build
+    repeats = report.scenes[0].repeats
+    for line in (
+        f"medians of {repeats} repeats ± half their {'95 % interval' if repeats >= 6 else 'range'}",
+        f"{machine['cpu']}, {machine['processors']} processors, load {machine['load_average']:.2f}",
+        f"equaltime {build['version']}, {build['compiler']}, {build['target']}, Embree {build['embree']}",
+    ):
+        console.print(line, style="dim", soft_wrap=True)
+
+
+def _cells(row: Measurement) -> tuple[str, ...]:
+    return (
+        row.name,
+        str(row.threads),
+        _interval(row.paths_per_s, 1e-6),
+        _interval(row.rays_per_s, 1e-6),
+        _interval(row.limit_ratio),
+        _interval(row.scaling),
+    )
+
+
+def _interval(value: Spread, scale: float = 1.0) -> str:
+    return f"{scale * value.median:.3g} ±{50 * (value.high - value.low) / value.median:.2g}%"
