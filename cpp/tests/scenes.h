@@ -1,0 +1,132 @@
+// Small scenes for tests of the whole renderer, and a digest of what it made of them.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "transport/renderer.h"
+
+namespace scenes {
+
+using namespace equaltime;
+
+inline Transform placed(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& at) {
+  return {{{{x.x, y.x, z.x, at.x}, {x.y, y.y, z.y, at.y}, {x.z, y.z, z.z, at.z}, {0, 0, 0, 1}}}};
+}
+
+/// A room of two diffuse walls and a floor under one rectangular light: the cheapest kernel renders it.
+inline SceneDescription room() {
+  SceneDescription d;
+  d.bsdfs = {DiffuseDescription{{0.7, 0.6, 0.5}}, DiffuseDescription{{0.1, 0.5, 0.2}}};
+  const SurfaceDescription grey{0, 0, {}}, green{1, 1, {}}, lamp{0, {}, Vec3d{17, 12, 4}};
+  d.shapes = {
+      RectangleDescription{placed({1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}), false, grey},
+      RectangleDescription{placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, -1}), false, grey},
+      RectangleDescription{placed({0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {1, 1, 0}), false, green},
+      RectangleDescription{placed({0.3, 0, 0}, {0, 0, 0.2}, {0, -1, 0}, {0, 1.9, 0}), false, lamp},
+  };
+  d.sensor.to_world = placed({-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {-0.125, 1, 4});
+  d.sensor.x_fov_degrees = 33;
+  d.film = {33, 26, 0, 0, 33, 26, FilterKind::tent, 1};
+  return d;
+}
+
+/// The room with everything that the renderer knows in it.
+inline SceneDescription full_room() {
+  SceneDescription d = room();
+  const Vec3d eta{0.2, 0.9, 1.1}, k{3.9, 2.5, 2.1}, white{1, 1, 1};
+  d.bsdfs.emplace_back(RoughConductorDescription{MicrofacetModel::ggx, 0.2, 0.1, eta, k, white});
+  d.bsdfs.emplace_back(RoughConductorDescription{MicrofacetModel::beckmann, 0.3, 0.3, eta, k, white});
+  d.bsdfs.emplace_back(ConductorDescription{eta, k, white});
+  d.bsdfs.emplace_back(DielectricDescription{});
+  const double s = 0.25;
+  d.shapes.emplace_back(SphereDescription{{-0.5, s, 0}, s, false, {5, 5, {}}});
+  d.shapes.emplace_back(SphereDescription{{0.5, s, 0.25}, s, false, {4, {}, {}}});
+  d.shapes.emplace_back(SphereDescription{{0, 1.5, 0}, 0.0625, false, {0, {}, Vec3d{1, 2, 3}}});
+  d.shapes.emplace_back(
+      DiskDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {0.25, 0.5, -0.5}), false, {2, 3, Vec3d{0.5, 0.5, 1}}});
+  MeshDescription pyramid;  // smooth normals over four triangles, one of them without a BSDF of its own side
+  pyramid.vertices = {{-0.25, 0, 0.5}, {0.25, 0, 0.5}, {0, 0, 0}, {0, 0.5, 0.25}};
+  pyramid.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}};
+  pyramid.normals = {{-1, 0, 1}, {1, 0, 1}, {0, 0, -1}, {0, 1, 0}};
+  pyramid.surface = {2, 0, {}};
+  d.shapes.emplace_back(pyramid);
+  d.point_lights = {{{-0.75, 1.5, 0.5}, {2, 1, 0.5}}};
+  ImageEnvironmentDescription sky;
+  sky.width = 8, sky.height = 5;
+  for (int i = 0; i < 40; ++i) {
+    const auto x = static_cast<float>(i % 7);
+    sky.pixels.emplace_back(0.125F * x, 0.25F, i == 19 ? 40.0F : 0.5F);
+  }
+  d.environment = sky;
+  return d;
+}
+
+inline std::shared_ptr<const Scene> built(SceneDescription description) {
+  return std::make_shared<const Scene>(build_scene(std::move(description)));
+}
+
+/// The same lengths in a unit s times as small: what was 1 is s now, and nothing looks different.
+inline SceneDescription with_lengths(SceneDescription d, double s) {
+  const auto scale = [s](Transform& t, std::size_t columns) {
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t column = 4 - columns; column < 4; ++column) t.m[row][column] *= s;
+  };
+  for (ShapeDescription& shape : d.shapes) {
+    if (auto* mesh = std::get_if<MeshDescription>(&shape))
+      for (Vec3d& v : mesh->vertices) v = v * s;
+    if (auto* rectangle = std::get_if<RectangleDescription>(&shape)) scale(rectangle->to_world, 4);
+    if (auto* disk = std::get_if<DiskDescription>(&shape)) scale(disk->to_world, 4);
+    if (auto* sphere = std::get_if<SphereDescription>(&shape)) sphere->center = sphere->center * s, sphere->radius *= s;
+  }
+  for (PointLightDescription& light : d.point_lights)
+    light.position = light.position * s, light.intensity = light.intensity * (s * s);
+  scale(d.sensor.to_world, 1);
+  for (auto* clip : {&d.sensor.near, &d.sensor.far})
+    if (*clip) **clip *= s;
+  return d;
+}
+
+/// Every light s times as bright.
+inline SceneDescription with_light(SceneDescription d, double s) {
+  for (ShapeDescription& shape : d.shapes)
+    std::visit(
+        [s](auto& any) {
+          if (any.surface.radiance) any.surface.radiance = *any.surface.radiance * s;
+        },
+        shape);
+  for (PointLightDescription& light : d.point_lights) light.intensity = light.intensity * s;
+  if (d.environment) {
+    if (auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
+      constant->radiance = constant->radiance * s;
+    else
+      std::get<ImageEnvironmentDescription>(*d.environment).scale *= s;
+  }
+  return d;
+}
+
+using Moments = std::vector<PixelMoments>;
+
+/// Equal in every bit: counts, means, squared deviations.
+inline bool same_bits(const Moments& a, const Moments& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(PixelMoments)) == 0;
+}
+
+inline Moments rendered(const std::shared_ptr<const Scene>& scene, std::uint64_t samples, const Settings& settings = {},
+                        const RenderOptions& options = {.threads = 2}) {
+  Renderer renderer(scene, settings, options);
+  renderer.advance(samples);
+  return renderer.film().moments();
+}
+
+/// The mean over pixels, replicates and channels: that something was seen at all.
+inline double mean(const Moments& moments) {
+  double sum = 0;
+  for (const PixelMoments& m : moments) sum += m.mean[0] + m.mean[1] + m.mean[2];
+  return sum / (3 * static_cast<double>(moments.size()));
+}
+
+}  // namespace scenes

@@ -1,0 +1,103 @@
+// One build, one image: no bit of it depends on threads, tiles, passes, crop, interruption or the kernel that was
+// chosen.
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/check.h"
+#include "tests/scenes.h"
+
+namespace {
+
+using namespace scenes;
+
+constexpr std::uint64_t kSamples = 21;  // more than one internal pass, and odd: replicates of different counts
+
+Settings deep() {
+  Settings s;
+  s.max_depth = 8;
+  s.roulette_depth = 3;
+  return s;
+}
+
+TEST("threads, tiles and pass splits leave every bit where it is") {
+  const auto scene = built(full_room());
+  const Moments reference = rendered(scene, kSamples, deep(), {.seed = 5, .threads = 1, .tile = 1000});
+  CHECK(mean(reference) > 0.01);
+  const std::vector<std::vector<std::uint64_t>> splits = {{kSamples}, {1, 2, 3, 20, kSamples}, {17, kSamples}};
+  for (const unsigned threads : {1U, 2U, 3U, 7U})
+    for (const std::uint32_t tile : {1U, 5U, 16U, 64U})
+      for (const auto& split : splits) {
+        Renderer renderer(scene, deep(), {.seed = 5, .threads = threads, .tile = tile});
+        for (const std::uint64_t samples : split) CHECK(renderer.advance(samples));
+        CHECK(same_bits(renderer.film().moments(), reference));
+      }
+}
+
+TEST("another seed, or one sample more, does change bits") {
+  const auto scene = built(full_room());
+  const Moments reference = rendered(scene, kSamples, deep());
+  CHECK(!same_bits(rendered(scene, kSamples, deep(), {.seed = 1}), reference));
+  CHECK(!same_bits(rendered(scene, kSamples + 1, deep()), reference));
+}
+
+TEST("both samplers and every technique repeat their bits") {
+  const auto scene = built(full_room());
+  for (const SamplerKind sampler : {SamplerKind::independent, SamplerKind::sobol})
+    for (const Technique technique : {Technique::bsdf, Technique::light, Technique::mis}) {
+      Settings settings = deep();
+      settings.sampler = sampler, settings.technique = technique;
+      CHECK(same_bits(rendered(scene, 5, settings, {.threads = 3, .tile = 3}), rendered(scene, 5, settings)));
+    }
+}
+
+TEST("a crop has the bits of the whole") {
+  SceneDescription description = full_room();
+  const Moments whole = rendered(built(description), 6, deep());
+  FilmDescription& film = description.film;
+  film.crop_x = 7, film.crop_y = 3, film.crop_width = 11, film.crop_height = 9;
+  const Moments crop = rendered(built(description), 6, deep());
+  CHECK(crop.size() == 2 * 11 * 9);
+  for (std::size_t r = 0; r < 2; ++r)
+    for (std::size_t y = 0; y < 9; ++y)
+      CHECK(std::memcmp(&crop[(r * 9 + y) * 11], &whole[(r * film.height + y + 3) * film.width + 7],
+                        11 * sizeof(PixelMoments)) == 0);
+}
+
+TEST("every kernel that covers a scene gives the same bits") {
+  for (const SceneDescription& description : {room(), full_room()}) {
+    const auto scene = built(description);
+    const Moments reference = rendered(scene, 6, deep());
+    const Settings settings = deep();
+    int covering = 0;
+    for (const KernelRow& row : kernel_rows()) {
+      if (!row.effects.covers(derive_effects(*scene))) continue;
+      ++covering;
+      Film film(scene->film.crop_width, scene->film.crop_height, 2);
+      RayCounter probe;
+      std::vector<NonFinite> nonfinite;
+      row.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
+      CHECK(same_bits(film.moments(), reference));
+    }
+    CHECK(covering >= 1);
+  }
+}
+
+TEST("a cheaper kernel is chosen for the plain room than for the full one") {
+  CHECK(!choose_kernel(derive_effects(*built(room()))).effects.environment);
+  CHECK(choose_kernel(derive_effects(*built(full_room()))).effects == kAllEffects);
+}
+
+TEST("counters count: a path a sample, and no ray without need") {
+  const auto scene = built(room());
+  Renderer renderer(scene, deep(), {.threads = 2});
+  renderer.advance(4);
+  const std::uint64_t paths = 4ULL * 33 * 26;
+  CHECK(renderer.counters().paths == paths);
+  CHECK(renderer.counters().rays > paths && renderer.counters().rays <= 8 * paths);
+  CHECK(renderer.counters().shadow_rays > 0 && renderer.counters().nonfinite == 0);
+}
+
+}  // namespace
+
+int main() { return check::run(); }

@@ -1,0 +1,91 @@
+// Pixel moments against sums in long double.
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "film/film.h"
+#include "tests/check.h"
+
+namespace {
+
+using namespace equaltime;
+
+struct Exact {
+  long double mean, m2;
+};
+
+Exact exact_moments(const std::vector<float>& values) {
+  long double sum = 0;
+  for (const float v : values) sum += static_cast<long double>(v);
+  const long double mean = sum / static_cast<long double>(values.size());
+  long double m2 = 0;
+  for (const float v : values) m2 += (static_cast<long double>(v) - mean) * (static_cast<long double>(v) - mean);
+  return {mean, m2};
+}
+
+PixelMoments moments(const std::vector<float>& values, double scale = 1) {
+  PixelMoments m;
+  for (const float v : values) m.add({v, 2 * v, -v}, scale);
+  return m;
+}
+
+bool close(double value, long double exact, double relative) {
+  return std::abs(static_cast<long double>(value) - exact) <= static_cast<long double>(relative) * std::abs(exact);
+}
+
+// Samples far from 0 with little spread: the sum of squares minus the squared sum would keep no digit of the variance.
+std::vector<float> offset_samples(int count) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> gauss(100000, 0.1F);
+  std::vector<float> values;
+  for (int i = 0; i < count; ++i) values.push_back(gauss(random));
+  return values;
+}
+
+TEST("mean and squared deviations are right far from zero, where a sum of squares fails") {
+  const std::vector<float> values = offset_samples(100000);
+  const Exact exact = exact_moments(values);
+  const PixelMoments m = moments(values);
+  CHECK(m.count == values.size());
+  CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.mean[1], 2 * exact.mean, 1e-14));
+  CHECK(close(m.m2[0], exact.m2, 1e-7) && close(m.m2[1], 4 * exact.m2, 1e-7) && m.m2[2] == m.m2[0]);
+  float square_sum = 0, sum = 0;
+  for (const float v : values) square_sum += v * v, sum += v;
+  CHECK(!close(static_cast<double>(square_sum - sum * sum / static_cast<float>(values.size())), exact.m2, 0.1));
+}
+
+TEST("moments of parts merge to those of the whole, in any grouping") {
+  const std::vector<float> values = offset_samples(3000);
+  const auto part = [&](int from, int to) { return moments({values.begin() + from, values.begin() + to}); };
+  const Exact exact = exact_moments(values);
+  const PixelMoments a = part(0, 1), b = part(1, 700), c = part(700, 3000);
+  for (const PixelMoments& m :
+       {PixelMoments::merge(PixelMoments::merge(a, b), c), PixelMoments::merge(a, PixelMoments::merge(c, b))}) {
+    CHECK(m.count == values.size());
+    CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.m2[0], exact.m2, 1e-7));
+  }
+}
+
+TEST("merging with nothing changes no bit") {
+  const PixelMoments m = moments(offset_samples(10)), none;
+  for (const PixelMoments& same : {PixelMoments::merge(m, none), PixelMoments::merge(none, m)})
+    CHECK(same.count == m.count && same.mean[0] == m.mean[0] && same.m2[2] == m.m2[2]);
+}
+
+TEST("a scale that is a power of two goes through exactly") {
+  const std::vector<float> values = offset_samples(1000);
+  const PixelMoments one = moments(values), scaled = moments(values, 0x1p40);
+  for (int c = 0; c < 3; ++c) CHECK(scaled.mean[c] == one.mean[c] * 0x1p40 && scaled.m2[c] == one.m2[c] * 0x1p80);
+}
+
+TEST("a film keeps its replicates and pixels apart, row by row") {
+  Film film(3, 2, 2);
+  film.at(1, 2, 1).add(Spectrum(5), 1);
+  CHECK(film.moments().size() == 12);
+  CHECK(film.moments()[11].mean[0] == 5);
+  for (std::size_t i = 0; i < 11; ++i) CHECK(film.moments()[i].count == 0);
+}
+
+}  // namespace
+
+int main() { return check::run(); }

@@ -1,0 +1,217 @@
+// Random numbers: range, independence of order, stratification, and independence between slots, pixels and replicates.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "sampling/sampler.h"
+#include "tests/check.h"
+#include "tests/statistics.h"
+
+namespace {
+
+using namespace equaltime;
+
+constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::sobol};
+
+bool is_unit_number(float x) { return x >= 0 && x < 1 && x * 0x1p24F == std::floor(x * 0x1p24F); }
+
+std::vector<Slot> some_slots() {
+  std::vector<Slot> slots = {slot(CameraDimension::pixel), slot(CameraDimension::lens)};
+  for (const std::uint32_t bounce : {0U, 1U, 7U, 1000U})
+    for (const BounceDimension d :
+         {BounceDimension::light_point, BounceDimension::bsdf_direction, BounceDimension::roulette})
+      slots.push_back(slot(d, bounce));
+  return slots;
+}
+
+TEST("every number is a multiple of 2^-24 in [0, 1)") {
+  for (const SamplerKind kind : kKinds)
+    for (std::uint64_t index = 0; index < 20000; ++index) {
+      const Sampler s = Sampler::at(kind, 3, index % 100, index * 977, 2);
+      const Point2f p = s.get_2d(slot(CameraDimension::pixel));
+      CHECK(is_unit_number(p.x) && is_unit_number(p.y));
+      CHECK(is_unit_number(s.get_1d(slot(BounceDimension::roulette, 5))));
+    }
+}
+
+TEST("a vertex's numbers are those of its slots") {
+  for (const SamplerKind kind : kKinds)
+    for (std::uint64_t index = 0; index < 5000; ++index) {
+      const Sampler s = Sampler::at(kind, 1, 12345, index, 3);
+      for (const std::uint32_t bounce : {0U, 1U, 63U}) {
+        const VertexNumbers v = s.vertex(bounce);
+        const Point2f light = s.get_2d(slot(BounceDimension::light_point, bounce));
+        const Point2f bsdf = s.get_2d(slot(BounceDimension::bsdf_direction, bounce));
+        CHECK(v.light_point.x == light.x && v.light_point.y == light.y);
+        CHECK(v.bsdf_direction.x == bsdf.x && v.bsdf_direction.y == bsdf.y);
+      }
+    }
+}
+
+TEST("precise numbers continue the ordinary ones") {
+  for (const SamplerKind kind : kKinds)
+    for (std::uint64_t index = 0; index < 5000; ++index) {
+      const Sampler s = Sampler::at(kind, 9, 4, index, 2);
+      const Point2d precise = s.get_2d_precise(slot(BounceDimension::light_point, 0));
+      const Point2f p = s.get_2d(slot(BounceDimension::light_point, 0));
+      CHECK(std::floor(precise.x * 0x1p24) * 0x1p-24 == static_cast<double>(p.x));
+      CHECK(std::floor(precise.y * 0x1p24) * 0x1p-24 == static_cast<double>(p.y));
+      CHECK(precise.x < 1 && precise.y < 1);
+    }
+}
+
+TEST("numbers do not depend on the order in which they are asked for") {
+  const std::vector<Slot> slots = some_slots();
+  std::vector<std::pair<std::uint64_t, std::size_t>> asked;
+  for (std::uint64_t index = 0; index < 64; ++index)
+    for (std::size_t k = 0; k < slots.size(); ++k) asked.emplace_back(index, k);
+  for (const SamplerKind kind : kKinds) {
+    const auto number = [&](const auto& what) {
+      const Point2f p = Sampler::at(kind, 7, 99, what.first, 2).get_2d(slots[what.second]);
+      return std::pair(p.x, p.y);
+    };
+    std::vector<std::pair<float, float>> in_order;
+    for (const auto& what : asked) in_order.push_back(number(what));
+    std::vector<std::size_t> order(asked.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::shuffle(order.begin(), order.end(), std::mt19937(1));
+    for (const std::size_t i : order) CHECK(number(asked[i]) == in_order[i]);
+  }
+}
+
+// Whether every elementary interval of area 2^-k holds exactly one of 2^k points: a (0, k, 2)-net in base 2.
+bool is_net(const std::vector<Point2f>& points, int k) {
+  for (int a = 0; a <= k; ++a) {
+    std::vector<bool> taken(points.size(), false);
+    for (const Point2f& p : points) {
+      const auto column = static_cast<std::size_t>(std::ldexp(p.x, a));
+      const auto row = static_cast<std::size_t>(std::ldexp(p.y, k - a));
+      const std::size_t cell = (column << (k - a)) | row;
+      if (taken[cell]) return false;
+      taken[cell] = true;
+    }
+  }
+  return true;
+}
+
+std::vector<Point2f> replicate_points(SamplerKind kind, Slot s, std::uint64_t pixel, std::uint32_t replicate,
+                                      std::uint32_t replicates, int k) {
+  std::vector<Point2f> points;
+  for (std::uint64_t j = 0; j < (1ULL << k); ++j)
+    points.push_back(Sampler::at(kind, 11, pixel, j * replicates + replicate, replicates).get_2d(s));
+  return points;
+}
+
+TEST("the first 2^k points of each replicate of a slot are a (0, k, 2)-net") {
+  for (const Slot s : some_slots())
+    for (const std::uint32_t replicates : {1U, 2U, 3U})
+      for (std::uint32_t r = 0; r < replicates; ++r)
+        for (int k = 0; k <= 10; ++k)
+          CHECK(is_net(replicate_points(SamplerKind::sobol, s, 1000 + r, r, replicates, k), k));
+}
+
+TEST("the net test rejects independent points, and Sobol points of which two swapped a coordinate") {
+  const Slot s = slot(CameraDimension::pixel);
+  CHECK(!is_net(replicate_points(SamplerKind::independent, s, 0, 0, 2, 6), 6));
+  std::vector<Point2f> points = replicate_points(SamplerKind::sobol, s, 0, 0, 2, 6);
+  std::swap(points[3].y, points[40].y);
+  CHECK(!is_net(points, 6));
+}
+
+TEST("single numbers are stratified in the same way") {
+  for (const Slot s : some_slots())
+    for (std::uint32_t k = 0; k <= 10; ++k) {
+      std::set<std::uint64_t> strata;
+      for (std::uint64_t j = 0; j < (1ULL << k); ++j)
+        strata.insert(k == 0 ? 0 : Sampler::at(SamplerKind::sobol, 2, 5, 2 * j, 2).bits(s) >> (64 - k));
+      CHECK(strata.size() == 1ULL << k);
+    }
+}
+
+// χ² of pairs of numbers over 16 × 16 cells; each pair comes from another pixel, so that pairs are independent.
+template <class First, class Second>
+double pair_deviate(First first, Second second) {
+  constexpr int kSide = 16, kPairs = 1 << 17;
+  std::vector<double> counts(kSide * kSide, 0);
+  for (std::uint64_t pixel = 0; pixel < kPairs; ++pixel) {
+    const auto i = static_cast<std::size_t>(first(pixel) * kSide), j = static_cast<std::size_t>(second(pixel) * kSide);
+    ++counts[i * kSide + j];
+  }
+  return statistics::chi_squared_deviate(counts, std::vector<double>(counts.size(), double{kPairs} / (kSide * kSide)));
+}
+
+TEST("numbers of different slots, samples, replicates and neighbouring pixels are independent") {
+  const auto number = [](SamplerKind kind, std::uint64_t index, Slot s, bool y = false) {
+    return [=](std::uint64_t pixel) {
+      const Point2f p = Sampler::at(kind, 21, pixel, index, 2).get_2d(s);
+      return y ? p.y : p.x;
+    };
+  };
+  const Slot light = slot(BounceDimension::light_point, 0), bsdf = slot(BounceDimension::bsdf_direction, 0);
+  const Slot later = slot(BounceDimension::light_point, 1);
+  for (const SamplerKind kind : kKinds) {
+    const auto a = number(kind, 6, light);
+    CHECK(std::abs(pair_deviate(a, number(kind, 6, bsdf))) < statistics::kReject);
+    CHECK(std::abs(pair_deviate(a, number(kind, 6, later))) < statistics::kReject);
+    CHECK(std::abs(pair_deviate(a, number(kind, 6, light, true))) < statistics::kReject);
+    CHECK(std::abs(pair_deviate(a, number(kind, 7, light))) < statistics::kReject);
+    const auto neighbour = [a](std::uint64_t pixel) { return a(pixel + 1); };
+    CHECK(std::abs(pair_deviate(a, neighbour)) < statistics::kReject);
+  }
+  // Samples 4 and 6 are neighbours in one replicate: stratified, not independent. The test sees it.
+  CHECK(pair_deviate(number(SamplerKind::sobol, 6, light), number(SamplerKind::sobol, 4, light)) > statistics::kReject);
+}
+
+// Within a pixel, the first bits of two slots over 64 samples. Points come in pairs that differ in their first bit; the
+// pairing is random from one pair to the next if the slots are shuffled independently, so that the number of pairs that
+// agree is binomial. Slots shuffled alike would agree in all pairs or in none.
+template <class Bits>
+double shuffle_deviate(Bits second) {
+  constexpr int kPairs = 32, kPixels = 1 << 15;
+  std::vector<double> counts(kPairs + 1, 0), expected;
+  const Slot first = slot(BounceDimension::light_point, 2);
+  for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
+    std::size_t agree = 0;
+    for (std::uint64_t j = 0; j < 2 * kPairs; j += 2) {
+      const Sampler s = Sampler::at(SamplerKind::sobol, 31, pixel, j, 1);
+      agree += (s.bits(first) >> 63) == (second(s) >> 63) ? 1 : 0;
+    }
+    ++counts[agree];
+  }
+  double probability = kPixels * 0x1p-32;  // of `agree` agreements: C(32, agree) / 2^32
+  for (int agree = 0; agree <= kPairs; ++agree) {
+    expected.push_back(probability);
+    probability *= static_cast<double>(kPairs - agree) / (agree + 1);
+  }
+  // The tails, too rare for χ², are one class each.
+  for (const int from : {0, kPairs}) {
+    const int step = from == 0 ? 1 : -1;
+    for (int i = from; i != from + 7 * step; i += step) {
+      counts[static_cast<std::size_t>(i + step)] += std::exchange(counts[static_cast<std::size_t>(i)], 0);
+      expected[static_cast<std::size_t>(i + step)] += std::exchange(expected[static_cast<std::size_t>(i)], 0);
+    }
+  }
+  const auto inner = [](const std::vector<double>& v) { return std::vector<double>(v.begin() + 7, v.end() - 7); };
+  return statistics::chi_squared_deviate(inner(counts), inner(expected));
+}
+
+TEST("slots of one pixel are shuffled independently of each other") {
+  for (const Slot s : {slot(BounceDimension::bsdf_direction, 2), slot(BounceDimension::light_point, 3)})
+    CHECK(std::abs(shuffle_deviate([s](const Sampler& sampler) { return sampler.bits(s); })) < statistics::kReject);
+}
+
+TEST("the shuffling test rejects a slot that goes with another one in every fiftieth pixel") {
+  const Slot s = slot(BounceDimension::bsdf_direction, 2), same = slot(BounceDimension::light_point, 2);
+  CHECK(shuffle_deviate([&, calls = 0](const Sampler& sampler) mutable {
+          return sampler.bits(calls++ / 32 % 50 == 0 ? same : s);
+        }) > statistics::kReject);
+}
+
+}  // namespace
+
+int main() { return check::run(); }

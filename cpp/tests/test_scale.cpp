@@ -1,0 +1,57 @@
+// No absolute epsilon anywhere: a scene in other units, or with brighter lights, gives the same image, bit by bit.
+#include "tests/check.h"
+#include "tests/scenes.h"
+
+namespace {
+
+using namespace scenes;
+
+constexpr std::uint64_t kSamples = 8;
+
+SceneDescription clipped(SceneDescription d) {
+  d.sensor.near = 3.5, d.sensor.far = 5;
+  return d;
+}
+
+// Brought back from lights s times as bright, for s a power of two.
+Moments rescaled(Moments moments, double s) {
+  for (PixelMoments& m : moments)
+    for (int c = 0; c < 3; ++c) m.mean[c] /= s, m.m2[c] /= s * s;
+  return moments;
+}
+
+TEST("lengths times a power of two change no bit, with point light intensities scaled by its square") {
+  for (const SceneDescription& d : {room(), full_room(), clipped(full_room())}) {
+    const Moments reference = rendered(built(d), kSamples);
+    CHECK(mean(reference) > 0.01);
+    for (const double s : {0x1p-20, 0x1p-7, 2.0, 0x1p20})
+      CHECK(same_bits(rendered(built(with_lengths(d, s)), kSamples), reference));
+  }
+}
+
+TEST("light times a power of two scales the image exactly") {
+  for (const SceneDescription& d : {room(), full_room()}) {
+    const Moments reference = rendered(built(d), kSamples);
+    for (const double s : {0x1p-40, 0x1p-1, 0x1p40})
+      CHECK(same_bits(rescaled(rendered(built(with_light(d, s)), kSamples), s), reference));
+  }
+}
+
+TEST("both at once, at their extremes, change no bit either") {
+  const Moments reference = rendered(built(full_room()), kSamples);
+  for (const double s : {0x1p-20, 0x1p20})
+    for (const double l : {0x1p-40, 0x1p40})
+      CHECK(same_bits(rescaled(rendered(built(with_light(with_lengths(full_room(), s), l)), kSamples), l), reference));
+}
+
+TEST("the test sees a scale that is no power of two, and a light left in its old units") {
+  const Moments reference = rendered(built(full_room()), kSamples);
+  CHECK(!same_bits(rendered(built(with_lengths(full_room(), 3)), kSamples), reference));
+  SceneDescription d = with_lengths(full_room(), 2);
+  d.point_lights[0].intensity = full_room().point_lights[0].intensity;
+  CHECK(!same_bits(rendered(built(d), kSamples), reference));
+}
+
+}  // namespace
+
+int main() { return check::run(); }

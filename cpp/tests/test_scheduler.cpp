@@ -1,0 +1,148 @@
+// Blocks, workers and interruptions: many small blocks over more threads than processors, stopped in every way there
+// is and taken up again. Written to be run under ThreadSanitizer too.
+#include <atomic>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/check.h"
+#include "tests/scenes.h"
+
+namespace {
+
+using namespace scenes;
+
+constexpr std::uint64_t kSamples = 18;
+constexpr RenderOptions kMany{.seed = 3, .threads = 7, .tile = 2};
+
+Settings shallow() {
+  Settings s;
+  s.max_depth = 4;
+  return s;
+}
+
+const std::shared_ptr<const Scene>& scene() {
+  static const auto shared = built(full_room());
+  return shared;
+}
+const Moments& reference() {
+  static const Moments moments = rendered(scene(), kSamples, shallow(), {.seed = 3, .threads = 1, .tile = 64});
+  return moments;
+}
+
+// Whether a render that was cut ends between blocks: the pixels of a block have equally many samples, and no block has
+// more than those before it.
+bool ends_between_blocks(Renderer& renderer) {
+  const Film& film = renderer.film();
+  const auto count = [&](std::uint32_t x, std::uint32_t y) { return film.at(0, x, y).count + film.at(1, x, y).count; };
+  std::uint64_t before = std::numeric_limits<std::uint64_t>::max();
+  for (const PixelBlock& b : renderer.blocks()) {
+    const std::uint64_t here = count(b.x0, b.y0);
+    for (std::uint32_t y = b.y0; y < b.y1; ++y)
+      for (std::uint32_t x = b.x0; x < b.x1; ++x)
+        if (count(x, y) != here) return false;
+    if (here > before) return false;
+    before = here;
+  }
+  return true;
+}
+
+TEST("many small blocks on many threads give the image of one thread") {
+  CHECK(same_bits(rendered(scene(), kSamples, shallow(), kMany), reference()));
+}
+
+TEST("a time limit cuts between blocks, and the next calls finish the same image") {
+  Renderer renderer(scene(), shallow(), kMany);
+  int cuts = 0;
+  while (!renderer.advance(kSamples, cuts < 200 ? 1e-4 : 1e9)) {
+    ++cuts;
+    CHECK(ends_between_blocks(renderer));
+  }
+  CHECK(cuts > 0);
+  CHECK(same_bits(renderer.film().moments(), reference()));
+  CHECK(renderer.counters().paths == kSamples * renderer.film().width() * renderer.film().height());
+}
+
+TEST("no time at all renders nothing, and asking for what is there already is done at once") {
+  Renderer renderer(scene(), shallow(), kMany);
+  CHECK(!renderer.advance(kSamples, 0.0));
+  CHECK(renderer.counters().paths == 0);
+  CHECK(renderer.advance(kSamples));
+  const std::uint64_t paths = renderer.counters().paths;
+  CHECK(renderer.advance(kSamples) && renderer.advance(1) && renderer.advance(0));
+  CHECK(renderer.counters().paths == paths);
+}
+
+TEST("poll is asked on the calling thread, may stop the pass, and the image goes on where it was") {
+  Renderer renderer(scene(), shallow(), kMany);
+  const std::thread::id caller = std::this_thread::get_id();
+  int calls = 0;
+  const auto poll = [&] {
+    CHECK(std::this_thread::get_id() == caller);
+    return ++calls >= 5;  // false four times
+  };
+  // Until the calls have come, more samples are asked for: a short pass is over before anyone is asked.
+  std::uint64_t samples = kSamples;
+  while (calls < 5)
+    if (renderer.advance(samples, {}, poll)) samples *= 2;
+  while (!renderer.advance(samples, {}, poll)) continue;
+  CHECK(same_bits(renderer.film().moments(), rendered(scene(), samples, shallow(), {.seed = 3, .threads = 2})));
+}
+
+TEST("what poll throws reaches the caller, and the renderer can be used on") {
+  Renderer renderer(scene(), shallow(), kMany);
+  std::uint64_t samples = kSamples;
+  bool thrown = false;
+  const auto poll = []() -> bool { throw std::runtime_error("stop here"); };
+  while (!thrown) {
+    try {
+      if (renderer.advance(samples, {}, poll)) samples *= 2;
+    } catch (const std::runtime_error&) {
+      thrown = true;
+    }
+  }
+  CHECK(ends_between_blocks(renderer));
+  CHECK(renderer.advance(samples));
+  CHECK(same_bits(renderer.film().moments(), rendered(scene(), samples, shallow(), {.seed = 3, .threads = 2})));
+}
+
+TEST("renderers at work at the same time on one scene do not disturb each other") {
+  std::atomic<int> same{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 3; ++i)
+    threads.emplace_back([&] {
+      if (same_bits(rendered(scene(), kSamples, shallow(), kMany), reference())) ++same;
+    });
+  for (std::thread& t : threads) t.join();
+  CHECK(same == 3);
+}
+
+TEST("scenes are built at the same time, each for itself") {
+  std::vector<std::thread> threads;
+  std::atomic<int> same{0};
+  for (int i = 0; i < 3; ++i)
+    threads.emplace_back([&] {
+      if (same_bits(rendered(built(full_room()), kSamples, shallow(), kMany), reference())) ++same;
+    });
+  for (std::thread& t : threads) t.join();
+  CHECK(same == 3);
+}
+
+TEST("samples that are not numbers are counted and logged, and do not enter the film") {
+  SceneDescription d = room();
+  d.bsdfs[1] = DiffuseDescription{{std::numeric_limits<double>::quiet_NaN(), 0.5, 0.5}};
+  Renderer renderer(built(d), shallow(), kMany);
+  CHECK(renderer.advance(kSamples));
+  const std::uint64_t bad = renderer.counters().nonfinite;
+  CHECK(bad > 0 && !renderer.nonfinite().empty() && renderer.nonfinite().size() <= bad);
+  std::uint64_t counted = 0;
+  for (const PixelMoments& m : renderer.film().moments()) {
+    counted += m.count;
+    CHECK(std::isfinite(m.mean[0]) && std::isfinite(m.m2[0]));
+  }
+  CHECK(counted + bad == kSamples * renderer.film().width() * renderer.film().height());
+}
+
+}  // namespace
+
+int main() { return check::run(); }
