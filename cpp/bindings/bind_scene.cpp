@@ -30,11 +30,12 @@ Transform transform(const ArrayD& a) {
   return t;
 }
 
-/// The rows of an (N, 3) array as vectors of three.
-template <class Out, class Array>
+/// The rows of an (N, 3) or (N, 2) array as vectors.
+template <class Out, int Columns = 3, class Array>
 std::vector<Out> rows(const Array& a, const char* what) {
-  if (a.ndim() != 2 || a.shape(1) != 3) throw py::value_error(std::string(what) + " must have the shape (N, 3)");
-  static_assert(sizeof(Out) == 3 * sizeof(*a.data()));
+  if (a.ndim() != 2 || a.shape(1) != Columns)
+    throw py::value_error(std::string(what) + " must have the shape (N, " + std::to_string(Columns) + ")");
+  static_assert(sizeof(Out) == Columns * sizeof(*a.data()));
   std::vector<Out> out(static_cast<std::size_t>(a.shape(0)));
   std::copy_n(a.data(), a.size(), reinterpret_cast<typename Array::value_type*>(out.data()));
   return out;
@@ -81,7 +82,7 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
 
 py::dict effects_dict(const Effects& e) {
   return py::dict("analytic_shapes"_a = e.analytic_shapes, "smooth_normals"_a = e.smooth_normals,
-                  "rough_conductors"_a = e.rough_conductors, "specular"_a = e.specular,
+                  "rough_conductors"_a = e.rough_conductors, "anisotropy"_a = e.anisotropy, "specular"_a = e.specular,
                   "point_lights"_a = e.point_lights, "environment"_a = e.environment);
 }
 
@@ -138,11 +139,12 @@ void bind_builder(py::module_& m) {
       .def(
           "add_mesh",
           [](D& d, const ArrayD& vertices, const ArrayU& faces, const std::optional<ArrayD>& normals,
-             const std::optional<ArrayD>&, Index front, Index back, const std::optional<Triple>& radiance) {
+             const std::optional<ArrayD>& uvs, Index front, Index back, const std::optional<Triple>& radiance) {
             MeshDescription mesh;
             mesh.vertices = rows<Vec3d>(vertices, "vertices");
             mesh.triangles = rows<std::array<std::uint32_t, 3>>(faces, "faces");
             if (normals) mesh.normals = rows<Vec3d>(*normals, "normals");
+            if (uvs) mesh.uvs = rows<std::array<double, 2>, 2>(*uvs, "uvs");
             mesh.surface = surface(front, back, radiance);
             return append(d.shapes, std::move(mesh));
           },
@@ -162,11 +164,12 @@ void bind_builder(py::module_& m) {
           "to_world"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
       .def(
           "add_sphere",
-          [](D& d, const Triple& c, double r, bool flip, Index front, Index back,
-             const std::optional<Triple>& radiance) {
-            return append(d.shapes, SphereDescription{vec(c), r, flip, surface(front, back, radiance)});
+          [](D& d, const Triple& c, double r, bool flip, Index front, Index back, const std::optional<Triple>& radiance,
+             const Triple& pole) {
+            return append(d.shapes, SphereDescription{vec(c), r, flip, surface(front, back, radiance), vec(pole)});
           },
-          "center"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+          "center"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
+          "pole"_a = Triple{0, 0, 1})
       .def(
           "add_point_light",
           [](D& d, const Triple& p, const Triple& i) {

@@ -23,6 +23,11 @@ Dielectric::Dielectric(const DielectricDescription& d) noexcept
       specular_reflectance(spectrum(d.specular_reflectance)),
       specular_transmittance(spectrum(d.specular_transmittance)) {}
 
+bool is_anisotropic(const Bsdf& bsdf) noexcept {
+  const auto* rough = std::get_if<RoughConductor>(&bsdf);
+  return rough != nullptr && rough->distribution.anisotropic();
+}
+
 Bsdf make_bsdf(const BsdfDescription& description) noexcept {
   struct Make {
     Bsdf operator()(const DiffuseDescription& d) const noexcept { return Diffuse(d); }

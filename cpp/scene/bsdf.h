@@ -15,6 +15,9 @@ using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description) noexcept;
 
+/// Whether the model looks at the azimuth of directions, so that the shading frame's tangent matters.
+[[nodiscard]] bool is_anisotropic(const Bsdf& bsdf) noexcept;
+
 /// Calls f with the model that `bsdf` holds. E (transport/effects.h) says which models the scene can hold at all; the
 /// others cost nothing.
 template <auto E, class F>

@@ -14,6 +14,25 @@ constexpr double kOrthogonal = 1e-6;
 
 Vec3f to_float(const Vec3d& v) noexcept { return Vec3f(v); }
 
+/// How the point moves with u on each triangle; without usable uvs, what Frame makes of the normal, as Mitsuba does.
+std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector<std::array<double, 2>>& uvs) {
+  std::vector<Vec3f> tangents;
+  tangents.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3d e1 = Vec3d(mesh.vertices[b]) - Vec3d(mesh.vertices[a]);
+    const Vec3d e2 = Vec3d(mesh.vertices[c]) - Vec3d(mesh.vertices[a]);
+    Vec3d tangent;
+    if (!uvs.empty()) {
+      const double u1 = uvs[b][0] - uvs[a][0], v1 = uvs[b][1] - uvs[a][1];
+      const double u2 = uvs[c][0] - uvs[a][0], v2 = uvs[c][1] - uvs[a][1];
+      tangent = (e1 * v2 - e2 * v1) * (u1 * v2 - u2 * v1);
+    }
+    const double norm = length(tangent);
+    tangents.push_back(to_float(norm > 0 ? tangent / norm : FrameD::from_normal(normalize(cross(e1, e2))).s));
+  }
+  return tangents;
+}
+
 class Builder {
  public:
   explicit Builder(SceneDescription& d) : description_(d), normalization_(d) {}
@@ -32,6 +51,7 @@ class Builder {
   void add(std::size_t index, DiskDescription& disk);
   void add(std::size_t index, SphereDescription& sphere);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
+  [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
   void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
   Lights make_lights();
   std::vector<MeshView> view_meshes(const Accel& accel) const;
@@ -58,6 +78,13 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
+}
+
+bool Builder::needs_tangents(const SurfaceDescription& d) const noexcept {
+  const auto anisotropic = [&](std::optional<std::uint32_t> bsdf) {
+    return bsdf && is_anisotropic(make_bsdf(description_.bsdfs[*bsdf]));
+  };
+  return anisotropic(d.front) || anisotropic(d.back);
 }
 
 void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
@@ -88,6 +115,8 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   }
   if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size())
     fail(index, "a mesh has as many normals as vertices, or none");
+  if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
+    fail(index, "a mesh has as many uvs as vertices, or none");
   const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto degenerate = [&](const Triangle& t) {
     for (const std::uint32_t i : t)
@@ -100,6 +129,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
+  if (needs_tangents(mesh.surface)) surface.tangents = triangle_tangents(out, mesh.uvs);
   add_triangle_lights(out, surface, false);
   add_mesh(index, std::move(out));
 }
@@ -115,6 +145,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   if (!(length_squared(cross(edge_x, edge_y)) > 0)) fail(index, "a rectangle needs an area");
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
+  if (needs_tangents(r.surface)) surface.tangents.assign(2, to_float(edge_x));
   if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     add_triangle_lights(out, surface, flipped);
   } else if (!surface.radiance.is_black()) {
@@ -149,6 +180,7 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   const double radius = normalization_.length(s.radius);
   spheres_.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
+  surface.pole = to_float(s.pole);
   if (!surface.radiance.is_black()) {
     surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
     area_lights_.emplace_back(SphereLight(center, radius, s.flip_normals, surface.radiance));
@@ -162,7 +194,8 @@ std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
     const TriangleMesh& mesh = accel.meshes()[i];
     const Surface& surface = surfaces_[mesh_shapes_[i]];
     views.push_back({mesh.triangles.data(), mesh.vertices.data(), surface.planes.data(),
-                     surface.normals.empty() ? nullptr : surface.normals.data(), mesh_shapes_[i], surface.flipped});
+                     surface.normals.empty() ? nullptr : surface.normals.data(),
+                     surface.tangents.empty() ? nullptr : surface.tangents.data(), mesh_shapes_[i], surface.flipped});
   }
   return views;
 }

@@ -46,6 +46,7 @@ struct MeshDescription {
   std::vector<Vec3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   std::vector<Vec3d> normals;                           // one a vertex, or none
+  std::vector<std::array<double, 2>> uvs;               // one a vertex, or none
   SurfaceDescription surface;
 };
 struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
@@ -63,6 +64,7 @@ struct SphereDescription {
   double radius = 1;
   bool flip_normals = false;
   SurfaceDescription surface;
+  Vec3d pole{0, 0, 1};  // the axis round which azimuth is counted
 };
 using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription>;
 

@@ -15,6 +15,8 @@ class Microfacet {
   Microfacet(MicrofacetModel model, float alpha_u, float alpha_v) noexcept
       : alpha_u_(alpha_u), alpha_v_(alpha_v), model_(model) {}
 
+  [[nodiscard]] bool anisotropic() const noexcept { return alpha_u_ != alpha_v_; }
+
   [[nodiscard]] float D(const Vec3f& m) const noexcept {
     const float slope = square(m.x / alpha_u_) + square(m.y / alpha_v_);
     const float z2 = m.z * m.z;

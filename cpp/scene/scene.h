@@ -22,7 +22,8 @@ struct MeshView {
   const Triangle* triangles;
   const Vec3f* vertices;
   const TrianglePlane* planes;
-  const Vec3f* normals;  // null: flat
+  const Vec3f* normals;   // null: flat
+  const Vec3f* tangents;  // one a triangle; null: no BSDF looks at them
   std::uint32_t shape;
   bool flipped;
 };
@@ -66,33 +67,45 @@ struct Scene {
 
 namespace detail {
 
-/// An interaction turned to the side that the ray, whose direction is unit, came from.
-[[nodiscard]] EQUALTIME_INLINE Interaction face(const SurfaceAnchor& anchor, const Vec3f& shading_normal,
-                                                const Ray& ray, std::uint32_t shape, std::uint32_t primitive,
-                                                bool flipped, bool smooth = false) noexcept {
-  const float side = dot(ray.direction, anchor.n) > 0 ? -1.0F : 1.0F;
-  const bool front = (side > 0) != flipped;
-  return {{anchor.p, anchor.n * side, anchor.offset},
-          Frame::from_normal(shading_normal * side),
-          -ray.direction,
-          shape,
-          primitive,
-          front};
+/// A point met by a ray, before it is known from which side.
+struct Met {
+  SurfaceAnchor anchor;
+  Vec3f shading_normal;
+  Vec3f tangent;  // of any length; zero where none matters
+  std::uint32_t shape, primitive;
+  bool flipped, smooth;
+};
+
+/// The interaction on the side that the ray, whose direction is unit, came from.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE Interaction face(const Met& met, const Ray& ray) noexcept {
+  const float side = dot(ray.direction, met.anchor.n) > 0 ? -1.0F : 1.0F;
+  const Vec3f ns = met.shading_normal * side;
+  Frame frame;
+  if constexpr (E.anisotropy)
+    frame = Frame::from_tangent(ns, met.tangent);
+  else
+    frame = Frame::from_normal(ns);
+  const SurfaceAnchor anchor{met.anchor.p, met.anchor.n * side, met.anchor.offset};
+  return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth};
 }
 
-[[nodiscard]] inline Interaction on_sphere(const SphereGeometry& sphere, const Ray& ray, std::uint32_t shape,
-                                           bool flipped) noexcept {
+template <auto E>
+[[nodiscard]] Interaction on_sphere(const SphereGeometry& sphere, const Surface& surface, const Ray& ray,
+                                    std::uint32_t shape) noexcept {
   const double t = intersect_sphere(sphere, ray).value_or(0);
   const Vec3d n = normalize(Vec3d(ray.origin) + Vec3d(ray.direction) * t - sphere.center);
   const Vec3f nf(n), p(sphere.center + n * sphere.radius);
-  return face({p, nf, point_offset(p, nf)}, nf, ray, shape, 0, flipped);
+  return face<E>({{p, nf, point_offset(p, nf)}, nf, cross(surface.pole, nf), shape, 0, surface.flipped, false}, ray);
 }
 
-[[nodiscard]] inline Interaction on_disk(const DiskGeometry& disk, const Ray& ray, std::uint32_t shape,
-                                         bool flipped) noexcept {
+template <auto E>
+[[nodiscard]] Interaction on_disk(const DiskGeometry& disk, const Surface& surface, const Ray& ray,
+                                  std::uint32_t shape) noexcept {
   const double t = intersect_disk(disk, ray).value_or(0);
-  const Vec3f nf(disk.normal), p(Vec3d(ray.origin) + Vec3d(ray.direction) * t);
-  return face({p, nf, point_offset(p, nf)}, nf, ray, shape, 0, flipped);
+  const Vec3d point = Vec3d(ray.origin) + Vec3d(ray.direction) * t;
+  const Vec3f nf(disk.normal), p(point), radial(point - disk.center);
+  return face<E>({{p, nf, point_offset(p, nf)}, nf, radial, shape, 0, surface.flipped, false}, ray);
 }
 
 template <auto E>
@@ -102,14 +115,17 @@ template <auto E>
   const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
   const Vec3d p = triangle_point(v0, v1, v2, ray);
   const TrianglePlane& plane = mesh.planes[primitive];
-  Vec3f ns = plane.n;
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;
+  Vec3f ns = plane.n;
   if (smooth) {
     const auto [u, v] = barycentric(v0, v1, v2, p);
     const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
     if (length_squared(sum) > 0) ns = normalize(sum);
   }
-  return face({Vec3f(p), plane.n, plane.offset}, ns, ray, mesh.shape, primitive, mesh.flipped, smooth);
+  Vec3f tangent;
+  if constexpr (E.anisotropy)
+    if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
+  return face<E>({{Vec3f(p), plane.n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth}, ray);
 }
 
 }  // namespace detail
@@ -122,9 +138,8 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const no
     if (hit->geometry >= meshes.size()) {
       const bool sphere = hit->geometry == meshes.size();
       const std::uint32_t shape = sphere ? sphere_shapes[hit->primitive] : disk_shapes[hit->primitive];
-      const bool flipped = surfaces[shape].flipped;
-      if (sphere) return detail::on_sphere(accel.spheres()[hit->primitive], ray, shape, flipped);
-      return detail::on_disk(accel.disks()[hit->primitive], ray, shape, flipped);
+      if (sphere) return detail::on_sphere<E>(accel.spheres()[hit->primitive], surfaces[shape], ray, shape);
+      return detail::on_disk<E>(accel.disks()[hit->primitive], surfaces[shape], ray, shape);
     }
   }
   return detail::on_triangle<E>(meshes[hit->geometry], ray, hit->primitive);

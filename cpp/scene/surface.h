@@ -44,6 +44,8 @@ struct Surface {
   bool flipped = false;                    // front is against the geometric normal (spheres, disks)
   std::vector<TrianglePlane> planes;       // of each triangle (meshes)
   std::vector<Vec3f> normals;              // one a vertex, or none (meshes)
+  std::vector<Vec3f> tangents;             // one a triangle if a BSDF is anisotropic, or none (meshes)
+  Vec3f pole;                              // the axis round which azimuth is counted (spheres)
 };
 
 }  // namespace equaltime

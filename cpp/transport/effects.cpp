@@ -16,6 +16,7 @@ Effects derive_effects(const Scene& scene) noexcept {
       if (side == kNone) continue;
       const Bsdf& bsdf = scene.bsdfs[side];
       e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
+      e.anisotropy = e.anisotropy || is_anisotropic(bsdf);
       e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf);
     }
   }

@@ -10,6 +10,7 @@ struct Effects {
   bool analytic_shapes = false;   // spheres and disks
   bool smooth_normals = false;    // interpolated over meshes
   bool rough_conductors = false;  // microfacets
+  bool anisotropy = false;        // of microfacets: shading frames need tangents
   bool specular = false;          // smooth conductors and dielectrics: directions of a discrete set
   bool point_lights = false;
   bool environment = false;
@@ -19,12 +20,12 @@ struct Effects {
   /// A kernel for these effects renders every scene that calls for no others.
   [[nodiscard]] constexpr bool covers(const Effects& need) const noexcept {
     return (analytic_shapes || !need.analytic_shapes) && (smooth_normals || !need.smooth_normals) &&
-           (rough_conductors || !need.rough_conductors) && (specular || !need.specular) &&
-           (point_lights || !need.point_lights) && (environment || !need.environment);
+           (rough_conductors || !need.rough_conductors) && (anisotropy || !need.anisotropy) &&
+           (specular || !need.specular) && (point_lights || !need.point_lights) && (environment || !need.environment);
   }
 };
 
-inline constexpr Effects kAllEffects{true, true, true, true, true, true};
+inline constexpr Effects kAllEffects{true, true, true, true, true, true, true};
 
 [[nodiscard]] Effects derive_effects(const Scene& scene) noexcept;
 

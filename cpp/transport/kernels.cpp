@@ -75,6 +75,7 @@ std::string kernel_name(const Effects& e) {
   append(e.analytic_shapes, "analytic_shapes");
   append(e.smooth_normals, "smooth_normals");
   append(e.rough_conductors, "rough_conductors");
+  append(e.anisotropy, "anisotropy");
   append(e.specular, "specular");
   append(e.point_lights, "point_lights");
   append(e.environment, "environment");

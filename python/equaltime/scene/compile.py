@@ -53,7 +53,13 @@ def _add_surface(builder: _core.SceneBuilder, placed: Surface, materials: dict[B
         builder.add_disk(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
     else:
         builder.add_sphere(
-            placed.center.tolist(), placed.radius, flip_normals=flipped, front=front, back=back, radiance=radiance
+            placed.center.tolist(),
+            placed.radius,
+            flip_normals=flipped,
+            front=front,
+            back=back,
+            radiance=radiance,
+            pole=placed.pole.tolist(),
         )
 
 

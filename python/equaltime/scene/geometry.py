@@ -102,6 +102,8 @@ class SphereSurface:
     """(3,)"""
     radius: float
     flip_normals: bool
+    pole: Array
+    """(3,) unit: the axis round which azimuth is counted"""
 
 
 Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface
@@ -124,14 +126,15 @@ def surface(shape: Shape, assets: Assets) -> Surface:
     if isinstance(shape, Cube):
         turned = mirrors(to_world) != shape.flip_normals
         faces = meshes.flip(meshes.CUBE_FACES) if turned else meshes.CUBE_FACES
-        return MeshSurface(sides, meshes.place(meshes.CUBE_VERTICES, to_world), faces)
+        return MeshSurface(sides, meshes.place(meshes.CUBE_VERTICES, to_world), faces, uvs=meshes.CUBE_UVS)
     return _mesh(shape, sides, to_world, assets)
 
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     center = meshes.place(np.array([shape.center]), to_world)[0]
     scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
-    return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals)
+    pole = to_world[:3, 2] / scale
+    return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals, pole)
 
 
 def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    *("CUBE_FACES", "CUBE_VERTICES", "QUAD_FACES", "QUAD_VERTICES"),
+    *("CUBE_FACES", "CUBE_UVS", "CUBE_VERTICES", "QUAD_FACES", "QUAD_VERTICES"),
     *("flip", "place", "place_normals", "smooth_normals"),
 ]
 
@@ -22,15 +22,19 @@ CHUNK = 1 << 15
 QUAD_VERTICES: Vectors = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float64)
 QUAD_FACES: Faces = np.array([[0, 1, 2], [2, 3, 0]], dtype=np.uint32)
 CUBE_VERTICES: Vectors = np.array(
-    [[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=np.float64
-)  # vertex 4 iz + 2 iy + ix
-CUBE_FACES: Faces = np.array(
     [
-        *([0, 2, 3], [3, 1, 0], [4, 5, 7], [7, 6, 4]),  # z = -1, z = 1
-        *([0, 1, 5], [5, 4, 0], [2, 6, 7], [7, 3, 2]),  # y = -1, y = 1
-        *([0, 4, 6], [6, 2, 0], [1, 3, 7], [7, 5, 1]),  # x = -1, x = 1
+        *([1, -1, -1], [1, -1, 1], [-1, -1, 1], [-1, -1, -1]),  # y = -1
+        *([1, 1, -1], [-1, 1, -1], [-1, 1, 1], [1, 1, 1]),  # y = 1
+        *([1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]),  # x = 1
+        *([1, -1, 1], [1, 1, 1], [-1, 1, 1], [-1, -1, 1]),  # z = 1
+        *([-1, -1, 1], [-1, 1, 1], [-1, 1, -1], [-1, -1, -1]),  # x = -1
+        *([1, 1, -1], [1, -1, -1], [-1, -1, -1], [-1, 1, -1]),  # z = -1
     ],
-    dtype=np.uint32,
+    dtype=np.float64,
+)  # four to a face, counter-clockwise from outside
+CUBE_UVS: Vectors = np.tile(np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=np.float64), (6, 1))
+CUBE_FACES: Faces = np.array(
+    [triangle for k in range(0, 24, 4) for triangle in ([k, k + 1, k + 2], [k + 3, k, k + 2])], dtype=np.uint32
 )
 
 
