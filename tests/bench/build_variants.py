@@ -1,0 +1,62 @@
+"""What choices of the build and of the source are worth: paths per second of this core over those of a variant of it.
+
+native       the machine's own instruction set instead of x86-64-v2
+one-kernel   the kernel for all effects only, without those that leave out what a scene lacks
+near-lights  light sources count as near, and their solid angle is sampled, up to twice the distance
+"""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from against_mitsuba import noise
+from builds import Variant, build
+from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
+from workers import Worker
+
+VARIANTS = {
+    "native": Variant({"EQUALTIME_NATIVE": "ON"}),
+    "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<Effects\{.*\}>\(\),", "")]),
+    "near-lights": Variant({}, [("cpp/scene/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
+}
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("variants", nargs="*", default=list(VARIANTS), metavar="VARIANT")
+    parser.add_argument("--scenes", nargs="+", default=list(map(str, SHIPPED)))
+    options = parser.parse_args()
+    print_conditions(options)
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        folder_of = {name: Path(folder) / name for name in ("this", *options.variants)}
+        files = {name: build(VARIANTS.get(name, Variant({})), place) for name, place in folder_of.items()}
+        cores = {name: stack.enter_context(Worker("core_worker.py", ["--core", file])) for name, file in files.items()}
+        for scene in options.scenes:
+            compare(scene, cores, options, str(Path(folder) / "image.npy"))
+
+
+def compare(scene: str, cores: dict[str, Worker], options: Any, image: str) -> None:
+    """Render one scene with every build in turn, with the same numbers, and print ratios."""
+    question = {"scene": scene, "threads": options.threads, "size": [256, 256], "image": image}
+    pilot = cores["this"].ask(**question, spp=4)
+    spp = max(4, round(0.5 / pilot["seconds"]) * 4)
+    images: dict[str, list[Any]] = {name: [] for name in cores}
+
+    def seconds(name: str, seed: int) -> float:
+        answer = cores[name].ask(**question, spp=spp, seed=seed)
+        images[name].append(np.load(image).astype(np.float64))
+        return float(answer["seconds"])
+
+    times = rounds(images, seconds, options.repeats)
+    print(f"\n{scene}, {spp} spp")
+    for name in options.variants:
+        speed, error = ratio(times["this"], times[name]), noise(images[name]) / noise(images["this"])
+        print(f"  {name:12} {text(speed)} x the paths/s of this build, {error:.3f} x its relMSE at equal samples")
+
+
+if __name__ == "__main__":
+    main()

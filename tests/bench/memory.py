@@ -1,0 +1,69 @@
+"""Peak memory: bytes a pixel of the film, bytes a triangle of the scene, and whether the samples matter.
+
+Each figure comes from fresh processes, and is a difference between two of them, so that what Python and the libraries
+take cancels out.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from large_scenes import write_terrain
+from measuring import SCENES, arguments, print_conditions, text
+from workers import Worker
+
+from equaltime.bench import spread
+
+SMALL, LARGE = 512, 2048
+FEW, MANY = 4, 256
+# Below and above the number at which the core changes how it builds.
+MESHES = ((200_000, 900_000), (1_500_000, 3_000_000))
+
+
+def main() -> None:
+    parser = arguments(__doc__, repeats=3)
+    options = parser.parse_args()
+    print_conditions(options)
+    scene = str(SCENES / "cornell-box.toml")
+    repeats = range(options.repeats)
+
+    def film(side: int, spp: int) -> int:
+        return int(fresh(scene=scene, size=[side, side], spp=spp, threads=options.threads, max_depth=2)["peak"])
+
+    pixels = LARGE**2 - SMALL**2
+    print(
+        f"a pixel of the film   {text(spread([(film(LARGE, 2) - film(SMALL, 2)) / pixels for _ in repeats]), 4)} bytes"
+    )
+    growth = [(film(SMALL, MANY) - film(SMALL, FEW)) / film(SMALL, FEW) for _ in repeats]
+    print(f"{MANY} spp over {FEW} spp     {text(spread([1 + g for g in growth]), 4)} x the peak")
+    with tempfile.TemporaryDirectory() as folder:
+        for few, many in MESHES:
+            triangles(Path(folder), few, many, options.repeats)
+
+
+def triangles(folder: Path, few: int, many: int, repeats: int) -> None:
+    """Print what each triangle adds, between two sizes of the same terrain."""
+    answers = []
+    for count in (few, many):
+        scene = str(write_terrain(folder, count))
+        answers.append([fresh(scene=scene) for _ in range(repeats)])
+    more = answers[1][0]["triangles"] - answers[0][0]["triangles"]
+    for key, words in (
+        ("scene_bytes", "by the core's account"),
+        ("built", "resident once built"),
+        ("peak", "at the peak"),
+    ):
+        values = [(b[key] - a[key]) / more for a, b in zip(*answers, strict=True)]
+        print(f"a triangle, {few:>9,} to {many:,}: {text(spread(values), 4)} bytes {words}")
+
+
+def fresh(**question: Any) -> dict[str, Any]:
+    """Ask a process that has done nothing before."""
+    with Worker("core_worker.py") as worker:
+        return worker.ask(**question)
+
+
+if __name__ == "__main__":
+    main()
