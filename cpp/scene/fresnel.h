@@ -33,15 +33,18 @@ struct DielectricFresnel {
   float cos_transmitted;  // 0 under total internal reflection
 };
 
-/// `eta` is the index of the far side over that of the near side; cos_theta in [0, 1].
+/// `eta` is the index of the far side over that of the near side; cos_theta in [0, 1]. The differences in Fresnel's
+/// amplitudes are formed from eta - 1, so that neither an index near 1 nor grazing incidence cancels digits.
 [[nodiscard]] inline DielectricFresnel fresnel_dielectric(float cos_theta, float eta) noexcept {
-  const float sin2_transmitted = (1 - cos_theta * cos_theta) / (eta * eta);
-  if (sin2_transmitted >= 1) return {1.0F, 0.0F};
   if (eta == 1) return {0.0F, cos_theta};
-  const float cos_transmitted = std::sqrt(1 - sin2_transmitted);
-  const float s = (cos_theta - eta * cos_transmitted) / (cos_theta + eta * cos_transmitted);
-  const float p = (eta * cos_theta - cos_transmitted) / (eta * cos_theta + cos_transmitted);
-  return {0.5F * (s * s + p * p), cos_transmitted};
+  const float eta2 = eta * eta, c2 = cos_theta * cos_theta;
+  const float contrast = (eta - 1) * (eta + 1);
+  const float across2 = contrast + c2;  // square of eta times the refracted cosine
+  if (across2 <= 0) return {1.0F, 0.0F};
+  const float across = std::sqrt(across2);
+  const float s = contrast / square(cos_theta + across);
+  const float p = contrast * ((eta2 + 1) * c2 - 1) / square(eta2 * cos_theta + across);
+  return {0.5F * (s * s + p * p), across / eta};
 }
 
 }  // namespace equaltime
