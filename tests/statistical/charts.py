@@ -48,11 +48,17 @@ def spherical(cosine: Array, one_minus_cosine: Array, azimuth: Array) -> Array:
     return np.stack([sine * np.cos(TAU * azimuth), sine * np.sin(TAU * azimuth), cosine], axis=-1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SphereChart:
-    """All directions, or the upper half: first coordinate down from the pole z, second round it; equal areas."""
+    """All directions, or the upper half: first coordinate down from a pole, second round it; equal areas."""
 
     half: bool = False
+    pole: Array | None = None
+    """z if None."""
+
+    @property
+    def basis(self) -> Array:
+        return np.eye(3) if self.pole is None else frame(self.pole)
 
     @property
     def range(self) -> float:
@@ -60,11 +66,12 @@ class SphereChart:
 
     def directions(self, square: Array) -> tuple[Array, Array]:
         one_minus = self.range * square[:, 0]
-        return spherical(1.0 - one_minus, one_minus, square[:, 1]), np.full(len(square), self.range * TAU)
+        local = spherical(1.0 - one_minus, one_minus, square[:, 1])
+        return local @ self.basis, np.full(len(square), self.range * TAU)
 
     def places(self, directions: Array) -> Array:
-        down = (1.0 - directions[:, 2]) / self.range
-        return np.stack([down, turn(directions[:, 1], directions[:, 0])], axis=-1)
+        x, y, z = self.basis @ directions.T
+        return np.stack([(1.0 - z) / self.range, turn(y, x)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

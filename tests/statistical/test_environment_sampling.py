@@ -1,0 +1,173 @@
+"""Environments: what they shine, by a float64 reference beside the test, and how they are sampled.
+
+Seeds are fixed. All χ² tests of this file together have a false-alarm rate of 0.1 %, shared equally (Šidák).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime import _core
+from equaltime._core import parts
+
+from .charts import LatLongChart
+from .chi2 import LEVEL, SAMPLES, Histogram, Masses, share
+from .worlds import affine, build, turned
+
+Array = NDArray[np.float64]
+PLACE = np.zeros(3)
+
+
+def plain(rows: int, columns: int, seed: int = 1) -> Array:
+    return np.random.default_rng(seed).uniform(0.1, 1.0, (rows, columns, 3)).astype(np.float32).astype(float)
+
+
+def with_bright_texel(rows: int, columns: int, value: float) -> Array:
+    pixels = plain(rows, columns)
+    pixels[rows // 3, columns // 2] = [value, 0.5 * value, 0.25 * value]
+    return pixels
+
+
+def with_black_rows(rows: int, columns: int) -> Array:
+    pixels = plain(rows, columns)
+    pixels[: rows // 2] = 0.0
+    pixels[-1] = 0.0
+    pixels[:, columns // 4 : columns // 2] = 0.0
+    return pixels
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    name: str
+    pixels: Array
+    rotation: Array
+    scale: float = 1.0
+
+    def __str__(self) -> str:
+        return self.name
+
+    @property
+    def scene(self) -> _core.Scene:
+        matrix = affine(*self.rotation.T)
+        return build(lambda b: b.add_image_environment(self.pixels.astype(np.float32), self.scale, matrix))
+
+    @property
+    def chart(self) -> LatLongChart:
+        return LatLongChart(self.rotation)
+
+    def radiance(self, directions: Array) -> Array:
+        """Return the bilinear interpolation of the texels: row i at π·i/(H-1), column j's centre at (j + 1/2)/W."""
+        rows, columns = self.pixels.shape[:2]
+        down, right = self.chart.places(directions).T
+        row, column = down * max(rows - 1, 1), right * columns - 0.5
+        i, j = np.clip(np.floor(row).astype(int), 0, max(rows - 2, 0)), np.floor(column).astype(int)
+        a, b = (row - i)[:, None], (column - j)[:, None]
+        below = np.minimum(i + 1, rows - 1)
+        top = self.pixels[i, j % columns] * (1 - b) + self.pixels[i, (j + 1) % columns] * b
+        bottom = self.pixels[below, j % columns] * (1 - b) + self.pixels[below, (j + 1) % columns] * b
+        return self.scale * np.asarray(top * (1 - a) + bottom * a)
+
+
+UPRIGHT, TILTED = np.eye(3), turned([1, 2, -1], 130)
+SUBJECTS = [
+    Subject("one texel", plain(1, 1), UPRIGHT),
+    Subject("two rows", plain(2, 1), TILTED),
+    Subject("one row", plain(1, 4), UPRIGHT),
+    Subject("few texels", plain(4, 6), UPRIGHT),
+    Subject("few texels, tilted, dim", plain(4, 8), TILTED, 1e-6),
+    Subject("bright texel", with_bright_texel(9, 24, 1e4), TILTED),
+    Subject("blinding texel", with_bright_texel(25, 24, 1e12), UPRIGHT),
+    Subject("black rows and columns", with_black_rows(13, 24), TILTED),
+    Subject("many texels", plain(129, 256), UPRIGHT, 30.0),
+]
+EACH = share(LEVEL, len(SUBJECTS) + 1)
+
+
+class Trial:
+    def __init__(self, subject: Subject, scene: _core.Scene | None = None, samples: int = SAMPLES) -> None:
+        self.chart, self.samples, self.scene = subject.chart, samples, scene or subject.scene
+        self.drawn = parts.sample_lights(self.scene, "power", np.broadcast_to(PLACE, (samples, 3)), 1)
+
+    def eval(self, wi: Array) -> dict[str, Array]:
+        value: dict[str, Array] = parts.eval_lights(self.scene, "power", np.broadcast_to(PLACE, wi.shape), wi)
+        return value
+
+    @property
+    def masses(self) -> Masses:
+        return Masses(self.chart, lambda wi: self.eval(wi)["pdf"])
+
+    @property
+    def histogram(self) -> Histogram:
+        return Histogram.of(self.chart, self.drawn["wi"][self.drawn["valid"]], self.samples)
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=str)
+def test_directions_are_drawn_with_the_stated_density(subject: Subject) -> None:
+    trial = Trial(subject)
+    assert trial.drawn["valid"].all()
+    histogram = trial.histogram
+    assert histogram.p(trial.masses) > EACH, histogram.looks
+
+
+def test_the_constant_environment_is_drawn_with_the_stated_density() -> None:
+    scene = build(lambda b: b.add_constant_environment([0.1, 0.2, 0.3]))
+    trial = Trial(Subject("constant", plain(1, 1), TILTED), scene)
+    histogram = trial.histogram
+    assert histogram.p(trial.masses) > EACH, histogram.looks
+    assert np.abs(trial.drawn["pdf"] * 4 * np.pi - 1).max() < 1e-6
+
+
+@pytest.mark.parametrize("name", ["few texels", "bright texel", "black rows and columns"])
+def test_a_slightly_wrong_density_is_rejected(name: str) -> None:
+    trial = Trial(next(s for s in SUBJECTS if s.name == name))
+    histogram, masses, chart = trial.histogram, trial.masses, trial.chart
+    assert histogram.p(masses) > EACH
+    wrong = {
+        "scaled": masses.changed(lambda pdf, wi: 1.02 * pdf),
+        "half a texel off": Masses(chart, lambda wi: trial.eval(wi @ turned(chart.axes[:, 1], 180 / 24).T)["pdf"]),
+    }
+    if name != "bright texel":  # which holds nearly all samples in one place
+        wrong["tilted"] = masses.changed(lambda pdf, wi: (0.98 + 0.04 * chart.places(wi)[:, 1]) * pdf, keep_total=True)
+    for kind, subject in wrong.items():
+        assert histogram.p(subject) < EACH, (kind, histogram.looks)
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=str)
+def test_radiance_is_the_bilinear_interpolation_of_the_texels(subject: Subject) -> None:
+    rng = np.random.default_rng(2)
+    wi = rng.standard_normal((50_000, 3))
+    wi = (wi / np.linalg.norm(wi, axis=1, keepdims=True)).astype(np.float32).astype(float)
+    got, expected = Trial(subject, samples=1).eval(wi)["radiance"], subject.radiance(wi)
+    # A direction is rounded to 2^-24; between texels W apart, that moves radiance by the texels' contrast.
+    steepness = max(subject.pixels.shape[:2]) / np.maximum(np.hypot(*(wi @ subject.rotation)[:, [0, 2]].T), 1e-3)
+    tolerance = 2.0**-22 * (expected + steepness[:, None] * subject.scale * subject.pixels.max())
+    assert (np.abs(got - expected) <= tolerance).all()
+    assert (np.abs(1.001 * got - expected) > tolerance).any() or subject.pixels.max() > 1e3, "the twin"
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=str)
+def test_samples_carry_the_radiance_and_density_of_their_direction(subject: Subject) -> None:
+    trial = Trial(subject, samples=100_000)
+    met = trial.eval(trial.drawn["wi"])
+    ratio = trial.drawn["pdf"] / met["pdf"]
+    assert (np.abs(ratio - 1.0) > 1e-6).mean() < 1e-4, "a rounded direction may fall into the next cell"
+    estimates = trial.drawn["radiance"] / trial.drawn["pdf"][:, None]
+    expected = met["radiance"] / met["pdf"][:, None]
+    share_off = (np.abs(estimates - expected) > 1e-3 * np.abs(expected)).any(axis=1).mean()
+    assert share_off < 1e-3
+
+
+def test_all_radiance_lies_where_the_density_is_positive() -> None:
+    """Interpolation spreads a texel over the four cells around it: each must be reachable."""
+    pixels = np.zeros((7, 8, 3))
+    pixels[2, 3] = 1.0
+    trial = Trial(Subject("lonely texel", pixels, TILTED), samples=1)
+    square = np.random.default_rng(3).random((100_000, 2))
+    value = trial.eval(trial.chart.directions(square)[0])
+    lit = value["radiance"].max(axis=1) > 0
+    assert 0.01 < lit.mean() < 0.2
+    assert (value["pdf"][lit] > 0).all()

@@ -1,0 +1,154 @@
+"""The numbers behind all decisions: uniform, unrelated across slots, pixels, seeds and replicates, and well spread.
+
+Seeds are fixed. All p-values of this file together have a false-alarm rate of 0.1 %, shared equally (Šidák).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+
+from equaltime._core import parts
+
+from .chi2 import LEVEL, chi_square, share, sidak
+
+Array = NDArray[np.float64]
+KINDS = ["independent", "sobol"]
+EACH = share(LEVEL, 2 * (3 + 5))
+
+
+def numbers(kind: str, seed: int, pixel: int, count: int, slot: int, replicates: int = 1) -> Array:
+    """Return the pairs (count, 2) of the first samples."""
+    drawn: Array = parts.sample_numbers(kind, seed, pixel, count, slot, replicates)
+    return drawn
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_numbers_are_multiples_of_the_smallest_step_below_one(kind: str) -> None:
+    steps = numbers(kind, 1, 2, 1 << 16, 3) * 2.0**24
+    assert (steps == np.floor(steps)).all()
+    assert steps.min() >= 0
+    assert steps.max() < 2.0**24
+
+
+SETS: dict[str, Callable[[str], Array]] = {
+    "samples": lambda kind: numbers(kind, 1, 7, 1 << 16, 11),
+    "pixels": lambda kind: np.concatenate([numbers(kind, 1, p, 1, 11) for p in range(1 << 16)]),
+    "seeds": lambda kind: np.concatenate([numbers(kind, s, 7, 4, 11)[3:] for s in range(1 << 16)]),
+}
+
+
+def uniform_p(pairs: Array) -> float:
+    counts = np.histogram2d(*pairs.T, bins=16, range=[[0, 1], [0, 1]])[0]
+    return chi_square(counts, np.full(counts.shape, len(pairs) / counts.size))
+
+
+@pytest.mark.parametrize("over", SETS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_pairs_are_uniform(kind: str, over: str) -> None:
+    assert uniform_p(SETS[over](kind)) > EACH
+
+
+def test_pairs_tilted_by_ten_percent_are_rejected() -> None:
+    pairs = SETS["pixels"]("independent")
+    pairs[:, 0] += 0.1 * pairs[:, 0] * (1 - pairs[:, 0])
+    assert uniform_p(pairs) < EACH
+
+
+# Two sets of numbers that should have nothing to do with one another: n samples each, in a thousand pixels.
+
+COUNT, PIXELS = 64, 1024
+OTHER: dict[str, Callable[[str, int], Array]] = {
+    "next slot": lambda kind, p: numbers(kind, 1, p, COUNT, 12),
+    "same decision a bounce on": lambda kind, p: numbers(kind, 1, p, COUNT, 19),
+    "next pixel": lambda kind, p: numbers(kind, 1, p + 1, COUNT, 11),
+    "pixel below": lambda kind, p: numbers(kind, 1, p + 256, COUNT, 11),
+    "next seed": lambda kind, p: numbers(kind, 2, p, COUNT, 11),
+}
+
+
+def correlation_p(first: list[Array], second: list[Array]) -> float:
+    """Return the p-value of all four correlations between two pairs being 0, by t-tests over the pixels."""
+    products = np.stack([(a - 0.5).T @ (b - 0.5) for a, b in zip(first, second, strict=True)])
+    p = stats.ttest_1samp(products.reshape(len(products), 4), 0.0).pvalue
+    return sidak(float(p.min()), 4)
+
+
+@pytest.mark.parametrize("other", OTHER)
+@pytest.mark.parametrize("kind", KINDS)
+def test_numbers_of_different_decisions_are_not_correlated(kind: str, other: str) -> None:
+    first = [numbers(kind, 1, p, COUNT, 11) for p in range(0, 512 * PIXELS, 512)]
+    second = [OTHER[other](kind, p) for p in range(0, 512 * PIXELS, 512)]
+    assert correlation_p(first, second) > EACH
+    mixed = [0.97 * b + 0.03 * a for a, b in zip(first, second, strict=True)]
+    assert correlation_p(first, mixed) < EACH, "the twin: a correlation of 3 %"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_replicates_are_not_correlated(kind: str) -> None:
+    both = [numbers(kind, 1, p, 2 * COUNT, 11, 2) for p in range(PIXELS)]
+    assert correlation_p([b[0::2] for b in both], [b[1::2] for b in both]) > LEVEL
+
+
+def is_net(pairs: Array) -> bool:
+    """Return whether 2^m points put one into every elementary interval of area 2^-m."""
+    m = (len(pairs) - 1).bit_length()
+    for k in range(m + 1):
+        columns, rows = (pairs * [1 << k, 1 << (m - k)]).astype(int).T
+        if len(set((columns << (m - k)) + rows)) != len(pairs):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("replicates", [1, 2, 3])
+@pytest.mark.parametrize("m", [1, 4, 7, 10])
+def test_sobol_numbers_of_each_replicate_are_a_net_in_base_two(m: int, replicates: int) -> None:
+    n = 1 << m
+    for pixel in range(20):
+        for slot in (0, 9, 27):
+            drawn = numbers("sobol", 5, pixel, 3 * n * replicates, slot, replicates)
+            for replicate in range(replicates):
+                own = drawn[replicate::replicates]
+                assert all(is_net(own[block : block + n]) for block in (0, n, 2 * n))
+
+
+def test_independent_numbers_and_shifted_nets_are_none() -> None:
+    """The twin."""
+    assert not is_net(numbers("independent", 5, 0, 128, 0))
+    assert not is_net(numbers("sobol", 5, 0, 192, 0)[32:160])
+
+
+def error_slope(kind: str, integrand: Callable[[Array], Array], exact: float, replicates: int = 1) -> float:
+    """Return d log(error) / d log(samples) of the mean over 16 to 1024 samples of a replicate."""
+    sizes = 2 ** np.arange(4, 11)
+    runs = [numbers(kind, s, 3, 1024 * replicates, 11, replicates)[::replicates] for s in range(200)]
+    values = np.stack([integrand(r) for r in runs])
+    errors = [np.sqrt(((values[:, :n].mean(axis=1) - exact) ** 2).mean()) for n in sizes]
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+SMOOTH: dict[str, tuple[Callable[[Array], Array], float]] = {
+    "one dimension": (lambda u: np.exp(u[:, 1]), np.e - 1),
+    "two dimensions": (lambda u: np.sin(np.pi * u[:, 0]) * np.exp(u[:, 1]), 2 / np.pi * (np.e - 1)),
+}
+
+
+@pytest.mark.parametrize("replicates", [1, 2])
+@pytest.mark.parametrize("name", SMOOTH)
+def test_sobol_errors_of_smooth_integrals_fall_faster_than_samples_grow(name: str, replicates: int) -> None:
+    assert error_slope("sobol", *SMOOTH[name], replicates) < -1.2
+    assert -0.6 < error_slope("independent", *SMOOTH[name], replicates) < -0.4, "the twin"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_means_over_pixels_are_unbiased(kind: str) -> None:
+    """Over scrambles, four samples of a smooth integrand have its exact mean: a z-test at 0.1 %, and its twin."""
+    integrand, exact = SMOOTH["two dimensions"]
+    means = np.array([integrand(numbers(kind, 9, p, 4, 11)).mean() for p in range(20_000)])
+    error = means.std() / np.sqrt(len(means))
+    assert abs(means.mean() - exact) < 3.3 * error
+    assert abs(means.mean() * 1.02 - exact) > 3.3 * error
