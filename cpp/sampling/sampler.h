@@ -46,6 +46,9 @@ class Sampler {
     return unit_float(static_cast<std::uint32_t>(bits(s) >> 32));
   }
 
+  /// One number in [0, 1) of 53 bits, for probabilities far below 2^-24.
+  [[nodiscard]] double get_1d_precise(Slot s) const noexcept { return static_cast<double>(bits(s) >> 11) * 0x1p-53; }
+
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
   [[nodiscard]] EQUALTIME_INLINE std::uint64_t bits(Slot s) const noexcept {
     const std::uint64_t h = hash(s);

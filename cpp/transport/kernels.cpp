@@ -70,7 +70,9 @@ const KernelRow& choose_kernel(const Effects& need) noexcept {
 std::string kernel_name(const Effects& e) {
   std::string name;
   const auto append = [&name](bool used, const char* word) {
-    if (used) name += (name.empty() ? "" : "+") + std::string(word);
+    if (!used) return;
+    if (!name.empty()) name += '+';
+    name += word;
   };
   append(e.analytic_shapes, "analytic_shapes");
   append(e.smooth_normals, "smooth_normals");

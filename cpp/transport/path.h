@@ -94,7 +94,7 @@ template <Effects E, class Probe>
     if (beta.is_black()) return L;
     if (depth >= settings.roulette_depth) {
       const float survival = survival_probability(settings.roulette, beta * (1 / radiance_scale));
-      if (survival < 1 && sampler.get_1d(slot(BounceDimension::roulette, bounce)) >= survival) return L;
+      if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
       beta *= 1 / survival;
     }
     made = {it->anchor.p, scattered->pdf, scattered->delta};
