@@ -1,0 +1,135 @@
+"""The rooms of the repository: who may include whom, where things stand, and how long a file may be."""
+
+import ast
+import fnmatch
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FLOORS = {"math": 0, "sampling": 1, "accel": 1, "film": 1, "scene": 2, "transport": 3, "bindings": 4}
+TOP_LEVEL = {"pyproject.toml", "CMakeLists.txt", "cpp", "python", "tests", "scenes", "README.md", "LICENSE"}
+LONGEST_FILE = 300
+LONGEST_ESTIMATOR = 150
+CORE_IMPORTERS = 8
+
+
+def files(folder: str, *patterns: str) -> list[Path]:
+    return sorted(path for pattern in patterns for path in (ROOT / folder).rglob(pattern) if path.is_file())
+
+
+def sources() -> list[Path]:
+    return [
+        *files("cpp", "*.h", "*.cpp"),
+        *files("python", "*.py", "*.pyi"),
+        *files("tests", "*.py", "*.cpp", "*.h"),
+        ROOT / "tests" / "run",
+    ]
+
+
+def place(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def includes(path: Path) -> list[str]:
+    return re.findall(r'^\s*#\s*include\s*["<]([^">]+)[">]', path.read_text(), re.MULTILINE)
+
+
+def may_include(folder: str, other: str) -> bool:
+    """Tell whether a C++ folder may include another: itself or one on a lower floor."""
+    return folder == other or FLOORS[other] < FLOORS[folder]
+
+
+CORE = [path for folder in FLOORS for path in files(f"cpp/{folder}", "*.h", "*.cpp")]
+
+
+@pytest.mark.parametrize("path", CORE, ids=place)
+def test_a_cpp_file_includes_only_its_own_floor_or_lower_ones(path: Path) -> None:
+    folder = path.relative_to(ROOT / "cpp").parts[0]
+    ours = [name for name in includes(path) if (ROOT / "cpp" / name).exists()]
+    assert [name for name in ours if not may_include(folder, name.split("/")[0])] == []
+
+
+def test_sampling_accel_and_film_do_not_know_each_other() -> None:
+    middle = ("sampling", "accel", "film")
+    assert not any(may_include(a, b) for a in middle for b in middle if a != b)
+
+
+def test_every_cpp_folder_has_a_floor() -> None:
+    assert {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()} == FLOORS.keys() | {"tests"}
+
+
+def test_includes_name_the_folder_and_never_climb() -> None:
+    quoted = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+    lost = [
+        f"{place(path)}: {name}"
+        for path in files("cpp", "*.h", "*.cpp")
+        for name in quoted.findall(path.read_text())
+        if not (ROOT / "cpp" / name).exists()
+    ]
+    assert lost == []
+
+
+def test_embree_is_included_under_accel_only() -> None:
+    users = [path for path in files("cpp", "*.h", "*.cpp") if any("embree" in name for name in includes(path))]
+    assert {path.parent.name for path in users} == {"accel"}
+
+
+def test_no_file_is_longer_than_a_reader_can_hold() -> None:
+    lengths = {place(path): len(path.read_text().splitlines()) for path in sources()}
+    assert {name: lines for name, lines in lengths.items() if lines > LONGEST_FILE} == {}
+    assert lengths["cpp/transport/path.h"] <= LONGEST_ESTIMATOR
+
+
+def imports_core(tree: ast.AST) -> bool:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (
+            node.module in ("equaltime._core", "_core") or any(alias.name == "_core" for alias in node.names)
+        ):
+            return True
+        if isinstance(node, ast.Import) and any(alias.name == "equaltime._core" for alias in node.names):
+            return True
+    return False
+
+
+def test_the_compiled_module_is_imported_in_a_handful_of_files() -> None:
+    importers = [place(path) for path in files("python", "*.py") if imports_core(ast.parse(path.read_text()))]
+    assert 1 <= len(importers) <= CORE_IMPORTERS, importers
+
+
+def test_the_library_prints_nothing() -> None:
+    printing = [
+        place(path)
+        for path in files("python", "*.py")
+        if "cli" not in path.relative_to(ROOT).parts
+        and any(
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
+            for node in ast.walk(ast.parse(path.read_text()))
+        )
+    ]
+    assert printing == []
+
+
+def top_level() -> Iterator[str]:
+    """Yield what stands at the top level but dot-files and what git is told to ignore."""
+    ignored = [line.rstrip("/") for line in (ROOT / ".gitignore").read_text().splitlines() if line]
+    for path in ROOT.iterdir():
+        if not path.name.startswith(".") and not any(fnmatch.fnmatch(path.name, pattern) for pattern in ignored):
+            yield path.name
+
+
+def test_nothing_else_stands_at_the_top_level() -> None:
+    assert set(top_level()) == TOP_LEVEL
+
+
+def test_nothing_is_put_off_in_a_comment() -> None:
+    put_off = re.compile("|".join(("TO" + "DO", "FIX" + "ME", "XX" + "X")))  # in halves, since this file is read too
+    marked = [
+        f"{place(path)}:{number}"
+        for path in [*sources(), ROOT / "CMakeLists.txt", ROOT / "README.md"]
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if put_off.search(line)
+    ]
+    assert marked == []
