@@ -57,6 +57,7 @@ ViewPoint TriangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherw
 }
 
 float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  if (!(height_of(receiver) > offset_)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
@@ -93,6 +94,7 @@ ViewPoint RectangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint other
 }
 
 float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  if (!(height_of(receiver) > offset_)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
@@ -175,14 +177,15 @@ DiskLight::DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis
 }
 
 Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
-  const float height = dot(normal_, receiver - Vec3f(center_));
-  if (!(height > 0)) return std::nullopt;
+  const float height = height_of(receiver);
+  if (!(height > offset_)) return std::nullopt;
   const Point2f d = square_to_disk(u);
   const Vec3f point(center_ + axis_u_ * static_cast<double>(d.x) + axis_v_ * static_cast<double>(d.y));
   return flat_sample(receiver, {point, normal_, offset_}, height, radiance_, area_, 0, pmf);
 }
 
 float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
+  if (!(height_of(receiver) > offset_)) return 0;
   return area_pdf(receiver, wi, point, normal_, area_);
 }
 

@@ -18,7 +18,8 @@ namespace equaltime {
 /// for 4 % less variance (tests/bench).
 inline constexpr float kNearSquared = 1;
 
-/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` > 0 above its plane.
+/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than the
+/// light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
 /// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
 [[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const SurfaceAnchor& point, float height,
                                                        const Spectrum& radiance, float area, float solid_angle,
@@ -41,8 +42,8 @@ class TriangleLight {
   TriangleLight(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Spectrum& radiance) noexcept;
 
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
-    const float height = dot(normal_, receiver - v0_);
-    if (!(height > 0)) return std::nullopt;
+    const float height = height_of(receiver);
+    if (!(height > offset_)) return std::nullopt;
     const float s = std::sqrt(u.x);
     ViewPoint v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
     if (is_near(receiver)) v = sample_view(receiver, u, v);
@@ -52,6 +53,7 @@ class TriangleLight {
   [[nodiscard]] double power() const noexcept;
 
  private:
+  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - v0_); }
   [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
@@ -71,8 +73,8 @@ class RectangleLight {
                  const Spectrum& radiance) noexcept;
 
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
-    const float height = dot(normal_, receiver - corner_);
-    if (!(height > 0)) return std::nullopt;
+    const float height = height_of(receiver);
+    if (!(height > offset_)) return std::nullopt;
     ViewPoint v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
     if (is_near(receiver)) v = sample_view(receiver, u, v);
     return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
@@ -81,6 +83,7 @@ class RectangleLight {
   [[nodiscard]] double power() const noexcept;
 
  private:
+  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - corner_); }
   [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
@@ -123,6 +126,8 @@ class DiskLight {
   [[nodiscard]] double power() const noexcept;
 
  private:
+  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - Vec3f(center_)); }
+
   Vec3d center_, axis_u_, axis_v_;
   Vec3f normal_;
   float area_, offset_;
