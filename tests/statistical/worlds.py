@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 from equaltime import _core
 
-__all__ = ["affine", "build", "direction", "octahedron", "turned"]
+from ..crosscheck.agreement import sidak
+
+__all__ = ["Estimate", "affine", "build", "direction", "estimate", "looking", "octahedron", "render", "turned"]
 
 Array = NDArray[np.float64]
 Add = Callable[[_core.SceneBuilder], object]
@@ -38,14 +43,78 @@ def turned(axis: ArrayLike, degrees: float) -> Array:
     return rotation
 
 
-def build(*add: Add, eye: ArrayLike = (0.0, 0.0, 0.0)) -> _core.Scene:
-    """Return the scene of what the given functions add, with a camera of one pixel."""
+def looking(origin: ArrayLike, towards: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """Return the transform of a camera."""
+    z = np.asarray(towards, dtype=float) - np.asarray(origin, dtype=float)
+    z = z / np.linalg.norm(z)
+    x = np.cross(np.asarray(up, dtype=float), z)
+    x = x / np.linalg.norm(x)
+    return affine(x, np.cross(z, x), z, origin)
+
+
+def build(
+    *add: Add,
+    eye: ArrayLike = (0.0, 0.0, 0.0),
+    camera: Array | None = None,
+    fov: float = 40.0,
+    size: tuple[int, int] = (1, 1),
+) -> _core.Scene:
+    """Return the scene of what the given functions add. The camera looks from `eye` along z, if it is not given."""
     builder = _core.SceneBuilder()
     for function in add:
         function(builder)
-    builder.set_perspective(affine([1, 0, 0], [0, 1, 0], [0, 0, 1], eye), 40.0)
-    builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
+    builder.set_perspective(np.array(affine(*np.eye(3), eye) if camera is None else camera), fov)
+    builder.set_film(*size, (0, 0, *size), "box", 0.5)
     return builder.build()
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The mean over all samples of a film whose pixels all have the same expectation."""
+
+    mean: Array
+    error: Array
+    """Standard error of each channel."""
+    least: Array
+    most: Array
+    """Of the pixels' means."""
+
+    def p(self, exact: ArrayLike) -> float:
+        """Return the p-value of the hypothesis that the expectation is `exact`, by a z-test of each channel."""
+        off = np.abs(self.mean - exact) / (self.error + ROUNDING * np.abs(exact))
+        return sidak(2.0 * float(stats.norm.sf(off.max())), 3)
+
+
+ROUNDING = 1e-6
+"""What float32 may do to a mean, relative."""
+
+
+def estimate(scene: _core.Scene, spp: int, seed: int = 1, **settings: object) -> Estimate:
+    """Render with independent numbers, whose samples are all independent."""
+    film = render(scene, spp, seed, sampler="independent", **settings)[0]
+    count, mean, m2 = film["count"].sum(), film["mean"], film["m2"].sum(axis=(0, 1))
+    total = mean.mean(axis=(0, 1))
+    between = ((mean - total) ** 2).sum(axis=(0, 1)) * spp
+    error = np.sqrt((m2 + between) / count / count)
+    return Estimate(total, error, mean.min(axis=(0, 1)), mean.max(axis=(0, 1)))
+
+
+def render(
+    scene: _core.Scene,
+    spp: int,
+    seed: int = 1,
+    *,
+    replicates: int = 1,
+    threads: int = 2,
+    tile: int = 16,
+    **settings: Any,
+) -> NDArray[Any]:
+    """Return the moments (replicates, height, width) of a render that must be finite everywhere."""
+    renderer = _core.Renderer(scene, _core.Settings(**settings), seed, threads, tile, replicates)
+    assert renderer.advance(spp)
+    assert not renderer.nonfinite
+    moments: NDArray[Any] = renderer.moments.copy()
+    return moments
 
 
 def octahedron(levels: int, radius: float = 1.0, center: ArrayLike = (0, 0, 0)) -> tuple[Array, NDArray[np.uint32]]:
