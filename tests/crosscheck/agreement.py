@@ -127,7 +127,7 @@ def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
         degrees = np.minimum(total**2 / shares, 1e9)
         tail = stats.t.sf(np.abs(difference) / np.sqrt(total), degrees)
     z = np.where(noisy, -np.sign(difference) * stats.norm.ppf(np.maximum(tail, 1e-300)), np.nan)
-    unequal = int((np.abs(difference) > rounding)[~noisy].sum())
+    unequal = int((np.abs(difference) > rounding + 6.0 * np.sqrt(total))[~noisy].sum())
     return Agreement(z, _look([c for c in _channels(z) if c.size]), unequal)
 
 
