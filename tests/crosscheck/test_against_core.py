@@ -125,7 +125,7 @@ SCENES: dict[str, Callable[[Path], et.Scene]] = {
         FLOOR, LAMP, {"type": "sphere", "to_world": TURNED, "bsdf": rough("ggx", 0.1, 0.4)}
     ),
     "brushed cube": lambda _: scene(
-        # The sky gives every block light enough for its z to be normal: the lamp's highlight on the cube is out of sight.
+        # The sky lights every block enough for its z to be normal: the lamp's highlight is out of sight.
         *(FLOOR, LAMP, WINDOW, SKY),
         {"type": "cube", "to_world": [{"scale": 0.7}, *TURNED], "bsdf": rough("beckmann", 0.1, 0.5)},
     ),
