@@ -12,9 +12,13 @@ namespace equaltime {
 
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
+/// Bound of what float64 leaves between a computed point and its surface, anywhere in normalised space (2^11 across,
+/// some ten roundings). In a plane through the origin it is all there is, and enough to put a point behind it.
+inline constexpr float kExactOffset = 0x1p-37F;
+
 /// Bound of the rounding of a float32 point on an exact (float64) surface with unit normal n.
 [[nodiscard]] inline float point_offset(const Vec3f& p, const Vec3f& n) noexcept {
-  return 4 * kUnitRoundoff * dot(abs(n), abs(p));
+  return 4 * kUnitRoundoff * dot(abs(n), abs(p)) + kExactOffset;
 }
 
 /// A triangle's unit geometric normal, and how far from its plane a ray must start so as not to meet it.
@@ -33,7 +37,7 @@ struct TrianglePlane {
   const Vec3d reach(max(abs(v0), max(abs(v1), abs(v2))));
   const Vec3d e(max(abs(v1 - v0), max(abs(v2 - v0), abs(v2 - v1))));
   const double bound = dot(abs(n), reach + e) + 3 * e.x * e.y * e.z / norm;
-  return {Vec3f(n), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound)};
+  return {Vec3f(n), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
 }
 
 struct Surface {
