@@ -178,11 +178,12 @@ Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
-Optional<PrimitiveId> Accel::intersect(Vec3f origin, Vec3f direction, float t_max) const noexcept {
+Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
+                                       float t_max) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query;
-  write(query.ray, origin, direction, t_max);
+  write(query.ray, {ox, oy, oz}, {dx, dy, dz}, t_max);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene.get(), &context, &query);
@@ -190,11 +191,11 @@ Optional<PrimitiveId> Accel::intersect(Vec3f origin, Vec3f direction, float t_ma
   return PrimitiveId{query.hit.geomID, query.hit.primID};
 }
 
-bool Accel::occluded(Vec3f origin, Vec3f direction, float t_max) const noexcept {
+bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay query;
-  write(query, origin, direction, t_max);
+  write(query, {ox, oy, oz}, {dx, dy, dz}, t_max);
   rtcOccluded1(impl_->scene.get(), &context, &query);
   return query.tfar < 0;
 }

@@ -31,10 +31,12 @@ class Accel {
 
   /// Nearest primitive that the ray meets at t in (0, t_max).
   [[nodiscard]] EQUALTIME_INLINE Optional<PrimitiveId> intersect(const Ray& ray) const noexcept {
-    return intersect(ray.origin, ray.direction, ray.t_max);
+    const auto& [o, d, t_max] = ray;
+    return intersect(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
   [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray) const noexcept {
-    return occluded(ray.origin, ray.direction, ray.t_max);
+    const auto& [o, d, t_max] = ray;
+    return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
 
   [[nodiscard]] const std::vector<TriangleMesh>& meshes() const noexcept;
@@ -47,9 +49,10 @@ class Accel {
   [[nodiscard]] static std::string version();
 
  private:
-  // By value, hence in registers: see EQUALTIME_INLINE.
-  [[nodiscard]] Optional<PrimitiveId> intersect(Vec3f origin, Vec3f direction, float t_max) const noexcept;
-  [[nodiscard]] bool occluded(Vec3f origin, Vec3f direction, float t_max) const noexcept;
+  // Each number in a register of its own: see EQUALTIME_INLINE.
+  [[nodiscard]] Optional<PrimitiveId> intersect(float ox, float oy, float oz, float dx, float dy, float dz,
+                                                float t_max) const noexcept;
+  [[nodiscard]] bool occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;
