@@ -33,19 +33,6 @@ struct DiskGeometry {
   Vec3d inv_v;
 };
 
-/// The point of a triangle that Embree says is hit, in float64 from its vertices: on the ray, and on the plane to
-/// float64.
-[[nodiscard]] EQUALTIME_INLINE Vec3d triangle_point(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2,
-                                                    const Ray& ray) noexcept {
-  const Vec3d a(v0), o(ray.origin), d(ray.direction);
-  const Vec3d n = cross(Vec3d(v1) - a, Vec3d(v2) - a);
-  const double slope = dot(d, n);
-  // A ray within the triangle's plane meets it in no single point: its own origin, which is in the plane, stands for
-  // it.
-  const double t = slope != 0 ? dot(a - o, n) / slope : 0.0;
-  return o + d * t;
-}
-
 /// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.
 struct Barycentric {
   float u, v;

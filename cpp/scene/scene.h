@@ -86,7 +86,7 @@ template <auto E>
     frame = Frame::from_tangent(ns, met.tangent);
   else
     frame = Frame::from_normal(ns);
-  const SurfaceAnchor anchor{met.anchor.p, met.anchor.n * side, met.anchor.offset};
+  SurfaceAnchor anchor{met.anchor.p, met.anchor.n * side, met.anchor.offset};
   return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth};
 }
 
@@ -111,13 +111,14 @@ template <auto E>
 template <auto E>
 [[nodiscard]] EQUALTIME_INLINE Interaction on_triangle(const MeshView& mesh, const Ray& ray,
                                                        std::uint32_t primitive) noexcept {
-  const Triangle& t = mesh.triangles[primitive];
-  const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
-  const Vec3d p = triangle_point(v0, v1, v2, ray);
   const TrianglePlane& plane = mesh.planes[primitive];
+  Vec3d p = plane.meet(ray);
+  Vec3f n(plane.n);
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;
-  Vec3f ns = plane.n;
+  Vec3f ns = n;
   if (smooth) {
+    const Triangle& t = mesh.triangles[primitive];
+    const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
     const auto [u, v] = barycentric(v0, v1, v2, p);
     const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
     if (length_squared(sum) > 0) ns = normalize(sum);
@@ -125,14 +126,14 @@ template <auto E>
   Vec3f tangent;
   if constexpr (E.anisotropy)
     if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
-  return face<E>({{Vec3f(p), plane.n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth}, ray);
+  return face<E>({{Vec3f(p), n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth}, ray);
 }
 
 }  // namespace detail
 
 template <auto E>
 EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const noexcept {
-  const Optional<PrimitiveId> hit = accel.intersect(ray);
+  Optional<PrimitiveId> hit = accel.intersect(ray);
   if (!hit) return std::nullopt;
   if constexpr (E.analytic_shapes) {
     if (hit->geometry >= meshes.size()) {

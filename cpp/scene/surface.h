@@ -21,10 +21,21 @@ inline constexpr float kExactOffset = 0x1p-37F;
   return 4 * kUnitRoundoff * dot(abs(n), abs(p)) + kExactOffset;
 }
 
-/// A triangle's unit geometric normal, and how far from its plane a ray must start so as not to meet it.
+/// The plane of a triangle, and how far from it a ray must start so as not to meet the triangle. One record holds all
+/// that a flat triangle's interaction needs: neither its vertices nor their indices are read.
 struct TrianglePlane {
-  Vec3f n;
+  Vec3d n;   // unit geometric normal
+  double d;  // n·p of the plane's points
   float offset;
+
+  /// The point of the triangle that Embree says is hit: on the ray, and on the plane to float64.
+  [[nodiscard]] EQUALTIME_INLINE Vec3d meet(const Ray& ray) const noexcept {
+    const Vec3d origin(ray.origin), direction(ray.direction);
+    const double slope = dot(direction, n);
+    // A ray within the plane meets it in no single point: its own origin, which is in the plane, stands for it.
+    const double t = slope != 0 ? (d - dot(origin, n)) / slope : 0.0;
+    return origin + direction * t;
+  }
 };
 
 /// Embree's robust test translates the vertices to the ray's origin and forms the plane from their rounded differences;
@@ -37,7 +48,7 @@ struct TrianglePlane {
   const Vec3d reach(max(abs(v0), max(abs(v1), abs(v2))));
   const Vec3d e(max(abs(v1 - v0), max(abs(v2 - v0), abs(v2 - v1))));
   const double bound = dot(abs(n), reach + e) + 3 * e.x * e.y * e.z / norm;
-  return {Vec3f(n), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
+  return {n, dot(n, Vec3d(v0)), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
 }
 
 struct Surface {

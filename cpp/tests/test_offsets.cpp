@@ -61,7 +61,7 @@ Leaving leave(Random& random, const TriangleMesh& mesh, std::uint32_t k, float s
     d = d - n * (dot(n, d) * (1 - random.log_uniform(-7, -3)));
   }
   const Vec3f direction(normalize(d));
-  return {{Vec3f(p), plane.n, plane.offset * scale_of_offset}, direction, dot(direction, plane.n) > 0};
+  return {{Vec3f(p), Vec3f(plane.n), plane.offset * scale_of_offset}, direction, dot(direction, Vec3f(plane.n)) > 0};
 }
 
 int self_hits(float scale_of_offset) {
