@@ -106,9 +106,8 @@ class Sampler {
 
   [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(std::uint64_t h) const noexcept {
     if (kind_ == SamplerKind::independent) return {static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h)};
-    const std::uint32_t index = shuffled_index(h);
-    return {reverse_bits(sobol::scramble_reversed(index, sobol::seed_x(h))),
-            reverse_bits(sobol::scramble_reversed(sobol::second_dimension_reversed(index), sobol::seed_y(h)))};
+    const sobol::Lanes p = sobol::two_points(reversed_index_, h, h);
+    return {p[0], p[1]};
   }
 
   std::uint64_t key_;

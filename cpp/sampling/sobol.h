@@ -33,8 +33,7 @@ EQUALTIME_INLINE constexpr U scramble_reversed(U x, U seed) noexcept {
 
 /// Second Sobol' dimension, bit-reversed, from the index: Pascal's matrix modulo 2 as five butterfly steps (the
 /// superset sums that Lucas' theorem gives for C(j, i) mod 2). `use` is all ones, or 0 in lanes that keep their index.
-template <class U>
-EQUALTIME_INLINE constexpr U second_dimension_reversed(U index, U use) noexcept {
+EQUALTIME_INLINE Lanes second_dimension_reversed(Lanes index, Lanes use) noexcept {
   index ^= (index >> 1) & (0x55555555U & use);
   index ^= (index >> 2) & (0x33333333U & use);
   index ^= (index >> 4) & (0x0f0f0f0fU & use);
@@ -42,18 +41,15 @@ EQUALTIME_INLINE constexpr U second_dimension_reversed(U index, U use) noexcept 
   index ^= (index >> 16) & (0x0000ffffU & use);
   return index;
 }
-constexpr std::uint32_t second_dimension_reversed(std::uint32_t index) noexcept {
-  return second_dimension_reversed<std::uint32_t>(index, ~0U);
-}
 
 EQUALTIME_INLINE Lanes reverse_bits(Lanes x) noexcept {
   using Bytes = std::uint8_t __attribute__((vector_size(16)));
-  x = ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
-  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
-  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
-  const Bytes swapped =
-      __builtin_shuffle(reinterpret_cast<Bytes>(x), Bytes{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12});
-  return reinterpret_cast<Lanes>(swapped);
+  // Each half of a byte by a table (the shuffle looks at four bits of a byte alone), then the order of bytes.
+  constexpr Bytes reversed{0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+  const Bytes low = __builtin_shuffle(reversed * 16, reinterpret_cast<Bytes>(x));
+  const Bytes high = __builtin_shuffle(reversed, reinterpret_cast<Bytes>(x >> 4));
+  const Bytes bytes = low | high;
+  return reinterpret_cast<Lanes>(__builtin_shuffle(bytes, Bytes{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12}));
 }
 
 // The three seeds of a slot, from its 64-bit hash: of the index's shuffle and of each dimension's scrambling.
