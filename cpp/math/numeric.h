@@ -7,7 +7,8 @@
 #include <numbers>
 
 /// For the few functions of the path loop whose arguments must stay in registers: a ray that goes through memory
-/// between its making and its tracing costs more than many of the computations on it.
+/// between its making and its tracing costs more than many of the computations on it. For the same reason the structs
+/// that live there are not declared const: GCC 12 keeps a const struct in memory.
 #define EQUALTIME_INLINE [[gnu::always_inline]] inline
 
 namespace equaltime {

@@ -35,7 +35,7 @@ struct Interaction {
   }
   /// The ray to a point at some distance whose normal faces this one, ending short of its surface: t_max is 1.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn_to(const SurfaceAnchor& to, float distance, bool above) const noexcept {
-    const Vec3f origin = anchor.moved(above);
+    Vec3f origin = anchor.moved(above);
     // The direction is rounded too, by an error that grows with the distance: the far end gives way for it.
     const Vec3f target = to.p + to.n * (to.offset + 8 * kUnitRoundoff * distance);
     return {origin, target - origin, 1.0F};

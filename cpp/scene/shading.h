@@ -38,8 +38,8 @@ template <auto E>
 /// f(wo, wi)·|cosθi| and pdf of wi.
 template <auto E>
 [[nodiscard]] EQUALTIME_INLINE Scattered eval_bsdf(const Interaction& it, const Bsdf& bsdf, const Vec3f& wi) noexcept {
-  const Vec3f wo = it.frame.to_local(it.wo);
-  const Vec3f local = it.frame.to_local(wi);
+  Vec3f wo = it.frame.to_local(it.wo);
+  Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
   return {visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); }), local.z > 0};
 }
@@ -48,11 +48,11 @@ template <auto E>
 template <auto E>
 [[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, const Bsdf& bsdf, float u_lobe,
                                                                 Point2f u) noexcept {
-  const Vec3f wo = it.frame.to_local(it.wo);
+  Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
-  const auto s = visit<E>(bsdf, [&](const auto& model) noexcept { return model.sample(wo, it.front, u_lobe, u); });
+  auto s = visit<E>(bsdf, [&](const auto& model) noexcept { return model.sample(wo, it.front, u_lobe, u); });
   if (!s) return std::nullopt;
-  const Vec3f wi = it.frame.to_world(s->wi);
+  Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
   return Scattering{wi, s->wi.z > 0, s->weight, s->pdf, s->delta, s->radiance_scale};
 }

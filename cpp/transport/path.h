@@ -54,15 +54,15 @@ template <Effects E, class Probe>
                                                      std::uint32_t bounce, Point2f u, Probe& probe) noexcept {
   // With only BSDF sampling, all that it cannot find are point lights.
   if (!E.point_lights && settings.technique == Technique::bsdf) return {};
-  const auto light = scene.lights.sample<E>(settings.lights, it.anchor.p, sampler, bounce, u);
+  auto light = scene.lights.sample<E>(settings.lights, it.anchor.p, sampler, bounce, u);
   if (!light || (settings.technique == Technique::bsdf && !light->delta)) return {};
-  const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
+  auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
   if (value.f.is_black()) return {};
-  const Ray shadow = light->infinite ? it.spawn(light->wi, above) : it.spawn_to(light->target, light->distance, above);
-  if (probe.occluded(scene.accel, shadow)) return {};
   const bool shared = settings.technique == Technique::mis && !light->delta;
   const float weight = shared ? mis_weight(settings.heuristic, light->pdf, value.pdf) : 1.0F;
-  return value.f * light->radiance * (weight / light->pdf);
+  Spectrum unoccluded = value.f * light->radiance * (weight / light->pdf);
+  Ray shadow = light->infinite ? it.spawn(light->wi, above) : it.spawn_to(light->target, light->distance, above);
+  return probe.occluded(scene.accel, shadow) ? Spectrum() : unoccluded;
 }
 
 template <Effects E, class Probe>
@@ -74,7 +74,8 @@ template <Effects E, class Probe>
   Arrival made;
   for (int depth = 1;; ++depth) {
     const auto bounce = static_cast<std::uint32_t>(depth - 1);
-    const auto it = probe.template intersect<E>(scene, ray);
+    VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
+    auto it = probe.template intersect<E>(scene, ray);
     if (!it) return L + beta * escaped<E>(scene, settings, ray, made);
     L += beta * emitted<E>(scene, settings, *it, made);
     const Bsdf* bsdf = scene.bsdf(*it);
@@ -84,9 +85,8 @@ template <Effects E, class Probe>
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)), {});
     } else {
-      const VertexNumbers u = sampler.vertex(bounce);
-      L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
       scattered = sample_bsdf<E>(*it, *bsdf, 0, u.bsdf_direction);
+      L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
     }
     if (!scattered) return L;
     beta *= scattered->weight;
