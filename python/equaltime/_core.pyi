@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 _Vec3 = Sequence[float] | NDArray[np.float64]
 
+parts: Any
+"""A module of the estimator's pieces by themselves, over arrays: for tests."""
+
 class MeshError(ValueError): ...
 
 class MeshData:
@@ -94,7 +97,7 @@ class SceneBuilder:
         front: int | None,
         back: int | None,
         radiance: _Vec3 | None,
-        pole: _Vec3 = (0.0, 0.0, 1.0),
+        pole: _Vec3 = [0.0, 0.0, 1.0],
     ) -> int: ...
     def add_point_light(self, position: _Vec3, intensity: _Vec3) -> int: ...
     def add_constant_environment(self, radiance: _Vec3) -> None: ...

@@ -14,6 +14,7 @@ from equaltime import _core
 STUB = ast.parse((Path(equaltime.__file__).parent / "_core.pyi").read_text())
 CLASSES = {node.name: node for node in STUB.body if isinstance(node, ast.ClassDef)}
 FUNCTIONS = {node.name: node for node in STUB.body if isinstance(node, ast.FunctionDef)}
+MODULES = {ast.unparse(node.target) for node in STUB.body if isinstance(node, ast.AnnAssign)}
 METHODS = [
     (class_name, node)
     for class_name, body in CLASSES.items()
@@ -66,7 +67,7 @@ def split_outside_brackets(text: str) -> list[str]:
 
 
 def test_the_module_and_the_stub_have_the_same_names() -> None:
-    assert {name for name in vars(_core) if not name.startswith("_")} == CLASSES.keys() | FUNCTIONS.keys()
+    assert {name for name in vars(_core) if not name.startswith("_")} == CLASSES.keys() | FUNCTIONS.keys() | MODULES
 
 
 @pytest.mark.parametrize("name", CLASSES)

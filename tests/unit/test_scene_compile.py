@@ -116,7 +116,8 @@ def test_each_shape_is_told_once_and_in_order() -> None:
     (((center, radius), kwargs),) = listener.all("add_sphere")
     assert (center, radius, kwargs["flip_normals"]) == ([1, 2, 3], 2, True)
     (((vertices, faces, normals, uvs), _),) = listener.all("add_mesh")
-    assert (vertices.shape, faces.shape, normals, uvs) == ((8, 3), (12, 3), None, None)
+    # Each face of a cube has its own corners, since each has its own texture coordinates.
+    assert (vertices.shape, faces.shape, normals, uvs.shape) == ((24, 3), (12, 3), None, (24, 2))
 
 
 def test_metals_are_told_with_their_optical_constants() -> None:
