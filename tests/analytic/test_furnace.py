@@ -72,8 +72,11 @@ def ball(room: Room) -> None:
     room.builder.add_mesh(vertices, faces[:, ::-1], **room.wall(0))
 
 
-def room_of(shape: Callable[[Room], None], rho: Array, mirror: bool = False, glow: float = 1.0) -> _core.Scene:
-    return build(lambda b: shape(Room(b, rho, mirror, glow)), camera=looking(EYE, TARGET), fov=60.0, size=(16, 16))
+def room_of(
+    shape: Callable[[Room], None], rho: Array, mirror: bool = False, glow: float = 1.0, side: int = 16
+) -> _core.Scene:
+    camera = looking(EYE, TARGET)
+    return build(lambda b: shape(Room(b, rho, mirror, glow)), camera=camera, fov=60.0, size=(side, side))
 
 
 SHAPES = [rectangles, cube, sphere, dome, ball]
@@ -139,7 +142,7 @@ def test_errors_fall_with_the_square_root_of_the_samples_for_bright_walls() -> N
 
     An F-test of the errors of 64 means each, at 0.1 %, that the variance of four times the samples is a quarter.
     """
-    scene = room_of(cube, np.full(3, 0.99))
+    scene = room_of(cube, np.full(3, 0.99), side=8)
     errors = {
         spp: np.array([render(scene, spp, seed, technique="bsdf")["mean"].mean() - 1.0 for seed in range(64)])
         for spp in (1, 4)
