@@ -1,0 +1,85 @@
+"""A SceneBuilder that changes what passes through it: lengths, brightness, colours. For scaled and slightly wrong twins
+of any scene that loads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import equaltime as et
+from equaltime import _core
+from equaltime.scene.compile import compile_scene
+
+__all__ = ["ChangedBuilder", "changed"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class ChangedBuilder:
+    """Lengths are multiplied by `length`, all light by `light`, colours of diffuse surfaces by `reflectance`.
+
+    The light of points is power per solid angle, and grows with the square of lengths.
+    """
+
+    length: float = 1.0
+    light: float = 1.0
+    reflectance: float = 1.0
+    inner: _core.SceneBuilder = field(default_factory=_core.SceneBuilder)
+
+    def __getattr__(self, name: str) -> Any:
+        """Pass on what does not change: BSDFs without colours, the film, the building itself."""
+        return getattr(self.inner, name)
+
+    def _place(self, point: ArrayLike) -> Array:
+        return np.asarray(point, dtype=float) * self.length
+
+    def _transform(self, matrix: ArrayLike, axes: float) -> Array:
+        out = np.array(matrix, dtype=float)
+        out[:3, 3] = self._place(out[:3, 3])
+        out[:3, :3] *= axes
+        return out
+
+    def _lit(self, sides: dict[str, Any]) -> dict[str, Any]:
+        radiance = sides["radiance"]
+        return sides | {"radiance": None if radiance is None else np.asarray(radiance) * self.light}
+
+    def add_diffuse(self, reflectance: ArrayLike) -> int:
+        return self.inner.add_diffuse(np.asarray(reflectance) * self.reflectance)
+
+    def add_mesh(self, vertices: ArrayLike, *arrays: Any, **sides: Any) -> int:
+        return self.inner.add_mesh(self._place(vertices), *arrays, **self._lit(sides))
+
+    def add_rectangle(self, to_world: ArrayLike, **sides: Any) -> int:
+        return self.inner.add_rectangle(self._transform(to_world, self.length), **self._lit(sides))
+
+    def add_disk(self, to_world: ArrayLike, **sides: Any) -> int:
+        return self.inner.add_disk(self._transform(to_world, self.length), **self._lit(sides))
+
+    def add_sphere(self, center: ArrayLike, radius: float, **sides: Any) -> int:
+        return self.inner.add_sphere(self._place(center), radius * self.length, **self._lit(sides))
+
+    def add_point_light(self, position: ArrayLike, intensity: ArrayLike) -> int:
+        bright = np.asarray(intensity) * self.light * self.length**2
+        return self.inner.add_point_light(self._place(position), bright)
+
+    def add_constant_environment(self, radiance: ArrayLike) -> None:
+        self.inner.add_constant_environment(np.asarray(radiance) * self.light)
+
+    def add_image_environment(self, pixels: ArrayLike, scale: float, to_world: ArrayLike) -> None:
+        self.inner.add_image_environment(pixels, scale * self.light, to_world)
+
+    def set_perspective(
+        self, to_world: ArrayLike, fov: float, near: float | None = None, far: float | None = None, *more: Any
+    ) -> None:
+        near, far = (None if clip is None else clip * self.length for clip in (near, far))
+        self.inner.set_perspective(self._transform(to_world, 1.0), fov, near, far, *more)
+
+
+def changed(scene: et.Scene, **changes: Any) -> _core.Scene:
+    """Return the compiled scene with changes; the same as `scene.core` if there are none."""
+    return compile_scene(scene.model, scene.assets, ChangedBuilder(**changes))  # type: ignore[arg-type]
