@@ -1,0 +1,97 @@
+"""Scenes for comparing strategies: shipped ones, small and of limited depth, and some that have what those lack.
+
+No light is so small that sampling BSDFs alone hits upon it too rarely for the means of 64 seeds to be normal, except in
+Veach's scene: without its smallest light it is a scene by itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import OpenImageIO
+
+import equaltime as et
+
+__all__ = ["NAMES", "SIDE", "stage"]
+
+SIDE: Final = 32
+SHIPPED: Final = Path(__file__).parents[2] / "scenes"
+METAL: Final = {"eta": [0.2, 0.9, 1.1], "k": [3.9, 2.4, 2.1]}
+NAMES: Final = ("cornell", "veach", "veach without its small light", "montelight", "glossy", "sky", "point")
+
+
+def stage(name: str, folder: Path) -> et.Scene:
+    """Return the scene of one of NAMES; `folder` is for the images that it needs."""
+    rough = {"type": "roughconductor", "alpha": 0.2, **METAL}
+    satin = {"type": "roughconductor", "distribution": "beckmann", "alpha_u": 0.5, "alpha_v": 0.2, **METAL}
+    mirror, glass = {"type": "conductor", **METAL}, {"type": "dielectric", "int_ior": 1.5}
+    if name == "cornell":
+        return shipped("cornell-box.toml", 8)
+    if name == "veach":
+        return shipped("veach-mis.toml", 5)
+    if name == "veach without its small light":
+        veach = shipped("veach-mis.toml", 5)
+        shapes = tuple(s for s in veach.model.shapes if s.id != "small_light")
+        assert len(shapes) == len(veach.model.shapes) - 1
+        return dataclasses.replace(veach, model=veach.model.model_copy(update={"shapes": shapes}))
+    if name == "montelight":
+        return shipped("montelight/simple.toml", 6)
+    if name == "glossy":
+        windows = {"w": window(-2, 1.0, [6, 5, 4]), "v": window(2, 0.7, [4, 8, 12])}
+        return around(-1, floor=floor(), a=ball(-1, rough), b=ball(1, satin), **windows)
+    if name == "sky":
+        return around(8, floor=floor(), a=ball(-1, rough), b=ball(1, mirror), sky=sky(folder / "sky.exr"))
+    bulb = {"type": "point", "position": [1, 1, 2], "intensity": [3, 3, 4]}
+    return around(8, floor=floor(), a=ball(-1, satin), b=ball(1, glass), bulb=bulb, w=window(1.5, 1.5, [2, 2, 3]))
+
+
+def shipped(name: str, depth: int) -> et.Scene:
+    return et.load(SHIPPED / name).with_(size=(SIDE, SIDE), max_depth=depth)
+
+
+def around(max_depth: int, **objects: dict[str, Any]) -> et.Scene:
+    """Return a scene whose camera looks at the floor's middle from one side."""
+    camera = {
+        "type": "perspective",
+        "fov": 40,
+        "to_world": [{"look_at": {"origin": (0.5, 1.5, 5), "target": (0, -0.4, 0), "up": (0, 1, 0)}}],
+        "film": {"type": "hdrfilm", "width": SIDE, "height": SIDE, "rfilter": {"type": "box"}},
+    }
+    integrator = {"type": "path", "max_depth": max_depth}
+    return et.load_dict({"type": "scene", "integrator": integrator, "sensor": camera, **objects})
+
+
+def floor() -> dict[str, Any]:
+    to_world = [{"rotate": {"axis": (1, 0, 0), "angle": -90}}, {"scale": 4}, {"translate": (0, -1, 0)}]
+    bsdf = {"type": "diffuse", "reflectance": [0.6, 0.5, 0.4]}
+    return {"type": "rectangle", "to_world": to_world, "bsdf": bsdf}
+
+
+def ball(x: float, bsdf: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "sphere", "center": [x, -0.3, 0], "radius": 0.7, "bsdf": bsdf}
+
+
+def window(x: float, size: float, radiance: list[float]) -> dict[str, Any]:
+    turned = {"look_at": {"origin": (x, 2.5, 1), "target": (0, -0.5, 0), "up": (0, 0, 1)}}
+    return {
+        "type": "rectangle",
+        "to_world": [{"scale": size}, turned],
+        "emitter": {"type": "area", "radiance": radiance},
+        "bsdf": {"type": "diffuse", "reflectance": 0.5},
+    }
+
+
+def sky(path: Path) -> dict[str, Any]:
+    """Return a map of the sky with a sun in it."""
+    pixels = np.full((16, 32, 3), 0.3, np.float32)
+    pixels[8:] = 0.05
+    pixels[4, 9] = (20.0, 16.0, 10.0)
+    out = OpenImageIO.ImageOutput.create(str(path))
+    assert out is not None
+    assert out.open(str(path), OpenImageIO.ImageSpec(32, 16, 3, "float"))
+    assert out.write_image(pixels)
+    out.close()
+    return {"type": "envmap", "filename": str(path)}
