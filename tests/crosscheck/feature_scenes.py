@@ -13,7 +13,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-__all__ = ["EVERYDAY", "SCENES", "lights"]
+__all__ = ["EVERYDAY", "OTHER_RULE", "SCENES", "lights"]
 
 Dict = dict[str, Any]
 
@@ -190,6 +190,9 @@ def point(x: float, y: float, z: float) -> Dict:
 
 EVERYDAY = ("cube lights", "many lights of unlike power", "rough metals, GGX 0.4", "a glass ball", "a crop")
 """The scenes of the everyday suite; the others are for ``-m slow``."""
+OTHER_RULE = ("a mesh turned over", "a smooth mesh of two sides", "a smooth mesh of glass")
+"""Where interpolated and geometric normal see a direction on different sides, both sides of which scatter light: the
+geometric normal decides in equaltime, the interpolated one in Mitsuba."""
 
 SCENES: dict[str, Callable[[Path], Dict]] = {
     "sphere lights": lambda _: lights("sphere"),

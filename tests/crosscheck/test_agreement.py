@@ -30,7 +30,8 @@ class Pair:
     @property
     def standard_error(self) -> Array:
         """Of the difference of the two mean images (rows, columns, 1)."""
-        return np.sqrt((self.sigma**2).sum(axis=0) / SEEDS)
+        error: Array = np.sqrt((self.sigma**2).sum(axis=0) / SEEDS)
+        return error
 
     def images(self, renderer: int, bias: Array | float = 0.0, seeds: int = SEEDS) -> Iterator[Array]:
         for _ in range(seeds):

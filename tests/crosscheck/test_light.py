@@ -6,6 +6,7 @@ Fixed seeds; each statistical test has a false-alarm rate of 1e-4.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from scipy import stats
 import equaltime as et
 from equaltime import crosscheck
 
-Shape = dict[str, object]
+Shape = dict[str, Any]
 LEVEL = 1e-4
 POINT_VIEW = {"type": "perspective", "fov": 1e-4, "film": {"type": "hdrfilm", "width": 1, "height": 1}}
 """One pixel that sees a single point."""

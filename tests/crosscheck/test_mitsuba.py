@@ -27,7 +27,7 @@ except ImportError:
     mi.set_variant("scalar_rgb")
 
 from .agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
-from .feature_scenes import EVERYDAY, SCENES, lights  # noqa: E402
+from .feature_scenes import EVERYDAY, OTHER_RULE, SCENES, lights  # noqa: E402
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "mitsuba"
 WIDTH = 256 if mi.variant() == "llvm_ad_rgb" else 128
@@ -82,9 +82,14 @@ def test_the_shipped_scenes_agree(name: str, tmp_path: Path) -> None:
     assert found.p > EACH, str(found)
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in EVERYDAY else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
-)
+def marked(name: str) -> Any:
+    marks = [] if name in EVERYDAY else [pytest.mark.slow]
+    if name in OTHER_RULE:
+        marks.append(pytest.mark.xfail(reason="Mitsuba takes the shading normal's word for the side of a direction"))
+    return pytest.param(name, marks=marks)
+
+
+@pytest.mark.parametrize("name", [marked(name) for name in SCENES])
 def test_the_feature_agrees(name: str, tmp_path: Path) -> None:
     description = SCENES[name](tmp_path)
     found = agreement(et.load_dict(description), mi.load_dict(description), spp=16, block=4)

@@ -9,6 +9,7 @@ import importlib
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from equaltime.scene.model import Box, Bsdf, Conductor, Diffuse, Gaussian, HdrFi
 
 Array = NDArray[np.float64]
 LEVEL = 1e-4
-GOLD = {"eta": (0.2, 0.9, 1.1), "k": (3.9, 2.4, 2.1)}
+GOLD: dict[str, Any] = {"eta": (0.2, 0.9, 1.1), "k": (3.9, 2.4, 2.1)}
 ROUGH = [
     RoughConductor(distribution=distribution, alpha_u=u, alpha_v=v, **GOLD)
     for distribution in ("ggx", "beckmann")
@@ -44,7 +45,8 @@ def p_value(samples: Array, expected: float) -> float:
 
 def sphere(count: int, seed: int = 3) -> Array:
     v = rng(seed).standard_normal((count, 3))
-    return v / np.linalg.norm(v, axis=1, keepdims=True)
+    unit: Array = v / np.linalg.norm(v, axis=1, keepdims=True)
+    return unit
 
 
 def scene(*shapes: dict[str, object]) -> et.Scene:
@@ -92,7 +94,7 @@ def test_offsets_are_distributed_like_the_pixel_filter(rfilter: Box | Tent | Gau
     for coordinate in offsets.T:
         assert stats.kstest(coordinate, cumulative).pvalue > LEVEL
         assert stats.kstest(1.03 * coordinate, cumulative).pvalue < LEVEL  # the twin: 3 % wider
-    assert abs(np.corrcoef(offsets.T)[0, 1]) < 4.0 / math.sqrt(len(offsets))
+    assert abs(np.corrcoef(*offsets.T).item(1)) < 4.0 / math.sqrt(len(offsets))
 
 
 def _lowered_gaussian(x: Array) -> Array:

@@ -73,7 +73,8 @@ def meet_sphere(origin: ArrayLike, direction: ArrayLike, center: ArrayLike, radi
 def traced(directions: Array) -> Array:
     """Return directions (N, 3) as the core traces them: of unit length, in float32."""
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    return unit.astype(np.float32).astype(np.float64)
+    rounded: Array = unit.astype(np.float32).astype(np.float64)
+    return rounded
 
 
 def roundings(points: Array, reference: Array, slope: ArrayLike, extent: float) -> Array:
