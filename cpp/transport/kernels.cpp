@@ -54,6 +54,8 @@ KernelRow row() {
 const std::vector<KernelRow>& kernel_rows() noexcept {
   static const std::vector<KernelRow> rows = {
       row<Effects{}>(),
+      row<Effects{.environment = true}>(),
+      row<Effects{.smooth_normals = true, .environment = true}>(),
       row<Effects{.analytic_shapes = true}>(),
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
       row<kAllEffects>(),
