@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
 
-__all__ = ["SOFTWARE", "Picture", "Window", "check_writable", "read", "write", "write_render"]
+__all__ = ["SOFTWARE", "Picture", "Window", "check_writable", "one_line", "read", "write", "write_render"]
 
 SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
@@ -150,7 +151,8 @@ def write(
         done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(pixels))
         # closing writes what is still buffered, so it can fail as well
         if not (output.close() and done):
-            raise ImageError(f"{path}: cannot write: {output.geterror() or 'the file could not be completed'}")
+            reason = one_line(output.geterror()) or "the file could not be completed"
+            raise ImageError(f"{path}: cannot write: {reason}")
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
@@ -158,10 +160,13 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"
         raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")
-    if path.is_dir():
-        raise ImageError(f"{path}: is a folder")
-    if not path.parent.is_dir():
-        raise ImageError(f"{path}: the folder {path.parent} does not exist")
+    try:
+        if path.is_dir():
+            raise ImageError(f"{path}: is a folder")
+        if not path.parent.is_dir():
+            raise ImageError(f"{path}: the folder {path.parent} does not exist")
+    except OSError as error:  # such as a name that no file can have
+        raise ImageError(f"{path}: {error.strerror or error}") from error
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
 
@@ -169,7 +174,8 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
 @contextmanager
 def _replacing(path: Path) -> Iterator[Path]:
     """Give a temporary name beside ``path``, and rename it to ``path`` if all went well; remove it if not."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    # without the name itself, which may already be as long as a name can be
+    temporary = path.with_name(f".equaltime-{os.getpid()}-{threading.get_ident():x}.part")
     try:
         yield temporary
         os.replace(temporary, path)
@@ -193,4 +199,9 @@ def _reason(message: str, path: str | os.PathLike[str]) -> str:
     """Choose the clearest words for a file that OpenImageIO would not read."""
     if not Path(path).exists():
         return "no such file"
-    return message.strip() or "not an image that can be read"
+    return one_line(message) or "not an image that can be read"
+
+
+def one_line(message: str) -> str:
+    """Return what OpenImageIO says in one line: it repeats itself, and puts every part on a line of its own."""
+    return "; ".join(dict.fromkeys(line.strip() for line in message.splitlines() if line.strip()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time as clock
 from collections.abc import Mapping
@@ -19,11 +18,16 @@ from equaltime.images import Window
 from equaltime.passes import Limits, ProgressCallback, run_passes
 from equaltime.result import Origin, Result, Stats, StoppedBy
 from equaltime.scene import Scene, load, load_dict
+from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
-__all__ = ["Backend", "render"]
+__all__ = ["MOST_SECONDS", "MOST_THREADS", "Backend", "render"]
 
 Backend = Literal["core", "embreex"]
+MOST_THREADS = 4096
+"""More than any machine has processors; some ten thousand end the process."""
+MOST_SECONDS = 1e9
+"""Thirty years: what a 64-bit count of nanoseconds holds, with room to spare."""
 _DEFAULT_SPP = 64
 _REPLICATES = 2
 _BYTES_PER_MOMENTS = 56
@@ -92,14 +96,14 @@ def render(
 
 
 def _check_arguments(spp: int | None, time: float | None, seed: int, threads: int, backend: str) -> None:
-    if spp is not None and spp < 1:
-        raise ValueError(f"spp must be at least 1, found {spp}")
-    if time is not None and not (math.isfinite(time) and time > 0.0):
-        raise ValueError(f"time must be a positive number of seconds, found {time}")
+    if spp is not None and not 1 <= spp <= MOST_SAMPLES:
+        raise ValueError(f"spp must be from 1 to {MOST_SAMPLES}, found {spp}")
+    if time is not None and not 0.0 < time <= MOST_SECONDS:
+        raise ValueError(f"time must be a positive number of seconds up to {MOST_SECONDS:g}, found {time}")
     if not 0 <= seed < 2**64:
         raise ValueError(f"seed must be from 0 to 2^64 - 1, found {seed}")
-    if threads < 0:
-        raise ValueError(f"threads must be at least 0, found {threads}")
+    if not 0 <= threads <= MOST_THREADS:
+        raise ValueError(f"threads must be from 0 to {MOST_THREADS}, found {threads}")
     if backend not in get_args(Backend):
         raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
 
@@ -131,6 +135,23 @@ def _render_core(
     seconds = clock.perf_counter() - begin
     if stopped_by == "interrupt" and not renderer.counters["paths"]:
         raise KeyboardInterrupt
+    while True:
+        try:
+            return _core_result(scene, core, renderer, strategy, seed, seconds, stopped_by)
+        except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
+            stopped_by = "interrupt"
+
+
+def _core_result(
+    scene: Scene,
+    core: _core.Scene,
+    renderer: _core.Renderer,
+    strategy: Strategy,
+    seed: int,
+    seconds: float,
+    stopped_by: StoppedBy,
+) -> Result:
+    """Make the result of what `renderer` holds; raises `NonFiniteSample` with it if a sample was not a number."""
     counters = renderer.counters
     stats = Stats(
         phases={**scene.timings, "render": seconds},

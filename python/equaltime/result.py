@@ -15,10 +15,18 @@ from equaltime import images, preview
 from equaltime.error_estimate import Estimate
 from equaltime.images import Window
 
-__all__ = ["OUTPUT_EXTENSIONS", "Origin", "Result", "Stats", "StoppedBy"]
+__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output"]
 
 StoppedBy = Literal["spp", "time", "interrupt", "nonfinite"]
-OUTPUT_EXTENSIONS = (".exr", ".png")
+_EXTENSIONS = (".exr", ".png")
+
+
+def check_output(path: Path) -> Path:
+    """Return where the picture of a result saved as ``path`` goes; raise `ImageError` if either cannot be written."""
+    images.check_writable(path, _EXTENSIONS)
+    picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
+    images.check_writable(picture, _EXTENSIONS)
+    return picture
 
 
 @dataclass(frozen=True)
@@ -138,8 +146,7 @@ class Result:
             If a file cannot be written; what was there before is left alone.
         """
         path = Path(path)
-        images.check_writable(path, OUTPUT_EXTENSIONS)
-        picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
+        picture = check_output(path)
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)

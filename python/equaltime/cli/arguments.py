@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import typer
 
+from equaltime.render import MOST_SECONDS
+
 __all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
 
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
@@ -23,6 +25,8 @@ def parse_duration(text: str) -> float:
     seconds = sum(float(number) * _SECONDS[unit] for number, unit in re.findall(_PART, words))
     if seconds <= 0.0:
         raise typer.BadParameter("a duration must be above 0")
+    if seconds > MOST_SECONDS:
+        raise typer.BadParameter(f"'{text}' is too long; a duration may have {MOST_SECONDS:g} seconds")
     return seconds
 
 

@@ -16,7 +16,9 @@ from rich.table import Table
 from equaltime.bench import Measurement, Report, Spread, measure
 from equaltime.cli.arguments import parse_definitions, parse_size
 from equaltime.cli.messages import print_warnings
+from equaltime.render import MOST_THREADS
 from equaltime.scene import load
+from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
 __all__ = ["bench"]
@@ -25,8 +27,8 @@ __all__ = ["bench"]
 def parse_threads(text: str) -> tuple[int, ...]:
     """Read ``1,2``: numbers of threads, 0 for one for each processor."""
     words = text.replace(" ", "").split(",")
-    if not all(word.isascii() and word.isdigit() and int(word) < 2**16 for word in words):
-        raise typer.BadParameter(f"'{text}' is no list of numbers of threads; write 1,2")
+    if not all(word.isascii() and word.isdigit() and int(word) <= MOST_THREADS for word in words):
+        raise typer.BadParameter(f"'{text}' is no list of numbers of threads up to {MOST_THREADS}; write 1,2")
     return tuple(map(int, words))
 
 
@@ -42,12 +44,18 @@ def bench(
     ] = "0",
     repeats: Annotated[
         int,
-        typer.Option(min=1, metavar="N", help="Of every scene and number of threads; 6 or more for 95 % intervals."),
+        typer.Option(
+            min=1,
+            max=1000,
+            metavar="N",
+            help="Of every scene and number of threads; 6 or more for 95 % intervals.",
+        ),
     ] = 9,
     spp: Annotated[
         int | None,
         typer.Option(
             min=1,
+            max=MOST_SAMPLES,
             metavar="N",
             show_default=False,
             help="Samples per pixel in each repeat [default: what takes about half a second].",

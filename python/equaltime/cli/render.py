@@ -9,15 +9,16 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from equaltime import images
 from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
 from equaltime.cli.messages import duration, print_error, print_warnings
 from equaltime.cli.progress import progress_bar
+from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, NonFiniteSample
-from equaltime.render import Backend
+from equaltime.render import MOST_THREADS, Backend
 from equaltime.render import render as render_scene
-from equaltime.result import OUTPUT_EXTENSIONS, Result
+from equaltime.result import Result, check_output
 from equaltime.scene import load
+from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
 __all__ = ["render"]
@@ -38,7 +39,13 @@ def render(
     ],
     spp: Annotated[
         int | None,
-        typer.Option(min=1, metavar="N", show_default=False, help="Samples per pixel [default: the scene's, or 64]."),
+        typer.Option(
+            min=1,
+            max=MOST_SAMPLES,
+            metavar="N",
+            show_default=False,
+            help="Samples per pixel [default: the scene's, or 64].",
+        ),
     ] = None,
     time: Annotated[
         float | None,
@@ -78,7 +85,10 @@ def render(
         ),
     ] = "best",
     seed: Annotated[int, typer.Option(parser=parse_seed, metavar="N", help="Seed of all random numbers.")] = 0,
-    threads: Annotated[int, typer.Option(min=0, metavar="N", help="Worker threads; 0 is one for each processor.")] = 0,
+    threads: Annotated[
+        int,
+        typer.Option(min=0, max=MOST_THREADS, metavar="N", help="Worker threads; 0 is one for each processor."),
+    ] = 0,
     define: Annotated[
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
@@ -110,7 +120,7 @@ def render(
     * roulette=none|throughput, roulette_depth=N, truncate=none|N (cuts paths: biased)
     """
     chosen = Strategy.parse(strategy)
-    images.check_writable(output, OUTPUT_EXTENSIONS)
+    check_output(output)
     loaded = load(scene, **parse_definitions(define or ()))
     if not quiet:
         print_warnings(loaded)
@@ -124,7 +134,8 @@ def render(
         failure, result = error, cast(Result, error.result)
     begin = clock.perf_counter()
     try:
-        files = result.save(output)
+        with held_back() as signals:
+            files = result.save(output)
     except ImageError as error:
         print_error(str(error))
         return 1
@@ -135,7 +146,7 @@ def render(
         print("\n".join(_summary(result, writing, files)))
     if failure is not None:
         raise failure
-    return 130 if result.stopped_by == "interrupt" else 0
+    return 130 if signals or result.stopped_by == "interrupt" else 0
 
 
 def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from equaltime import _core
+from equaltime.images import one_line
 from equaltime.scene.model import EnvMap, MeshFile, Ply
 
 __all__ = ["Assets"]
@@ -68,9 +69,12 @@ class Assets:
     def _path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
         path = self._folder / filename
-        if not path.is_file():
-            raise ValueError(f"{'is no file' if path.exists() else 'no such file'}: {path}")
-        stat = path.stat()
+        try:
+            if not path.is_file():
+                raise ValueError(f"{'is no file' if path.exists() else 'no such file'}: {path}")
+            stat = path.stat()
+        except OSError as error:  # such as a name that no file can have
+            raise ValueError(f"{error.strerror or error}: {path}") from error
         stamp = (stat.st_size, stat.st_mtime_ns)
         if self._stamps.setdefault(path, stamp) != stamp:
             raise ValueError(f"the file has changed since the scene was loaded: {path}")
@@ -94,7 +98,7 @@ def _read_image(path: Path) -> NDArray[np.float32]:
     buffer = OpenImageIO.ImageBuf(str(path))
     pixels = buffer.get_pixels(OpenImageIO.FLOAT) if buffer.initialized else None
     if pixels is None or buffer.has_error:
-        raise ValueError(f"{path}: cannot be read as an image: {buffer.geterror() or 'unknown format'}")
+        raise ValueError(f"{path}: cannot be read as an image: {one_line(buffer.geterror()) or 'unknown format'}")
     height, width, channels = pixels.shape
     if width < 2 or height < 3:
         raise ValueError(f"{path}: an environment needs at least 2x3 pixels, found {width}x{height}")

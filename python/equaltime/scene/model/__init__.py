@@ -9,6 +9,7 @@ from equaltime.scene.model.films import Box, Filter, Gaussian, HdrFilm, Tent
 from equaltime.scene.model.integrators import Direct, Integrator, Path
 from equaltime.scene.model.scene import SceneModel
 from equaltime.scene.model.sensors import (
+    MOST_SAMPLES,
     Independent,
     LdSampler,
     MultiJitter,
@@ -21,6 +22,7 @@ from equaltime.scene.model.shapes import Cube, Disk, MeshFile, Obj, Ply, Rectang
 from equaltime.scene.model.values import Color, Matrix, Spectrum, as_array, linear_scale, mirrors
 
 __all__ = [
+    "MOST_SAMPLES",
     "NOT_YET",
     "PLUGINS",
     "Area",

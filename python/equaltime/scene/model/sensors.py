@@ -12,10 +12,14 @@ from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.films import HdrFilm
 from equaltime.scene.model.values import IDENTITY, RigidTransform
 
-__all__ = ["Independent", "LdSampler", "MultiJitter", "Orthogonal", "Perspective", "Sampler", "Stratified"]
+__all__ = [
+    *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Perspective", "Sampler", "Stratified"),
+]
 
 FILM_DIAGONAL = math.hypot(36.0, 24.0)
 """Diagonal in mm of the 35 mm film that ``focal_length`` refers to."""
+MOST_SAMPLES = 2**32
+"""Samples per pixel, in any render: points of Sobol' have 32 bits, so that later ones would repeat them."""
 
 
 class SamplerPlugin(Plugin):
@@ -24,7 +28,7 @@ class SamplerPlugin(Plugin):
     kind: ClassVar[Kind] = "sampler"
     hints: ClassVar[frozenset[str]] = frozenset({"sample_count", "seed", "type"})
 
-    sample_count: PositiveInt = 4
+    sample_count: Annotated[int, Field(gt=0, le=MOST_SAMPLES)] = 4
     """Samples per pixel, unless the render asks for another number."""
     seed: int = 0
 
