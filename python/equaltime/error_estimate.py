@@ -108,7 +108,8 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
         counts = rows["count"].astype(np.float64)[..., None]
         total = counts.sum(axis=0)
         joined = (counts * rows["mean"]).sum(axis=0) / np.maximum(total, 1.0)
-        spread = (counts * np.square(rows["mean"] - joined)).sum(axis=0)
+        with np.errstate(over="ignore"):  # beyond 1e154 the variance is infinite, and the error unknown
+            spread = (counts * np.square(rows["mean"] - joined)).sum(axis=0)
         others = np.count_nonzero(counts, axis=0) - 1
         mean[band.rows], samples[band.rows] = joined, total[..., 0]
         variance[band.rows] = np.where(others >= 1, spread / np.maximum(others * total, 1.0), np.nan)

@@ -45,9 +45,9 @@ class Strategy(BaseModel):
     """How a light source is picked: all alike, or in proportion to the power that it emits."""
     roulette: Literal["none", "throughput"] = "throughput"
     """Russian roulette: never, or with the path's throughput as the probability to go on. Unbiased."""
-    roulette_depth: int = Field(default=5, ge=1)
+    roulette_depth: int = Field(default=5, ge=1, lt=2**31)
     """The first depth at which a path may be ended by the roulette."""
-    truncate: int | None = Field(default=None, ge=1)
+    truncate: int | None = Field(default=None, ge=1, lt=2**31)
     """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
     sampler: Literal["independent", "sobol"] = "sobol"
     """Independent numbers, or Owen-scrambled Sobol points."""
@@ -135,7 +135,7 @@ def _from_file(path: Path) -> Strategy:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise StrategyError(f"{path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise StrategyError(f"{path}: {error}") from error
     preset = table.pop("preset", "best")
     return _vary(preset, table, str(path))
@@ -158,6 +158,8 @@ def _explain(problem: Mapping[str, Any]) -> str:
         return f"unknown key '{key}'{_nearest(key, Strategy.model_fields)}"
     if problem["type"] == "literal_error":
         return f"unknown {key} '{found}'{_nearest(str(found), get_args(Strategy.model_fields[key].annotation))}"
+    if problem["type"] == "less_than":
+        return f"{key} must be below 2^31, found '{found}'"
     return f"{key} must be a whole number of at least 1{' or none' if key == 'truncate' else ''}, found '{found}'"
 
 

@@ -75,7 +75,7 @@ def test_a_field_of_view_outside_0_to_180_degrees_is_refused(fov: float) -> None
 
 def test_a_field_of_view_can_be_too_wide_only_horizontally() -> None:
     with pytest.raises(ValidationError, match="horizontal field of view"):
-        m.Perspective(fov=179.9999999999, fov_axis="y", film=m.HdrFilm(width=2**20, height=1))
+        m.Perspective(fov=179.9999999999, fov_axis="y", film=m.HdrFilm(width=1_000_000, height=1))
 
 
 def test_field_of_view_and_focal_length_exclude_each_other() -> None:
@@ -111,7 +111,7 @@ def test_a_crop_window_must_fit_into_the_film() -> None:
 
 
 def test_a_large_film_is_fine_if_its_crop_is_small() -> None:
-    film = m.HdrFilm(width=2**20, height=2**20, crop_width=16, crop_height=16)
+    film = m.HdrFilm(width=1_000_000, height=1_000_000, crop_width=16, crop_height=16)
     assert film.crop == (0, 0, 16, 16)
 
 

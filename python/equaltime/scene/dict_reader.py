@@ -5,12 +5,14 @@ TOML files are read through here too: their tables are such dictionaries.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
 from equaltime.scene import transforms
+from equaltime.scene.known import shortened
 from equaltime.scene.model import NOT_YET, Spectrum
 from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
 
@@ -125,8 +127,10 @@ class DictReader:
             value = value.tolist()
         if isinstance(value, list | tuple):
             return tuple(self._plain(item) for item in value)
-        if isinstance(value, bool | int | float):
+        if isinstance(value, bool | float) or (isinstance(value, int) and abs(value) <= sys.float_info.max):
             return value
+        if isinstance(value, int):
+            raise ValueError(f"expected a number below 1.8e308, found {_shown(value)}")
         raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")
 
 
@@ -136,4 +140,4 @@ def _has_objects(items: list[object] | tuple[object, ...]) -> bool:
 
 
 def _shown(value: object) -> str:
-    return repr(value) if len(repr(value)) <= 60 else repr(value)[:57] + "..."
+    return shortened(value, 60)

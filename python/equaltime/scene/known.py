@@ -1,4 +1,4 @@
-"""Names: what Mitsuba 3 knows, what is near a misspelt word."""
+"""Names: what Mitsuba 3 knows, what is near a misspelt word, and how a message shows what was found."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
-__all__ = ["MITSUBA", "mitsuba_kind", "nearest", "suggestion"]
+__all__ = ["MITSUBA", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
@@ -56,3 +56,12 @@ def suggestion(word: str, known: Iterable[str]) -> str:
         return ""
     listed = ", ".join(f"'{name}'" for name in names[:12]) + (", ..." if len(names) > 12 else "")
     return f"; expected {'one of ' if len(names) > 1 else ''}{listed}"
+
+
+def shortened(value: object, width: int) -> str:
+    """Return ``repr(value)``, cut to `width` characters."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no integer of more than 4300 digits
+        return "a number of thousands of digits"
+    return text if len(text) <= width else text[: width - 3] + "..."

@@ -13,7 +13,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.known import suggestion
+from equaltime.scene.known import shortened, suggestion
 
 __all__ = ["compose", "look_at", "matrix", "parse", "rotate", "scale", "translate"]
 
@@ -110,7 +110,7 @@ def parse(value: object) -> Matrix4:
         return compose([_step(step) for step in value])
     try:
         array = np.asarray(getattr(value, "matrix", value), dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     if array.shape == (4, 4, 1):  # Mitsuba's vectorised transforms
         array = array[..., 0]
@@ -138,11 +138,18 @@ def _numbers(value: object, *counts: int) -> list[float]:
         items = [number for row in items for number in row]
     if not isinstance(items, list | tuple):
         items = [items]
-    if not all(isinstance(item, Real) and not isinstance(item, bool) and math.isfinite(item) for item in items):
-        raise ValueError(f"expected finite numbers, found {value!r}")
+    if not all(isinstance(item, Real) and not isinstance(item, bool) and _finite(item) for item in items):
+        raise ValueError(f"expected finite numbers, found {shortened(value, 80)}")
     if len(items) not in counts:
         raise ValueError(f"expected {' or '.join(map(str, counts))} numbers, found {len(items)}")
     return [float(item) for item in items]
+
+
+def _finite(number: Real) -> bool:
+    try:
+        return math.isfinite(number)
+    except OverflowError:  # an integer beyond what a float64 holds
+        return False
 
 
 def _table(value: object, required: set[str], optional: set[str] = frozenset()) -> dict[str, object]:  # type: ignore[assignment]

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from equaltime.scene.known import suggestion
+from equaltime.scene.known import shortened, suggestion
 from equaltime.scene.model import NOT_YET, Plugin
 
 __all__ = ["explain"]
@@ -61,8 +61,12 @@ def _expectation(kind: str, context: Mapping[str, object], details: ErrorDetails
         return f"expected an object of type {str(context['class_name']).lower()!r}"
     for limit, words in {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at most"}.items():
         if limit in context:
-            return f"must be {words} {context[limit]:g}"
+            return f"must be {words} {_number(context[limit])}"
     return details["msg"].removeprefix("Input ").lower()
+
+
+def _number(limit: object) -> str:
+    return f"{limit:g}" if isinstance(limit, float) else str(limit)
 
 
 def _near(kind: str, context: Mapping[str, object], found: object) -> str:
@@ -78,5 +82,4 @@ def shown(value: object) -> str:
         return repr(getattr(value, "type", type(value).__name__))
     if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):
         return ", ".join(map(shown, value)) or "none"
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
+    return shortened(value, 80)

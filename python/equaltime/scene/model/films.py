@@ -11,7 +11,8 @@ from equaltime.scene.model.base import Kind, Plugin
 
 __all__ = ["Box", "Filter", "Gaussian", "HdrFilm", "Tent"]
 
-MAX_SIDE = 2**20
+MAX_SIDE = 1_000_000
+"""What libpng takes; the preview of an image is a PNG file."""
 MAX_PIXELS = 2**28
 PIXEL_BYTES = 112
 """What one pixel of the film costs: two replicates of count, mean and second moment in double precision."""

@@ -17,6 +17,12 @@ def _shown(hide: bool) -> bool:
     return hide
 
 
+def _sees_something(depth: int) -> int:
+    if depth == 0:
+        raise ValueError("must be -1 or at least 1, the depth that sees emitted light: 0 would see nothing")
+    return depth
+
+
 class IntegratorPlugin(Plugin):
     """Base of the integrators."""
 
@@ -31,7 +37,7 @@ class Path(IntegratorPlugin):
     hints: ClassVar[frozenset[str]] = frozenset({"rr_depth"})
 
     type: Literal["path"] = "path"
-    max_depth: Annotated[int, Field(ge=-1)] = -1
+    max_depth: Annotated[int, Field(ge=-1, lt=2**31), AfterValidator(_sees_something)] = -1
     """1: emitted light only, 2: direct light too, ...; -1: no limit."""
     rr_depth: PositiveInt = 5
     """From where on Russian roulette may end a path; a default that the strategy may override."""
