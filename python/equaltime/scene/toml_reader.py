@@ -27,10 +27,11 @@ def read_toml(file: str, content: bytes, defines: Mapping[str, object], report: 
     """Return the scene in the TOML `content` of `file`; problems go to `report`, None if there is no scene at all."""
     place = Place(file)
     try:
-        text = content.decode()
+        text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
         table = tomllib.loads(text)
     except UnicodeDecodeError as error:
-        report.add(place, f"not UTF-8 text (byte {error.start})")
+        number = content.count(b"\n", 0, error.start) + 1
+        report.add(Place(file, number), f"not UTF-8 text (byte {error.start} of the file)")
         return None
     except tomllib.TOMLDecodeError as error:
         line = _LINE.search(str(error))
@@ -41,6 +42,9 @@ def read_toml(file: str, content: bytes, defines: Mapping[str, object], report: 
         return None
     except RecursionError:
         report.add(place, "not well-formed TOML: nested too deep")
+        return None
+    except ValueError:  # the one thing that tomllib leaves to Python
+        report.add(place, "a number has more digits than can be read")
         return None
     reader = _TomlReader(text, Variables({k: _typed(v) for k, v in defines.items()}), report)
     return reader.scene(table, place)
@@ -91,7 +95,7 @@ def _typed(value: object) -> object:
         return value
     try:
         return tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return value
 
 
@@ -108,6 +112,7 @@ def _line_numbers(text: str) -> dict[str, int]:
         if header := _HEADER.match(line):
             table = _dotted(header[1])
             if line.lstrip().startswith("[["):
+                lines.setdefault(table, number)
                 counts[table] = counts.get(table, -1) + 1
                 table = f"{table}[{counts[table]}]"
             lines.setdefault(table, number)
