@@ -131,7 +131,7 @@ class Scene:
         return Scene(model, self.source, self.assets, self.warnings, self._places, seconds)
 
 
-def load(path: str | Path, **defines: object) -> Scene:
+def load(path: str | Path, /, **defines: object) -> Scene:
     """Read a scene file: TOML, or Mitsuba 3's XML.
 
     Parameters
