@@ -57,9 +57,9 @@ class RoughConductor(Conductor):
     distribution: Literal["beckmann", "ggx"] = "beckmann"
     alpha: PositiveFloat = 0.1
     alpha_u: PositiveFloat | None = None
-    """PositiveFloat along the tangent; with ``alpha_v`` instead of ``alpha``."""
+    """Roughness along the tangent; with ``alpha_v`` instead of ``alpha``."""
     alpha_v: PositiveFloat | None = None
-    """PositiveFloat along the bitangent."""
+    """Roughness along the bitangent."""
     sample_visible: bool = True
     """A sampling hint of Mitsuba; visible normals are always sampled here."""
 
@@ -74,7 +74,7 @@ class RoughConductor(Conductor):
 
     @property
     def alphas(self) -> tuple[float, float]:
-        """PositiveFloat along the tangent and the bitangent."""
+        """Roughness along the tangent and the bitangent."""
         if self.alpha_u is None or self.alpha_v is None:
             return self.alpha, self.alpha
         return self.alpha_u, self.alpha_v
