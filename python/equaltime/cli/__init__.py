@@ -7,10 +7,9 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Callable, Sequence
-from types import FrameType
+from io import TextIOWrapper
 from typing import Annotated
 
 import typer
@@ -20,6 +19,7 @@ from equaltime.cli.bench import bench
 from equaltime.cli.info import info
 from equaltime.cli.messages import print_error
 from equaltime.cli.render import render
+from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
 
 __all__ = ["COMMANDS", "app", "main"]
@@ -54,9 +54,13 @@ def equaltime_command(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; the console script passes it to the shell."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no failure
     try:
-        return app(arguments, prog_name="equaltime", standalone_mode=False) or 0
+        with sigterm_as_ctrl_c():
+            code = app(arguments, prog_name="equaltime", standalone_mode=False) or 0
+        print(end="", flush=True)
+        return code
     except KeyboardInterrupt:
         print_error("interrupted")
         return 130
@@ -69,14 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except EqualtimeError as error:
         print_error(str(error))
         return 2
-    except BrokenPipeError:
-        # the reader has gone (``| head``): say nothing, here and when Python flushes stdout at exit
+    except OSError as error:
+        # the disk is full, or the reader has gone (``| head``), which is its right
+        if not isinstance(error, BrokenPipeError):
+            print_error(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        # Python flushes stdout at exit, and would complain again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Let SIGTERM end a render as Ctrl-C does, with what is finished kept."""
-    raise KeyboardInterrupt

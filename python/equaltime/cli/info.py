@@ -61,4 +61,4 @@ def _in_words(value: Any) -> str:
         return ", ".join(f"{phase} {duration(seconds)}" for phase, seconds in value.items())
     if isinstance(value, list):
         return ", ".join(map(str, value)) or "none"
-    return f"{value:,}" if isinstance(value, int) else str(value)
+    return f"{value:,}" if isinstance(value, int) else "not given" if value is None else str(value)

@@ -17,10 +17,15 @@ def duration(seconds: float) -> str:
 def print_error(text: str) -> None:
     """Print one line ``error: …`` for every problem."""
     for line in text.splitlines():
-        print(f"error: {line}", file=sys.stderr)
+        print(f"error: {_visible(line)}", file=sys.stderr)
 
 
 def print_warnings(scene: Scene) -> None:
     """Print one line ``warning: …`` for everything odd about the scene's files."""
     for warning in scene.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+        print(f"warning: {_visible(warning)}", file=sys.stderr)
+
+
+def _visible(text: str) -> str:
+    """Write what a terminal would obey instead of showing: a file's words must not move the cursor."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
