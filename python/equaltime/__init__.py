@@ -21,6 +21,7 @@ from importlib.metadata import version
 from equaltime.error_estimate import Estimate
 from equaltime.errors import (
     EqualtimeError,
+    ExperimentError,
     ImageError,
     NonFiniteSample,
     Problem,
@@ -37,6 +38,7 @@ from equaltime.strategy import Strategy
 __all__ = [
     "EqualtimeError",
     "Estimate",
+    "ExperimentError",
     "ImageError",
     "NonFiniteSample",
     "Problem",

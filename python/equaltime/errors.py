@@ -5,6 +5,7 @@
     EqualtimeError
     ├── SceneError          a scene cannot be read; carries every problem that was found
     ├── StrategyError       a strategy that does not exist or makes no sense
+    ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
     ├── ImageError          an image file cannot be read or written
     └── RenderError
         └── NonFiniteSample a sample was NaN or infinite; carries what replays it
@@ -14,7 +15,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["EqualtimeError", "ImageError", "NonFiniteSample", "Problem", "RenderError", "SceneError", "StrategyError"]
+__all__ = [
+    "EqualtimeError",
+    "ExperimentError",
+    "ImageError",
+    "NonFiniteSample",
+    "Problem",
+    "RenderError",
+    "SceneError",
+    "StrategyError",
+]
 
 
 class EqualtimeError(Exception):
@@ -23,7 +33,7 @@ class EqualtimeError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong in a scene: where it is and what is the matter."""
+    """One thing that is wrong in a scene or an experiment: where it is and what is the matter."""
 
     place: str
     """``file:line`` or ``file: key.path``, as exact as the format allows."""
@@ -44,6 +54,14 @@ class SceneError(EqualtimeError):
 
 class StrategyError(EqualtimeError):
     """A strategy that does not exist or a combination that makes no sense, with the reason."""
+
+
+class ExperimentError(EqualtimeError):
+    """An experiment, or its records, cannot be used; ``problems`` lists everything that was found."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        self.problems = problems
+        super().__init__("\n".join(map(str, problems)))
 
 
 class ImageError(EqualtimeError):
