@@ -1,0 +1,85 @@
+"""A strategy of equaltime's own core as the subject of an experiment."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from equaltime import _core
+from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.error_estimate import image_error, pixel_statistics
+from equaltime.errors import NonFiniteSample
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["CoreSubject", "core_renderer"]
+
+
+def core_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
+    """Make the core's renderer for a scene and a strategy."""
+    settings = _core.Settings(
+        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
+    )
+    return _core.Renderer(scene.core, settings, seed=seed, threads=threads, replicates=2)
+
+
+@dataclass
+class CoreSubject:
+    """Renders with one long-lived renderer a run.
+
+    Its clocks run while `advance` does, and at no other time: neither making the film, nor the image and the error
+    estimate at a checkpoint are in them.
+    """
+
+    label: str
+    strategy: Strategy
+    renderer: RendererKind = "core"
+    _scene: Scene | None = field(default=None, init=False, repr=False)
+    _threads: int = field(default=0, init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """The strategy's name."""
+        return self.strategy.name
+
+    @property
+    def biased(self) -> bool:
+        """Whether the strategy is."""
+        return self.strategy.biased
+
+    def prepare(self, scene: Scene, threads: int) -> float:
+        """Build the scene if nobody did, take one sample to warm up, and return the seconds of loading and building."""
+        self._scene, self._threads = scene, threads
+        core_renderer(scene, self.strategy, 0, threads).advance(1)
+        return sum(scene.timings.values())
+
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+        """Bring one image to each count of ``ladder``; raises `NonFiniteSample` if a sample was not a number."""
+        assert self._scene is not None, "prepare comes first"
+        renderer = core_renderer(self._scene, self.strategy, seed, self._threads)
+        wall = cpu = 0.0
+        for spp in ladder:
+            wall_before, cpu_before = time.perf_counter(), time.process_time()
+            renderer.advance(spp)
+            cpu += time.process_time() - cpu_before
+            wall += time.perf_counter() - wall_before
+            if renderer.nonfinite:
+                x, y, index = renderer.nonfinite[0]
+                raise NonFiniteSample((x, y), index, seed, None)
+            pixels = pixel_statistics(renderer.moments)
+            counters = renderer.counters
+            yield Checkpoint(
+                spp=spp,
+                wall_s=wall,
+                cpu_s=cpu,
+                image=pixels.mean.astype(np.float32),
+                estimate=image_error(pixels),
+                paths=counters["paths"],
+                rays=counters["rays"],
+                shadow_rays=counters["shadow_rays"],
+            )
+            if seconds is not None and wall >= seconds:
+                return
