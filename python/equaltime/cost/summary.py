@@ -1,0 +1,96 @@
+"""What an experiment found: the values that reports, figures and verdicts are made of, and nothing else.
+
+`analysis.summarise` makes them from records. Errors are relative (0.02 is 2 %, see `metrics`), times are seconds of
+wall clock from a run's first sample, and every number that was estimated is an `Interval`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from equaltime.cost.statistics import Interval
+
+__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """How the error of a strategy falls; all tuples run over the checkpoints."""
+
+    spp: tuple[int, ...]
+    seconds: tuple[Interval, ...]
+    """Wall time since the first sample, without measuring."""
+    error: tuple[Interval, ...]
+    """Realised error against the reference, whose own noise is subtracted: root of the mean square over repeats."""
+    slope: Interval
+    """Of log error against log time: -0.5 where samples are independent."""
+    own_estimate: tuple[Interval, ...]
+    """What the renders themselves said; value NaN where a renderer says nothing."""
+
+
+@dataclass(frozen=True)
+class StrategyResult:
+    """What one strategy did on one scene."""
+
+    label: str
+    name: str
+    """The strategy in full."""
+    renderer: str
+    """core, mitsuba or command."""
+    biased: bool
+    """Named biased: it may converge to something else."""
+    repeats: int
+    curve: Curve
+    time_to: Mapping[float, Interval]
+    """Target error → seconds; ``inf`` if it is never reached. Notes say what is extrapolated."""
+    ratio: Mapping[float, Interval]
+    """Target error → the baseline's time over this one's: above 1 this one is faster."""
+    error_at_budget: Interval
+    """Error at equal time: the scene's ``budget_s``."""
+    equality_p: float | None
+    """P-value of the hypothesis that its images have the expectation of the scene's ``standard`` strategy."""
+    bias: Interval | None
+    """Relative bias: root of bias², signed as that is, since an estimate of 0 falls on both sides of it."""
+    notes: tuple[str, ...]
+    """What a reader must know of this strategy on this scene."""
+    image: Path | None
+    """Final image of the first repeat (float32 .npy, (H, W, 3)), at the budget: equal time."""
+
+
+@dataclass(frozen=True)
+class SceneResult:
+    """All strategies on one scene."""
+
+    name: str
+    digest: str
+    size: tuple[int, int]
+    """Width, height of the image."""
+    max_depth: int
+    reference_error: float
+    """Relative error of the reference, as it is known; it is subtracted from what is measured against it."""
+    baseline: str
+    """Label of the strategy that all are compared with."""
+    standard: str | None
+    """Label of the strategy that others' expectations are tested against."""
+    budget_s: float
+    """Seconds at which equal-time numbers are given: what the slowest run had when it ended."""
+    strategies: tuple[StrategyResult, ...]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What an experiment found on all its scenes."""
+
+    title: str
+    description: str
+    """A paragraph for students: what is compared, what to see, why."""
+    scenes: tuple[SceneResult, ...]
+    targets: tuple[float, ...]
+    """Errors to which times are given, largest first."""
+    provenance: Mapping[str, Any]
+    """Machine, build, dates, counts of runs."""
+    verdict: str
+    """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""
