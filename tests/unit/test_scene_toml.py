@@ -93,6 +93,15 @@ def test_a_variable_may_be_a_list_or_stand_within_a_string(tmp_path: Path) -> No
     assert read(tmp_path, text, color="[0.5, 0.5, 0.5]").model.shapes[0].bsdf == m.Diffuse(id="dark-red")
 
 
+def test_a_variable_may_stand_within_a_transform(tmp_path: Path) -> None:
+    text = SENSOR + '[default]\nsize = 3\nplace = [1, 2, 0]\n[s]\ntype = "sphere"\n'
+    text += 'to_world = [{ scale = "$size" }, { translate = "$place" }]\n'
+    moved = [[2.0, 0.0, 0.0, 1.0], [0.0, 2.0, 0.0, 2.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    assert np.array(read(tmp_path, text, size=2).model.shapes[0].to_world).tolist() == moved
+    whole = SENSOR + '[default]\nsteps = [{ translate = [1, 2, 0] }]\n[s]\ntype = "sphere"\nto_world = "$steps"\n'
+    assert np.array(read(tmp_path, whole).model.shapes[0].to_world)[:3, 3].tolist() == [1.0, 2.0, 0.0]
+
+
 def test_an_integrator_may_be_a_variable(tmp_path: Path) -> None:
     text = SENSOR + '[integrator]\ntype = "$integrator"\n[default]\nintegrator = "guided"\n'
     assert read(tmp_path, text, integrator="path").model.integrator == m.Path(id="integrator")

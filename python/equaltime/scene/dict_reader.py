@@ -89,7 +89,7 @@ class DictReader:
     def _node(self, name: str, value: object, place: Place) -> Node | None:
         try:
             if name in TRANSFORMS:
-                return Value(place, transforms.parse(value))
+                return Value(place, transforms.parse(self._expanded(value)))
             if not isinstance(value, Mapping):
                 return Value(place, self._plain(value))
             if value.get("type") == "ref":
@@ -100,6 +100,14 @@ class DictReader:
             self._report.add(place, str(error))
             return None
         return self.nested(value, place, name)
+
+    def _expanded(self, steps: object) -> object:
+        """Return the steps of a transform with what their strings stand for; arrays and Mitsuba's transforms as is."""
+        if isinstance(steps, str):
+            return self.string(steps)
+        if isinstance(steps, list | tuple):
+            return [self._expanded(step) for step in steps]
+        return {key: self._expanded(step) for key, step in steps.items()} if isinstance(steps, Mapping) else steps
 
     def _reference(self, table: Mapping[str, object], place: Place) -> Reference:
         if set(table) != {"type", "id"} or not isinstance(table["id"], str):
