@@ -58,6 +58,10 @@ class StrategyResult:
     """What a reader must know of this strategy on this scene."""
     image: Path | None
     """Final image of the first repeat (float32 .npy, (H, W, 3)), at the budget: equal time."""
+    images: tuple[Path, ...] = ()
+    """Final images of all repeats, the first one first: a report makes error and standard-error maps of them."""
+    samples: Path | None = None
+    """Samples of each pixel of ``image`` (.npy, (H, W)); None if they are the same everywhere."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,10 @@ class SceneResult:
     budget_s: float
     """Seconds at which equal-time numbers are given: what the slowest run had when it ended."""
     strategies: tuple[StrategyResult, ...]
+    reference: Path | None = None
+    """The reference (.npz of ``mean`` and ``variance`` of the mean, both (H, W, 3)); None if it is not at hand."""
+    crops: tuple[tuple[int, int, int, int], ...] = ()
+    """Windows x, y, width, height to look at closely, in pixels of the image; empty to let the report choose."""
 
 
 @dataclass(frozen=True)
