@@ -35,7 +35,7 @@ class Assets:
 
     def mesh(self, shape: MeshFile) -> _core.MeshData:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
-        path = self._path(shape.filename)
+        path = self.path(shape.filename)
         if path not in self._meshes:
             try:
                 mesh = _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
@@ -48,7 +48,7 @@ class Assets:
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
         """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
-        path = self._path(emitter.filename)
+        path = self.path(emitter.filename)
         if path not in self._images:
             self._images[path] = _read_image(path)
         return self._images[path]
@@ -56,7 +56,7 @@ class Assets:
     def sha256(self, filename: str) -> str:
         """Return the SHA-256 of the file's content in hexadecimal digits."""
         content = hashlib.sha256()
-        with self._path(filename).open("rb") as file:
+        with self.path(filename).open("rb") as file:
             while chunk := file.read(CHUNK):
                 content.update(chunk)
         return content.hexdigest()
@@ -66,7 +66,7 @@ class Assets:
         self._meshes.clear()
         self._images.clear()
 
-    def _path(self, filename: str) -> Path:
+    def path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
         path = self._folder / filename
         try:
