@@ -18,7 +18,9 @@ __all__ = ["info"]
 
 
 def info(
-    scene: Annotated[Path, typer.Argument(help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)],
+    scene: Annotated[
+        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)
+    ],
     define: Annotated[
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),

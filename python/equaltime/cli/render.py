@@ -25,7 +25,9 @@ __all__ = ["render"]
 
 
 def render(
-    scene: Annotated[Path, typer.Argument(help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)],
+    scene: Annotated[
+        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)
+    ],
     output: Annotated[
         Path,
         typer.Option(
