@@ -7,22 +7,18 @@ from collections.abc import Sequence
 
 import typer
 
+from equaltime.durations import seconds_of
 from equaltime.render import MOST_SECONDS
 
 __all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
 
-_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
-_PART = r"(\d+\.?\d*|\.\d+)(ms|min|s|m|h)"
-
 
 def parse_duration(text: str) -> float:
     """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or plain seconds."""
-    words = text.strip().lower().replace(" ", "")
-    if re.fullmatch(r"\d+\.?\d*|\.\d+", words):
-        words += "s"
-    if not re.fullmatch(f"({_PART})+", words):
-        raise typer.BadParameter(f"'{text}' is no duration; write 10s, 500ms, 2.5m or 1h30m")
-    seconds = sum(float(number) * _SECONDS[unit] for number, unit in re.findall(_PART, words))
+    try:
+        seconds = seconds_of(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
     if seconds <= 0.0:
         raise typer.BadParameter("a duration must be above 0")
     if seconds > MOST_SECONDS:

@@ -1,0 +1,223 @@
+"""An experiment as a value: scenes x strategies x repeats, what each run may cost, and what is wanted of it.
+
+`equaltime.cost.experiment_reader` reads one from TOML; in Python the same words are keyword arguments. Everything is
+checked when it is made, and every problem is told together, by its path of keys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from equaltime.cost.experiment_problems import crossed, explained, name_of_scene, name_of_strategy
+from equaltime.durations import seconds_of
+from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
+from equaltime.render import MOST_SECONDS, MOST_THREADS
+from equaltime.scene import Scene, load, load_dict
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.strategy import Strategy
+
+__all__ = ["DEFAULT_BUDGET", "Experiment", "Peer", "ReferenceWish", "SceneEntry", "StrategyEntry"]
+
+DEFAULT_BUDGET = 10.0
+
+Positive = Annotated[int, Field(ge=1)]
+Natural = Annotated[int, Field(ge=0)]
+Seconds = Annotated[float, Field(gt=0.0, le=MOST_SECONDS)]
+Window = Annotated[tuple[Natural, Natural, Positive, Positive], Field(strict=False)]
+File = Annotated[Path, Field(strict=False)]
+
+
+class _Value(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
+
+
+class SceneEntry(_Value):
+    """A scene, and what is different from its file."""
+
+    path: File | None = None
+    """A scene file; in an experiment file, relative to its folder."""
+    scene: Scene | dict[str, Any] | None = None
+    """Or the scene itself: loaded, or as Mitsuba's dictionary."""
+    name: str = ""
+    """What it is called in records and reports; the file's name without its ending, if not given."""
+    size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
+    """Film size in pixels."""
+    max_depth: Annotated[int, Field(ge=-1)] | None = None
+    crop: Window | None = None
+    """x, y, width, height of what is rendered."""
+    define: dict[str, Any] = Field(default_factory=dict)
+    """Values for the variables of the file."""
+
+    def load(self) -> Scene:
+        """Read the scene, and change what is to be changed; raises SceneError."""
+        if isinstance(self.scene, Scene):
+            scene = self.scene
+        else:
+            scene = load_dict(self.scene) if self.scene is not None else load(self.path or "", **self.define)
+        changed = self.size is not None or self.crop is not None or self.max_depth is not None
+        return scene.with_(size=self.size, crop=self.crop, max_depth=self.max_depth) if changed else scene
+
+
+class Peer(_Value):
+    """Another renderer: Mitsuba 3, or any command that writes an EXR file."""
+
+    renderer: Literal["mitsuba"] | None = None
+    variant: str | None = None
+    """Mitsuba's, such as ``llvm_ad_rgb``."""
+    integrator: str | None = None
+    sampler: str | None = None
+    command: str | None = None
+    """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
+
+
+class StrategyEntry(_Value):
+    """Something that is compared: one of equaltime's strategies, a peer, or a subject of your own."""
+
+    label: str = ""
+    """What it is called in records and reports; the strategy's own text, if not given."""
+    strategy: Strategy | None = None
+    peer: Peer | None = None
+    python: str | None = None
+    """``FILE.py:NAME``, called with the label, gives an `equaltime.cost.subject.Subject`."""
+
+    @field_validator("strategy", mode="before")
+    @classmethod
+    def _read_strategy(cls, value: object) -> object:
+        try:
+            return Strategy.parse(value) if isinstance(value, str) else value
+        except StrategyError as error:
+            raise ValueError(str(error)) from None
+
+    @field_validator("peer", mode="before")
+    @classmethod
+    def _name_peer(cls, value: object) -> object:
+        return {"renderer": value} if isinstance(value, str) else value
+
+
+class ReferenceWish(_Value):
+    """How exact the references shall be."""
+
+    error: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.005
+    """Relative error at which rendering a reference ends (0.005 is 0.5 %)."""
+    seconds: Seconds = 60.0
+    """Time after which it ends in any case."""
+    file: File | None = None
+    """An image to be used instead, for an experiment of one scene; an EXR's own standard errors count as its noise."""
+
+    _duration = field_validator("seconds", mode="before")(lambda value: _seconds(value))
+
+
+class Experiment(_Value):
+    """What is compared on what, for how long and how often."""
+
+    title: str = ""
+    description: str = ""
+    """A paragraph for students: what is compared, what to see, why."""
+    scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
+    strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
+    baseline: str = ""
+    """Label of the strategy that all are compared with: ``naive``, else the first, if not given."""
+    budget: Seconds | None = None
+    """Seconds of a run, first sample to last checkpoint; 10 if nothing is given."""
+    spp: (
+        Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
+    ) = None
+    """Or the sample counts of all checkpoints."""
+    repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
+    targets: Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False)] = (0.10, 0.05, 0.02, 0.01)
+    """Errors to which times are wanted (0.02 is 2 %)."""
+    crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
+    """Windows that the report shows large."""
+    reference: ReferenceWish = ReferenceWish()
+    threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
+    """Worker threads; 0 is one for each processor."""
+
+    _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
+
+    @field_validator("strategies", mode="before")
+    @classmethod
+    def _short_strategies(cls, value: object) -> object:
+        """Let a text stand for a strategy that is labelled by it."""
+        if not isinstance(value, list | tuple):
+            return value
+        return tuple({"label": entry, "strategy": entry} if isinstance(entry, str) else entry for entry in value)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _check(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Fill in names, and raise `ExperimentError` with every problem at once."""
+        problems = crossed(values) if isinstance(values, Mapping) else ()
+        try:
+            experiment = validate(_named(values) if isinstance(values, Mapping) else values)
+        except ValidationError as error:
+            raise ExperimentError((*explained(cls, error), *problems)) from None
+        if problems:
+            raise ExperimentError(problems)
+        return experiment
+
+    def replace(self, **changes: object) -> Experiment:
+        """Return the experiment with some values changed, checked anew."""
+        fields = {name: getattr(self, name) for name in self.model_fields_set}
+        if {"budget", "spp"} & changes.keys():
+            fields |= {"budget": None, "spp": None}
+        changed = fields | changes
+        if "baseline" not in changes and self.baseline not in map(name_of_strategy, changed["strategies"]):
+            changed["baseline"] = ""
+        return Experiment.model_validate(changed)
+
+    def load_scenes(self) -> tuple[Scene, ...]:
+        """Read all scenes; raises `ExperimentError` with the problems of all of them."""
+        scenes: list[Scene] = []
+        problems: list[Problem] = []
+        for number, entry in enumerate(self.scenes):
+            try:
+                scenes.append(entry.load())
+            except SceneError as error:
+                owner = str(entry.path or f"scenes[{number}]")
+                problems += (
+                    problem if owner in problem.place else Problem(f"{owner}: {problem.place}", problem.message)
+                    for problem in error.problems
+                )
+        if problems:
+            raise ExperimentError(tuple(problems))
+        return tuple(scenes)
+
+
+def _seconds(value: object) -> object:
+    return seconds_of(value) if isinstance(value, str) else value
+
+
+def _named(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values with the names filled in that were not given, as far as they can be known."""
+    filled = dict(values)
+    strategies, scenes = values.get("strategies"), values.get("scenes")
+    if isinstance(strategies, list | tuple):
+        labels = [name_of_strategy(entry) for entry in strategies]
+        filled["strategies"] = [_with(entry, "label", label) for entry, label in zip(strategies, labels, strict=True)]
+        if not values.get("baseline"):
+            filled["baseline"] = "naive" if "naive" in labels else (labels or [""])[0]
+    if isinstance(scenes, list | tuple):
+        filled["scenes"] = [_with(entry, "name", name_of_scene(entry, number)) for number, entry in enumerate(scenes)]
+    if values.get("budget") is None and values.get("spp") is None:
+        filled["budget"] = DEFAULT_BUDGET
+    return filled
+
+
+def _with(entry: object, key: str, name: str) -> object:
+    if isinstance(entry, Mapping):
+        return {**entry, key: entry.get(key) or name}
+    if isinstance(entry, SceneEntry | StrategyEntry):
+        return entry if getattr(entry, key) else entry.model_copy(update={key: name})
+    return entry

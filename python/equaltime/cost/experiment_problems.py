@@ -1,0 +1,204 @@
+"""Says in people's words what is wrong with an experiment."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from equaltime.errors import Problem
+from equaltime.scene.known import shortened, suggestion
+
+__all__ = ["crossed", "explained", "file_name", "name_of_scene", "name_of_strategy"]
+
+_EXPECTED = {
+    "bool_type": "true or false",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": "a text",
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "path_type": "the name of a file",
+    "finite_number": "a finite number",
+}
+_LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at most"}
+
+
+def name_of_scene(entry: object, number: int) -> str:
+    """Return what the scene is called: its name, else that of its file, else its number."""
+    source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
+    path = _get(entry, "path") or source
+    given = _get(entry, "name")
+    return str(given) if given else Path(str(path)).stem if path else f"scene-{number + 1}"
+
+
+def name_of_strategy(entry: object) -> str:
+    """Return what the strategy is called: its label, else its own text."""
+    if isinstance(entry, str):
+        return entry
+    peer = _get(entry, "peer")
+    for name in (_get(entry, "label"), _get(entry, "strategy"), _get(peer, "renderer"), peer, _get(entry, "python")):
+        if name:
+            return str(name) if not isinstance(name, Mapping | BaseModel) or _get(name, "name") else "command"
+    return ""
+
+
+def file_name(text: str) -> str:
+    """Return a name as a folder or file may have it anywhere."""
+    return re.sub(r"[^\w.+=-]+", "-", text).strip("-.") or "_"
+
+
+def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
+    """Return what pydantic found, each with its path of keys."""
+    problems: dict[Problem, None] = {}
+    for details in error.errors(include_url=False):
+        location = _without_union(details["loc"])
+        if details["type"] == "too_short" and details["input"]:
+            continue  # only because its entries are wrong, which is told
+        if details["type"] == "missing" and isinstance(location[-1], int):
+            location = location[:-1]
+        place = _path(location)
+        for message in _message(model, location, details).splitlines():
+            problems[Problem(place, message)] = None
+    return tuple(problems)
+
+
+def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
+    """Return what is wrong between the values, as far as they are there."""
+    return tuple(
+        Problem(place, message)
+        for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems)
+        for place, message in check(values)
+    )
+
+
+def _scene_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    scenes = _list(values.get("scenes"))
+    for number, entry in enumerate(scenes):
+        if isinstance(entry, Mapping | BaseModel) and (_get(entry, "path") is None) == (_get(entry, "scene") is None):
+            yield f"scenes[{number}]", "a scene has either 'path', a scene file, or 'scene', the scene as a table"
+        if _get(entry, "define") and _get(entry, "path") is None:
+            yield f"scenes[{number}].define", "only the variables of a file can be defined"
+    names = [name_of_scene(entry, number) for number, entry in enumerate(scenes)]
+    yield from _alike("scenes", "name", names)
+
+
+def _strategy_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    strategies = _list(values.get("strategies"))
+    for number, entry in enumerate(strategies):
+        if isinstance(entry, Mapping | BaseModel):
+            if sum(_get(entry, key) is not None for key in ("strategy", "peer", "python")) != 1:
+                yield f"strategies[{number}]", "give one of 'strategy', 'peer' and 'python'"
+            yield from _peer_problems(f"strategies[{number}].peer", _get(entry, "peer"))
+    labels = [name_of_strategy(entry) for entry in strategies]
+    yield from _alike("strategies", "label", labels)
+    baseline = values.get("baseline")
+    if isinstance(baseline, str) and baseline and labels and baseline not in labels:
+        yield "baseline", f"no strategy has the label '{baseline}'{suggestion(baseline, labels)}"
+
+
+def _peer_problems(place: str, peer: object) -> Iterator[tuple[str, str]]:
+    if not isinstance(peer, Mapping | BaseModel):
+        return
+    command = _get(peer, "command")
+    if (command is None) == (_get(peer, "renderer") is None):
+        yield place, "a peer has either 'renderer' or 'command'"
+    if isinstance(command, str):
+        if missing := [word for word in ("{spp}", "{out}") if word not in command]:
+            yield f"{place}.command", f"the command does not use {' and '.join(missing)}"
+        for key in ("variant", "integrator", "sampler"):
+            if _get(peer, key) is not None:
+                yield f"{place}.{key}", "not for a command"
+
+
+def _ladder_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    spp = values.get("spp")
+    if spp is not None and values.get("budget") is not None:
+        yield "spp", "give either 'budget' or 'spp'"
+    counts = [count for count in _list(spp) if isinstance(count, int)]
+    if any(b <= a for a, b in pairwise(counts)):
+        yield "spp", f"the sample counts must rise, found {shortened(counts, 80)}"
+
+
+def _reference_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    if _get(values.get("reference"), "file") is not None and len(_list(values.get("scenes"))) > 1:
+        yield "reference.file", "one file cannot be the reference of several scenes"
+
+
+def _alike(place: str, key: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Find names that are not fit to be told apart, on paper and as files."""
+    seen: dict[str, int] = {}
+    for number, name in enumerate(names):
+        where = f"{place}[{number}].{key}"
+        if not name.isprintable():
+            yield where, f"must be one line of text, found {shortened(name, 80)}"
+        before = seen.setdefault(file_name(name).casefold(), number)
+        if before == number:
+            continue
+        if names[before] == name:
+            yield where, f"'{name}' is {place}[{before}] already; give each a '{key}' of its own"
+        else:
+            yield where, f"'{name}' is too much like {place}[{before}], '{names[before]}': they are names of files too"
+
+
+def _message(model: type[BaseModel], location: Sequence[str | int], details: ErrorDetails) -> str:
+    kind, context, found = details["type"], details.get("ctx", {}), details["input"]
+    name = str(location[-1]) if location else ""
+    if kind == "extra_forbidden":
+        return f"unknown key '{name}'{suggestion(name, _keys(model, location))}"
+    if kind == "missing":
+        return f"has too few entries: {shortened(found, 80)}" if isinstance(found, list | tuple) else "is missing"
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "literal_error":
+        return f"expected {context['expected']}, found {shortened(found, 80)}"
+    if kind == "too_short":
+        return "must not be empty"
+    if kind == "too_long":
+        return f"has more than {context['max_length']} entries: {shortened(found, 80)}"
+    for limit, words in _LIMITS.items():
+        if limit in context:
+            return f"must be {words} {context[limit]:g}, found {shortened(found, 80)}"
+    expected = _EXPECTED.get(kind)
+    if expected is None:
+        return f"{details['msg'].removeprefix('Input ').lower()}, found {shortened(found, 80)}"
+    return f"expected {expected}, found {shortened(found, 80)}"
+
+
+def _keys(model: type[BaseModel], location: Sequence[str | int]) -> set[str]:
+    """Return the keys that the table around ``location`` may have."""
+    for step in location[:-1]:
+        if isinstance(step, str):
+            model = _model_in(model.model_fields[step].annotation) or model
+    return set(model.model_fields)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """Return the model that a field's type speaks of, however deep."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((found for part in get_args(annotation) if (found := _model_in(part))), None)
+
+
+def _without_union(location: Sequence[str | int]) -> tuple[str | int, ...]:
+    """Leave out the steps that pydantic adds to name a member of a union, such as ``is-instance[Scene]``."""
+    return tuple(step for step in location if not (isinstance(step, str) and "[" in step))
+
+
+def _path(location: Sequence[str | int]) -> str:
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in location).removeprefix(".")
+
+
+def _get(value: object, key: str) -> Any:
+    return value.get(key) if isinstance(value, Mapping) else getattr(value, key, None)
+
+
+def _list(value: object) -> Sequence[Any]:
+    return value if isinstance(value, list | tuple) else ()

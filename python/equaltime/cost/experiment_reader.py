@@ -1,0 +1,157 @@
+"""Reads experiments from TOML, and makes the one that suits a scene if there is no file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from equaltime.cost.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.errors import ExperimentError, Problem
+from equaltime.scene import Scene
+from equaltime.strategy import PRESETS, Strategy
+
+__all__ = ["DEFAULT_STRATEGIES", "default_experiment", "is_experiment", "quicker", "read_experiment", "with_roulette"]
+
+DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
+
+# A path in a closed room without a limit goes on until its throughput is zero in float32: hundreds of bounces.
+_DEPTH_WITHOUT_ROULETTE: Final = 64
+
+# What `quicker` makes of an experiment: about 35 s in all with its report, on a machine of two processors.
+_QUICK_SIZE: Final = 128
+_QUICK_REPEATS: Final = 5
+_QUICK_RUNS_SECONDS: Final = 16.0
+_QUICK_REFERENCES_SECONDS: Final = 10.0
+
+
+def is_experiment(path: Path) -> bool:
+    """Tell whether the file is an experiment and no scene: it lists scenes or strategies."""
+    if path.suffix.lower() != ".toml":
+        return False
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
+        return False  # the scene's reader says what is wrong, with the line
+    return any(isinstance(table.get(key), list) for key in ("scenes", "strategies"))
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an experiment file; the files that it names are looked for relative to its folder.
+
+    Raises
+    ------
+    ExperimentError
+        With every problem, each with the file and its path of keys.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ExperimentError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
+    except (ValueError, RecursionError) as error:
+        raise ExperimentError((Problem(str(path), f"not well-formed TOML: {error}"),)) from error
+    try:
+        return Experiment.model_validate(_located(table, path.parent))
+    except ExperimentError as error:
+        places = (Problem(f"{path}: {p.place}" if p.place else str(path), p.message) for p in error.problems)
+        raise ExperimentError(tuple(places)) from None
+
+
+def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the experiment with the files that it names as seen from here."""
+    scenes, strategies, reference = (table.get(key) for key in ("scenes", "strategies", "reference"))
+    located = dict(table)
+    if isinstance(scenes, list):
+        located["scenes"] = [_join(entry, "path", folder) for entry in scenes]
+    if isinstance(strategies, list):
+        located["strategies"] = [_join(_file_of_strategy(entry, folder), "python", folder) for entry in strategies]
+    if reference is not None:
+        located["reference"] = _join(reference, "file", folder)
+    return located
+
+
+def _join(entry: object, key: str, folder: Path) -> object:
+    if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
+        return {**entry, key: str(folder / entry[key])}
+    return entry
+
+
+def _file_of_strategy(entry: object, folder: Path) -> object:
+    if isinstance(entry, str) and entry.endswith(".toml"):
+        return {"label": Path(entry).stem, "strategy": str(folder / entry)}
+    if isinstance(entry, Mapping) and isinstance(text := entry.get("strategy"), str) and text.endswith(".toml"):
+        return {"label": Path(text).stem, **entry, "strategy": str(folder / text)}
+    return entry
+
+
+def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> Experiment:
+    """Return the experiment that suits a scene: the presets, from naive to best, or the strategies given.
+
+    Raises
+    ------
+    SceneError, ExperimentError
+        If the scene or a strategy cannot be read.
+    """
+    loaded = scene.load()
+    given = strategies or tuple(name for name in DEFAULT_STRATEGIES if name in PRESETS)
+    entry = scene.model_copy(update={"scene": loaded, "path": None, "define": {}, "size": None, "crop": None})
+    entry = entry.model_copy(update={"max_depth": None})
+    name = scene.name or (loaded.source.stem if loaded.source else "scene")
+    return Experiment(
+        title=f"What accuracy costs on {name}",
+        description=(
+            "Each strategy renders the same scene with the same time, several times over. The curves show how its "
+            "error falls; where one crosses a horizontal line is the time that it needs to be so exact."
+        ),
+        scenes=(entry.model_copy(update={"name": name}),),
+        strategies=tuple(_suited(text, loaded) for text in given),
+    )
+
+
+def _suited(text: str, scene: Scene) -> StrategyEntry:
+    """Return a strategy, with a roulette if it is a preset and its paths would have no end."""
+    try:
+        entry = StrategyEntry(label=text, strategy=text)  # type: ignore[arg-type]  # the validator reads it
+    except ValueError as error:
+        raise ExperimentError((Problem("strategies", str(error)),)) from None
+    if text not in PRESETS or entry.strategy is None:
+        return entry
+    return entry.model_copy(update={"strategy": with_roulette(entry.strategy, scene)})
+
+
+def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
+    """Return the strategy with a roulette (which is unbiased) if it has none and the scene's paths have no end."""
+    if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
+        return strategy.model_copy(update={"roulette": "throughput"})
+    return strategy
+
+
+def quicker(experiment: Experiment) -> Experiment:
+    """Return the experiment made so small that it ends in under a minute: for a first look.
+
+    Films shrink to at most 128 pixels in either direction; runs get fewer, and budgets shorter.
+    """
+    repeats = min(experiment.repeats, _QUICK_REPEATS)
+    runs = repeats * len(experiment.scenes) * len(experiment.strategies)
+    wish = experiment.reference
+    seconds = min(wish.seconds, _QUICK_REFERENCES_SECONDS / len(experiment.scenes))
+    ladder: dict[str, object] = {}
+    if experiment.spp is None:
+        ladder["budget"] = min(experiment.budget or _QUICK_RUNS_SECONDS, _QUICK_RUNS_SECONDS / runs)
+    return experiment.replace(
+        scenes=tuple(map(_smaller, experiment.scenes)),
+        repeats=repeats,
+        crops=(),
+        reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
+        **ladder,
+    )
+
+
+def _smaller(entry: SceneEntry) -> SceneEntry:
+    width, height = entry.load().size
+    if max(width, height) <= _QUICK_SIZE:
+        return entry
+    scale = _QUICK_SIZE / max(width, height)
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    return entry.model_copy(update={"size": size, "crop": None})

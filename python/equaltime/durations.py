@@ -1,0 +1,20 @@
+"""Lengths of time as people write them."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["seconds_of"]
+
+_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
+_PART = r"(\d+\.?\d*|\.\d+)(ms|min|s|m|h)"
+
+
+def seconds_of(text: str) -> float:
+    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or plain seconds; raises ValueError for anything else."""
+    words = text.strip().lower().replace(" ", "")
+    if re.fullmatch(r"\d+\.?\d*|\.\d+", words):
+        words += "s"
+    if not re.fullmatch(f"({_PART})+", words):
+        raise ValueError(f"'{text}' is no duration; write 10s, 500ms, 2.5m or 1h30m")
+    return sum(float(number) * _SECONDS[unit] for number, unit in re.findall(_PART, words))
