@@ -36,7 +36,7 @@ def test_every_shipped_scene_loads_builds_and_says_how_many_samples_it_wants(fil
     assert loaded.source == file
     assert loaded.core.shapes == len(loaded.model.shapes) > 0
     assert loaded.core.lights > 0
-    assert loaded.spp
+    assert loaded.spp or file.parent.name == "experiments"  # there the experiment says it
     assert not loaded.warnings
 
 
