@@ -8,7 +8,8 @@
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
     ├── ImageError          an image file cannot be read or written
     └── RenderError
-        └── NonFiniteSample a sample was NaN or infinite; carries what replays it
+        ├── NonFiniteSample a sample was NaN or infinite; carries what replays it
+        └── PeerError       another renderer is missing, failed, or gave no image that can be compared
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ __all__ = [
     "ExperimentError",
     "ImageError",
     "NonFiniteSample",
+    "PeerError",
     "Problem",
     "RenderError",
     "SceneError",
@@ -78,3 +80,7 @@ class NonFiniteSample(RenderError):
     def __init__(self, pixel: tuple[int, int], index: int, seed: int, result: object) -> None:
         self.pixel, self.index, self.seed, self.result = pixel, index, seed, result
         super().__init__(f"non-finite sample at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}")
+
+
+class PeerError(RenderError):
+    """Another renderer is missing, failed, or gave no image that can be compared."""

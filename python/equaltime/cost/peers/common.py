@@ -1,0 +1,53 @@
+"""What peers have in common: the scene as they are compared on it, their seeds, and what is asked of their images."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import PeerError
+from equaltime.scene import Scene
+from equaltime.scene.model import Box
+
+__all__ = ["checked_image", "render_seed", "with_box_filter"]
+
+
+def with_box_filter(scene: Scene) -> Scene:
+    """Return the scene with a box filter: the only one by which all renderers mean the same image.
+
+    Wider filters are splatted by some, which correlates pixels, and weigh the border of the image in different ways.
+    """
+    sensor = scene.model.sensor
+    if isinstance(sensor.film.rfilter, Box):
+        return scene
+    film = sensor.film.replace(rfilter=Box())
+    return dataclasses.replace(scene, model=scene.model.replace(sensor=sensor.replace(film=film)))
+
+
+def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.float32]:
+    """Return a peer's image as float32 (H, W, 3), cut to the scene's crop window if it is the whole film.
+
+    Raises PeerError if it is of another size or has a pixel that is not finite.
+    """
+    (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
+    if image.shape == (full_height, full_width, 3):
+        image = image[y : y + height, x : x + width]
+    if image.shape != (height, width, 3):
+        found = "x".join(map(str, image.shape[1::-1])) + (f" with {image.shape[2]} channels" if image.ndim > 2 else "")
+        raise PeerError(f"{who}: expected an image of {width}x{height} with 3 channels, found {found}")
+    finite = np.isfinite(image).all(axis=2)
+    if not finite.all():
+        row, column = np.argwhere(~finite)[0]
+        count = f"{finite.size - np.count_nonzero(finite)} of {finite.size} pixels are not finite"
+        raise PeerError(f"{who}: {count}; the first is ({column}, {row}): {image[row, column].tolist()}")
+    return np.ascontiguousarray(image, dtype=np.float32)
+
+
+def render_seed(seed: int, spp: int) -> int:
+    """Return 31 bits for one render of a run, so that no two renders have the same numbers."""
+    content = hashlib.blake2b(f"{seed} {spp}".encode(), digest_size=4)
+    return int.from_bytes(content.digest(), "little") >> 1
