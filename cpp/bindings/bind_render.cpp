@@ -16,29 +16,40 @@ namespace equaltime {
 
 namespace {
 
-/// The value that a word names, or an error that lists the words.
+/// The value that a word names, or an error that lists the words; without a word, the value is left as it is.
 template <class T>
-T named(const std::map<std::string, T>& words, const std::string& word, const char* what) {
-  if (const auto it = words.find(word); it != words.end()) return it->second;
+void set(T& value, const std::map<std::string, T>& words, const std::optional<std::string>& word, const char* what) {
+  if (!word) return;
+  if (const auto it = words.find(*word); it != words.end()) {
+    value = it->second;
+    return;
+  }
   std::string known;
   for (const auto& [name, value] : words) known += (known.empty() ? "" : ", ") + name;
-  throw py::value_error(std::string(what) + " is one of " + known + ", not \"" + word + "\"");
+  throw py::value_error(std::string(what) + " is one of " + known + ", not \"" + *word + "\"");
 }
 
-Settings make_settings(const std::string& technique, const std::string& heuristic, const std::string& lights,
-                       const std::string& roulette, int roulette_depth, int truncate, const std::string& sampler,
-                       int max_depth) {
+/// None stands for what has no meaning with the rest, such as the heuristic of a technique that needs no weights.
+using Word = std::optional<std::string>;
+
+Settings make_settings(const Word& technique, const Word& heuristic, const Word& lights, const Word& roulette,
+                       std::optional<int> roulette_depth, std::optional<float> survival, int truncate,
+                       const Word& sampler, int max_depth) {
   Settings s;
-  s.technique = named<Technique>({{"bsdf", Technique::bsdf}, {"light", Technique::light}, {"mis", Technique::mis}},
-                                 technique, "technique");
-  s.heuristic =
-      named<Heuristic>({{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
-  s.lights =
-      named<LightSelection>({{"uniform", LightSelection::uniform}, {"power", LightSelection::power}}, lights, "lights");
-  s.roulette = named<Roulette>({{"none", Roulette::none}, {"throughput", Roulette::throughput}}, roulette, "roulette");
-  s.sampler = named<SamplerKind>({{"independent", SamplerKind::independent}, {"sobol", SamplerKind::sobol}}, sampler,
-                                 "sampler");
-  s.roulette_depth = roulette_depth;
+  set(s.technique, {{"bsdf", Technique::bsdf}, {"light", Technique::light}, {"mis", Technique::mis}}, technique,
+      "technique");
+  set(s.heuristic, {{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
+  set(s.lights, {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}}, lights, "lights");
+  set(s.roulette,
+      {{"none", Roulette::none},
+       {"constant", Roulette::constant},
+       {"albedo", Roulette::albedo},
+       {"throughput", Roulette::throughput}},
+      roulette, "roulette");
+  set(s.sampler, {{"independent", SamplerKind::independent}, {"sobol", SamplerKind::sobol}}, sampler, "sampler");
+  s.roulette_depth = roulette_depth.value_or(s.roulette_depth);
+  s.survival = survival.value_or(s.survival);
+  if (!(s.survival > 0 && s.survival <= 1)) throw py::value_error("survival is a probability above 0");
   s.max_depth = max_depth < 0 ? kUnlimitedDepth : max_depth;
   if (truncate > 0) s.max_depth = std::min(s.max_depth, truncate);
   return s;
@@ -83,8 +94,8 @@ void bind_render(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
   py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
       .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
-           "lights"_a = "power", "roulette"_a = "throughput", "roulette_depth"_a = 5, "truncate"_a = 0,
-           "sampler"_a = "sobol", "max_depth"_a = -1);
+           "lights"_a = "power", "roulette"_a = "throughput", "roulette_depth"_a = 5, "survival"_a = 0.75,
+           "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates) {

@@ -1,4 +1,6 @@
 // Russian roulette: how likely a path goes on. The caller divides the throughput by it; it never enters a pdf.
+// `albedo` and `throughput` let no weight of a BSDF's own directions grow. With `constant`, weights grow where the
+// albedo exceeds it, and without a limit of depth the variance is infinite where the albedo's square does.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +10,21 @@
 
 namespace equaltime {
 
-enum class Roulette : std::uint8_t { none, throughput };
+enum class Roulette : std::uint8_t { none, constant, albedo, throughput };
 
-/// Probability of survival in [0, 1]. `beta` is the throughput with the radiance compression of refraction taken out.
-/// There is no cap below 1: a path of throughput 1 always survives, so weights never grow and the variance stays
-/// finite.
-[[nodiscard]] constexpr float survival_probability(Roulette rule, const Spectrum& beta) noexcept {
+/// Probability of survival in [0, 1]. `beta` is the throughput with the radiance compression of refraction taken out;
+/// `albedo` is called for that of the surface. There is no cap below 1: by throughput, a path of throughput 1 always
+/// survives, so weights never grow and the variance stays finite.
+template <class Albedo>
+[[nodiscard]] constexpr float survival_probability(Roulette rule, float constant, const Spectrum& beta,
+                                                   Albedo&& albedo) noexcept {
   switch (rule) {
     case Roulette::none:
       return 1.0F;
+    case Roulette::constant:
+      return constant;
+    case Roulette::albedo:
+      return std::min(1.0F, albedo().max_component());
     case Roulette::throughput:
       return std::min(1.0F, beta.max_component());
   }

@@ -1,5 +1,6 @@
 // What every BSDF gives and takes. Directions are unit, local to the shading frame and point away from the surface;
 // the frame's normal is on the side of wo, so wo.z > 0. Values include the cosine of wi; pdfs are per solid angle.
+// Besides eval and sample there is albedo(wo, front): how much is scattered in all, exact or nearly, 0 only if nothing.
 #pragma once
 
 #include "math/spectrum.h"

@@ -16,9 +16,11 @@ struct Conductor {
   explicit Conductor(const ConductorDescription& d) noexcept;
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float, Point2f) const noexcept {
-    const Spectrum weight = specular_reflectance * fresnel_conductor(wo.z, eta, k);
-    return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float, Point2f) const noexcept {
+    return BsdfSample{{-wo.x, -wo.y, wo.z}, albedo(wo, front), 0, true};
+  }
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+    return specular_reflectance * fresnel_conductor(wo.z, eta, k);
   }
 };
 

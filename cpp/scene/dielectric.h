@@ -27,6 +27,10 @@ struct Dielectric {
     return BsdfSample{
         {-wo.x * inv, -wo.y * inv, -cos_transmitted}, specular_transmittance * compression, 0, true, compression};
   }
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept {
+    const float reflectance = fresnel_dielectric(wo.z, front ? ior : 1 / ior).reflectance;
+    return specular_reflectance * reflectance + specular_transmittance * (1 - reflectance);
+  }
 };
 
 }  // namespace equaltime

@@ -23,6 +23,7 @@ struct Diffuse {
     if (!(wi.z > 0)) return std::nullopt;
     return BsdfSample{wi, reflectance, cosine_hemisphere_pdf(wi.z)};
   }
+  [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return reflectance; }
 };
 
 }  // namespace equaltime

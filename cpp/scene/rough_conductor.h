@@ -29,6 +29,10 @@ struct RoughConductor {
     if (!(value.pdf > 0)) return std::nullopt;
     return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
   }
+  /// That of the smooth conductor: the rough one reflects a little less, which shadowing takes.
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+    return specular_reflectance * fresnel_conductor(wo.z, eta, k);
+  }
 
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {

@@ -57,6 +57,13 @@ template <auto E>
   return Scattering{wi, s->wi.z > 0, s->weight, s->pdf, s->delta, s->radiance_scale};
 }
 
+/// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.
+template <auto E>
+[[nodiscard]] Spectrum albedo(const Interaction& it, const Bsdf& bsdf) noexcept {
+  const Vec3f wo = it.frame.to_local(it.wo);
+  return visit<E>(bsdf, [&](const auto& model) noexcept { return model.albedo(wo, it.front); });
+}
+
 /// Whether the BSDF scatters into a discrete set of directions only.
 template <auto E>
 [[nodiscard]] bool is_delta(const Bsdf& bsdf) noexcept {

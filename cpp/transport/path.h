@@ -93,7 +93,8 @@ template <Effects E, class Probe>
     radiance_scale *= scattered->radiance_scale;
     if (beta.is_black()) return L;
     if (depth >= settings.roulette_depth) {
-      const float survival = survival_probability(settings.roulette, beta * (1 / radiance_scale));
+      const float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
+                                                  [&]() noexcept { return albedo<E>(*it, *bsdf); });
       if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
       beta *= 1 / survival;
     }

@@ -1,7 +1,8 @@
 """A strategy: how paths are sampled, as a frozen value that every output names.
 
 A strategy never changes what is computed, only at what cost, with one exception that says so by name: ``truncate``
-cuts paths and is biased. To add a word to a field, add it to its ``Literal`` (and to the core).
+cuts paths and is biased. To add a word to a field, add it to its ``Literal`` (and to the core). A field that has no
+meaning with the others is None, and refused if it is given.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Self, get_args
 
@@ -39,14 +41,18 @@ class Strategy(BaseModel):
 
     technique: Literal["bsdf", "light", "mis"] = "mis"
     """Directions from the BSDF alone, light sources alone (where that is possible), or both combined."""
-    heuristic: Literal["balance", "power"] = "power"
-    """Weights of the combination; only for ``mis``."""
+    heuristic: Literal["balance", "power"] | None = None
+    """Weights of the combination; ``power`` unless given. None but for ``mis``."""
     lights: Literal["uniform", "power"] = "power"
     """How a light source is picked: all alike, or in proportion to the power that it emits."""
-    roulette: Literal["none", "throughput"] = "throughput"
-    """Russian roulette: never, or with the path's throughput as the probability to go on. Unbiased."""
-    roulette_depth: int = Field(default=5, ge=1, lt=2**31)
-    """The first depth at which a path may be ended by the roulette."""
+    roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
+    """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
+    largest component), or the path's throughput. Unbiased."""
+    roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
+    """The first depth at which a path may be ended by the roulette; 5 unless given. None without roulette."""
+    survival: float | None = Field(default=None, gt=0.0, lt=1.0)
+    """The probability of the ``constant`` roulette; 0.75 unless given, None for the others. Where the albedo is above
+    it, weights grow from bounce to bounce; where its square is, paths without limit have infinite variance."""
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
     """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
     sampler: Literal["independent", "sobol"] = "sobol"
@@ -56,17 +62,23 @@ class Strategy(BaseModel):
     @classmethod
     def _report_in_our_words(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
         """Raise `StrategyError` with every problem instead of pydantic's error."""
+        settled, problems = _settle(values)
         try:
-            return validate(values)
+            strategy = validate(settled)
         except ValidationError as error:
-            raise StrategyError("\n".join(_explain(problem) for problem in error.errors())) from None
+            problems += [_explain(problem) for problem in error.errors()]
+        if problems:
+            raise StrategyError("\n".join(problems)) from None
+        return strategy
 
-    @field_validator("roulette_depth", "truncate", mode="before")
+    @field_validator("roulette_depth", "truncate", "survival", mode="before")
     @classmethod
-    def _integer_from_text(cls, value: object, info: ValidationInfo) -> object:
-        """Let ``key=value`` text carry whole numbers, and ``none`` for no truncation."""
+    def _number_from_text(cls, value: object, info: ValidationInfo) -> object:
+        """Let ``key=value`` text carry numbers, and ``none`` for no truncation."""
         if not isinstance(value, str):
             return value
+        if info.field_name == "survival":
+            return _float_or_text(value)
         if value.lower() == "none" and info.field_name == "truncate":
             return None
         return int(value) if value.isascii() and value.isdigit() else value
@@ -113,21 +125,76 @@ class Strategy(BaseModel):
         return _vary(preset, changes, f"strategy '{text}'")
 
 
+@dataclass(frozen=True)
+class _Condition:
+    """When a field has a meaning: only if `field` has one of `words`."""
+
+    field: str
+    words: tuple[str, ...]
+    default: object
+    reason: str
+    """Why not otherwise."""
+
+    def holds(self, values: Mapping[str, Any]) -> bool:
+        return values.get(self.field, Strategy.model_fields[self.field].default) in self.words
+
+    def refuses(self, values: Mapping[str, Any]) -> bool:
+        """Tell whether the deciding field has one of its other words; a word that is none is a problem by itself."""
+        word = values.get(self.field, Strategy.model_fields[self.field].default)
+        return word in _words(self.field) and word not in self.words
+
+
+_CONDITIONS: Mapping[str, _Condition] = {
+    "heuristic": _Condition("technique", ("mis",), "power", "only mis weights two samples"),
+    "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
+    "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
+}
+
+
+def _settle(values: Any) -> tuple[Any, list[str]]:
+    """Give fields that depend on others their defaults, or None where they have no meaning; name those given there."""
+    if not isinstance(values, Mapping):
+        return values, []
+    settled, problems = dict(values), list[str]()
+    for key, condition in _CONDITIONS.items():
+        given = values.get(key)
+        if condition.holds(values):
+            settled[key] = condition.default if given is None else given
+            continue
+        settled[key] = None
+        if given is not None and str(given).lower() != "none" and condition.refuses(values):
+            decided = f"{condition.field}={values[condition.field]}"
+            problems.append(f"{key}={given} has no meaning with {decided}: {condition.reason}")
+    return settled, problems
+
+
+def _words(key: str) -> tuple[str, ...]:
+    """Return the words that a field may have."""
+    parts = get_args(Strategy.model_fields[key].annotation)
+    return tuple(word for part in parts for word in (get_args(part) or (part,)) if isinstance(word, str))
+
+
 PRESETS: Mapping[str, Strategy] = {
     "best": Strategy(),
     "mis": Strategy(technique="mis", heuristic="balance", lights="uniform", roulette="none", sampler="independent"),
-    "bsdf": Strategy(technique="bsdf", heuristic="balance", lights="uniform", roulette="none", sampler="independent"),
-    "light": Strategy(technique="light", heuristic="balance", lights="uniform", roulette="none", sampler="independent"),
+    "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent"),
+    "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent"),
 }
 """``best``, and the textbook techniques with nothing else switched on, for comparisons."""
 
 
 def _text_as_variation(strategy: Strategy, preset: str) -> str:
-    """Spell ``strategy`` as a preset and what differs from it."""
+    """Spell ``strategy`` as a preset and what differs from it, without what follows from the rest."""
     base = PRESETS[preset]
-    differing = [key for key in Strategy.model_fields if getattr(strategy, key) != getattr(base, key)]
-    words = (f"{key}={str(getattr(strategy, key)).lower()}" for key in differing)
-    return ",".join([preset, *words])
+    words = [preset]
+    for key in Strategy.model_fields:
+        value, condition = getattr(strategy, key), _CONDITIONS.get(key)
+        follows = condition is not None and (
+            value is None or (getattr(base, key) is None and value == condition.default)
+        )
+        if value != getattr(base, key) and not follows:
+            words.append(f"{key}={str(value).lower()}")
+    return ",".join(words)
 
 
 def _from_file(path: Path) -> Strategy:
@@ -145,8 +212,12 @@ def _vary(preset: object, changes: Mapping[str, Any], place: str) -> Strategy:
     """Apply ``changes`` to a preset; every problem is reported together, prefixed by ``place``."""
     if not isinstance(preset, str) or preset not in PRESETS:
         raise StrategyError(f"{place}: unknown strategy '{preset}'{_nearest(str(preset), PRESETS)}")
+    values = PRESETS[preset].model_dump() | dict(changes)
+    for key, condition in _CONDITIONS.items():
+        if key not in changes and not condition.holds(values):
+            values[key] = None  # the preset's, not the user's
     try:
-        return Strategy.model_validate(PRESETS[preset].model_dump() | dict(changes))
+        return Strategy.model_validate(values)
     except StrategyError as error:
         raise StrategyError("\n".join(f"{place}: {line}" for line in str(error).splitlines())) from None
 
@@ -157,7 +228,9 @@ def _explain(problem: Mapping[str, Any]) -> str:
     if problem["type"] == "extra_forbidden":
         return f"unknown key '{key}'{_nearest(key, Strategy.model_fields)}"
     if problem["type"] == "literal_error":
-        return f"unknown {key} '{found}'{_nearest(str(found), get_args(Strategy.model_fields[key].annotation))}"
+        return f"unknown {key} '{found}'{_nearest(str(found), _words(key))}"
+    if key == "survival":
+        return f"survival must be a number between 0 and 1, found '{found}'"
     if problem["type"] == "less_than":
         return f"{key} must be below 2^31, found '{found}'"
     return f"{key} must be a whole number of at least 1{' or none' if key == 'truncate' else ''}, found '{found}'"
@@ -168,3 +241,10 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     known = tuple(known)
     close = difflib.get_close_matches(word.lower(), known, n=1, cutoff=0.5)
     return f"; did you mean '{close[0]}'?" if close else f"; known are {', '.join(known)}"
+
+
+def _float_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text

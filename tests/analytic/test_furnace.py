@@ -130,11 +130,15 @@ def test_every_heuristic_and_choice_of_lights_is_unbiased(heuristic: str, lights
         assert got.p(seen(-1, rho)) > EACH, got
 
 
-@pytest.mark.parametrize("roulette", ["none", "throughput"])
+@pytest.mark.parametrize("roulette", ["none", "constant", "albedo", "throughput"])
 def test_roulette_changes_no_expectation(roulette: str) -> None:
+    """A constant of 0.95 keeps the variance finite: the square of the albedo is below it."""
     rho = np.array([0.9, 0.7, 0.8])
-    got = estimate(room_of(rectangles, rho), 16, roulette=roulette, roulette_depth=2, max_depth=120)
-    assert got.p(seen(120, rho)) > EACH, got
+    for shape, mirror in ((rectangles, False), (dome, True)):
+        scene = room_of(shape, rho, mirror)
+        got = estimate(scene, 16, roulette=roulette, survival=0.95, roulette_depth=2, max_depth=120)
+        assert got.p(seen(120, rho)) > EACH, got
+        assert got.p(seen(9, rho)) < EACH, "the twin: paths cut where a roulette would end most"
 
 
 def test_errors_fall_with_the_square_root_of_the_samples_for_bright_walls() -> None:

@@ -32,6 +32,8 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "early roulette": {"roulette_depth": 1},
     "bsdf, independent, early roulette": {"technique": "bsdf", "sampler": "independent", "roulette_depth": 1},
     "light, lights alike": {"technique": "light", "lights": "uniform"},
+    "constant roulette": {"roulette": "constant", "survival": 0.9, "roulette_depth": 1},
+    "albedo roulette": {"roulette": "albedo", "roulette_depth": 1},
 }
 NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith("bsdf"))
 """These never aim at a light; they get more samples and a coarser twin."""

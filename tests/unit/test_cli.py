@@ -215,8 +215,9 @@ def test_an_unknown_command_names_the_nearest(capsys: pytest.CaptureFixture[str]
 def test_the_help_of_render_names_every_strategy(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", "--help"]) == 0
     text = capsys.readouterr().out
-    words = [word for field in Strategy.model_fields.values() for word in get_args(field.annotation)]
-    assert all(str(word) in text for word in [*PRESETS, *Strategy.model_fields] + [w for w in words if type(w) is str])
+    parts = [part for field in Strategy.model_fields.values() for part in get_args(field.annotation)]
+    words = [word for part in parts for word in (part, *get_args(part)) if isinstance(word, str)]
+    assert all(word in text for word in [*PRESETS, *Strategy.model_fields, *words])
 
 
 def test_info_tells_what_is_in_a_scene(scene: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,6 @@
+import contextlib
 import itertools
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -6,18 +8,27 @@ import pytest
 from equaltime.errors import StrategyError
 from equaltime.strategy import PRESETS, Strategy
 
+CHOICES: dict[str, list[object]] = {
+    "technique": ["bsdf", "light", "mis"],
+    "heuristic": [None, "balance", "power"],
+    "lights": ["uniform", "power"],
+    "roulette": ["none", "constant", "albedo", "throughput"],
+    "roulette_depth": [None, 1, 5],
+    "survival": [None, 0.75, 0.95],
+    "truncate": [None, 3],
+    "sampler": ["independent", "sobol"],
+}
 
+
+@cache
 def every_strategy() -> list[Strategy]:
-    choices = itertools.product(
-        ["bsdf", "light", "mis"],
-        ["balance", "power"],
-        ["uniform", "power"],
-        ["none", "throughput"],
-        [1, 5],
-        [None, 3],
-        ["independent", "sobol"],
-    )
-    return [Strategy.model_validate(dict(zip(Strategy.model_fields, choice, strict=True))) for choice in choices]
+    """Return all combinations of CHOICES that make sense, each once."""
+    assert CHOICES.keys() == Strategy.model_fields.keys()
+    strategies = set()
+    for choice in itertools.product(*CHOICES.values()):
+        with contextlib.suppress(StrategyError):
+            strategies.add(Strategy.model_validate(dict(zip(CHOICES, choice, strict=True))))
+    return sorted(strategies, key=str)
 
 
 def test_every_strategy_is_read_back_from_its_name() -> None:
@@ -27,7 +38,12 @@ def test_every_strategy_is_read_back_from_its_name() -> None:
 
 def test_no_two_strategies_share_a_name() -> None:
     strategies = every_strategy()
-    assert len({strategy.name for strategy in strategies}) == len(strategies)
+    assert len({strategy.name for strategy in strategies}) == len(strategies) > 250
+
+
+def test_a_strategy_is_made_again_from_its_own_values() -> None:
+    for strategy in every_strategy():
+        assert Strategy.model_validate(strategy.model_dump()) == strategy
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -62,6 +78,9 @@ def test_only_truncation_is_biased() -> None:
         ("best,roulette_depth=2.5", "roulette_depth must be a whole number of at least 1, found '2.5'"),
         ("best,roulette_depth=none", "roulette_depth must be a whole number of at least 1, found 'none'"),
         ("best,sobol", "expected key=value"),
+        ("best,roulette=constant,survival=1", "survival must be a number between 0 and 1, found '1.0'"),
+        ("best,roulette=constant,survival=often", "survival must be a number between 0 and 1, found 'often'"),
+        ("best,heuristic=none", "unknown heuristic 'none'; known are balance, power"),
         ("best,sampler=sobol,sampler=sobol", "'sampler' is given twice"),
         ("", "known are best"),
     ],
@@ -72,10 +91,32 @@ def test_a_wrong_strategy_is_refused_with_the_nearest_name(text: str, message: s
     assert message in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("bsdf,heuristic=balance", "heuristic=balance has no meaning with technique=bsdf"),
+        ("best,technique=light,heuristic=power", "heuristic=power has no meaning with technique=light"),
+        ("mis,roulette_depth=3", "roulette_depth=3 has no meaning with roulette=none"),
+        ("best,survival=0.9", "survival=0.9 has no meaning with roulette=throughput"),
+    ],
+)
+def test_a_meaningless_pair_is_refused_with_the_reason(text: str, message: str) -> None:
+    with pytest.raises(StrategyError) as caught:
+        Strategy.parse(text)
+    assert message in str(caught.value)
+
+
+def test_what_a_preset_says_gives_way_to_what_makes_it_meaningless() -> None:
+    assert Strategy.parse("best,technique=bsdf").heuristic is None
+    assert Strategy.parse("bsdf,technique=mis").heuristic == "power"
+    assert Strategy.parse("best,roulette=constant").survival == 0.75
+    assert Strategy.parse("best,roulette=none").roulette_depth is None
+
+
 def test_all_problems_are_reported_together() -> None:
     with pytest.raises(StrategyError) as caught:
-        Strategy.parse("best,sampler=x,truncate=y,foo=1")
-    assert len(str(caught.value).splitlines()) == 3
+        Strategy.parse("best,technique=light,heuristic=power,sampler=x,truncate=y,foo=1")
+    assert len(str(caught.value).splitlines()) == 4
 
 
 def test_the_constructor_reports_like_parse() -> None:

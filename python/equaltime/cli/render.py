@@ -119,7 +119,9 @@ def render(
 
     * technique=bsdf|light|mis, heuristic=balance|power, lights=uniform|power, sampler=independent|sobol
 
-    * roulette=none|throughput, roulette_depth=N, truncate=none|N (cuts paths: biased)
+    * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
+
+    * truncate=none|N (cuts paths: biased)
     """
     chosen = Strategy.parse(strategy)
     check_output(output)
