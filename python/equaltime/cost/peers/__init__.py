@@ -1,3 +1,28 @@
 """Other renderers as subjects of an experiment: Mitsuba 3, and any command that writes an image."""
 
 from __future__ import annotations
+
+from pathlib import Path
+
+from equaltime.cost.experiment import Peer
+from equaltime.cost.peers.command import CommandPeer
+from equaltime.cost.peers.common import with_box_filter
+from equaltime.cost.peers.mitsuba import MitsubaPeer
+
+__all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
+
+
+def peer_subject(label: str, peer: Peer, folder: Path = Path()) -> MitsubaPeer | CommandPeer:
+    """Return the subject that an experiment's entry describes; a command is run in ``folder``, that of its file.
+
+    Raises PeerError for a command that cannot work.
+    """
+    if peer.command is not None:
+        return CommandPeer(label, peer.command, folder)
+    default = MitsubaPeer(label)
+    return MitsubaPeer(
+        label,
+        variant=peer.variant or default.variant,
+        integrator=peer.integrator or default.integrator,
+        sampler=peer.sampler or default.sampler,
+    )

@@ -15,6 +15,7 @@ The command is taken apart as a shell would (quotes work) and run without one. T
 - ``{scene}``   the scene's file as it is, without what the experiment changes
 - ``{json}``    a file with the whole scene, all changes included: see `equaltime.scene.mitsuba_dict`
 - ``{width}``, ``{height}``, ``{max_depth}``   of the image, and of paths, as the experiment wants them
+- ``{python}``  the Python that runs equaltime
 - ``{threads}`` how many threads it may use; it is confined to as many processors in any case
 
 The pixel filter must be a box. What the command writes to stdout may end in a JSON object, as that of ``equaltime
@@ -30,6 +31,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -51,7 +53,7 @@ from equaltime.scene.mitsuba_dict import mitsuba_dict
 
 __all__ = ["WORDS", "CommandPeer"]
 
-WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads")
+WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
 """What may stand in braces."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
@@ -97,7 +99,7 @@ class CommandPeer:
         """Keep the scene; nothing is run, so that it takes no time. Raises PeerError if there is no such program."""
         if "{scene}" in self.command and scene.source is None:
             raise PeerError(f"{self.label}: the scene is no file, so that there is nothing to put for {{scene}}")
-        program = self._arguments[0]
+        program = self._arguments[0].replace("{python}", sys.executable)
         place = self.folder / program if "/" in program else program
         if shutil.which(place) is None:
             raise PeerError(f"{self.label}: there is no program {place} that can be run")
@@ -138,6 +140,7 @@ class CommandPeer:
             "width": str(width),
             "height": str(height),
             "max_depth": str(scene.max_depth),
+            "python": sys.executable,
             "threads": str(self._threads or os.cpu_count()),
         }
         if "{json}" in self.command:
