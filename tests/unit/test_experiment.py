@@ -152,9 +152,9 @@ def test_every_problem_is_told_with_file_and_keys(file: Callable[[str], Path]) -
         ({"strategies": [{"label": "a\nb", "strategy": "mis"}]}, "strategies[0].label: must be one line of text, "
          "found 'a\\nb'"),
         ({"strategies": [{"label": "x"}]}, "strategies[0]: give one of 'strategy', 'peer' and 'python'"),
-        ({"strategies": [{"peer": {"command": "render {spp}"}}]}, "strategies[0].peer.command: the command does not "
+        ({"strategies": [{"peer": {"command": "render {spp} {seed}"}}]}, "strategies[0].peer.command: the command does not "
          "use {out}"),
-        ({"strategies": [{"peer": {"command": "r {spp} {out}", "sampler": "x"}}]}, "strategies[0].peer.sampler: not "
+        ({"strategies": [{"peer": {"command": "r {spp} {seed} {out}", "sampler": "x"}}]}, "strategies[0].peer.sampler: not "
          "for a command"),
         ({"strategies": [{"peer": {}, "label": "x"}]}, "strategies[0].peer: a peer has either 'renderer' or 'command'"),
         ({"scenes": [{"scene": {}, "define": {"a": 1}}]}, "scenes[0].define: only the variables of a file can be "
@@ -226,7 +226,7 @@ def test_a_loaded_scene_will_do_as_well() -> None:
 def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     experiment = made(scenes=[{"path": str(SCENES / "veach-mis.toml")}], repeats=20)
     quick = quicker(experiment)
-    assert quick.load_scenes()[0].size == (128, 72)
+    assert quick.load_scenes()[0].size == (96, 54)
     assert quick.strategies == experiment.strategies
     assert quick.budget is not None
     assert quick.budget * quick.repeats * len(quick.strategies) <= 20.0

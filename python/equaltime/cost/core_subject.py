@@ -39,6 +39,7 @@ class CoreSubject:
     renderer: RendererKind = "core"
     _scene: Scene | None = field(default=None, init=False, repr=False)
     _threads: int = field(default=0, init=False, repr=False)
+    _warm: set[str] = field(default_factory=set, init=False, repr=False)
 
     @property
     def name(self) -> str:
@@ -53,7 +54,9 @@ class CoreSubject:
     def prepare(self, scene: Scene, threads: int) -> float:
         """Build the scene if nobody did, take one sample to warm up, and return the seconds of loading and building."""
         self._scene, self._threads = scene, threads
-        core_renderer(scene, self.strategy, 0, threads).advance(1)
+        if scene.digest not in self._warm:
+            core_renderer(scene, self.strategy, 0, threads).advance(1)
+            self._warm.add(scene.digest)
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:

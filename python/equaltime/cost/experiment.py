@@ -144,6 +144,9 @@ class Experiment(_Value):
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 is one for each processor."""
 
+    folder: File = Path()
+    """Where the commands of peers are run; for an experiment file its own folder, if it does not say."""
+
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 
     @field_validator("strategies", mode="before")

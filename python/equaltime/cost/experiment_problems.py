@@ -111,8 +111,8 @@ def _peer_problems(place: str, peer: object) -> Iterator[tuple[str, str]]:
     if (command is None) == (_get(peer, "renderer") is None):
         yield place, "a peer has either 'renderer' or 'command'"
     if isinstance(command, str):
-        if missing := [word for word in ("{spp}", "{out}") if word not in command]:
-            yield f"{place}.command", f"the command does not use {' and '.join(missing)}"
+        if missing := [word for word in ("{spp}", "{seed}", "{out}") if word not in command]:
+            yield f"{place}.command", f"the command does not use {', '.join(missing)}"
         for key in ("variant", "integrator", "sampler"):
             if _get(peer, key) is not None:
                 yield f"{place}.{key}", "not for a command"

@@ -20,7 +20,7 @@ DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 _DEPTH_WITHOUT_ROULETTE: Final = 64
 
 # What `quicker` makes of an experiment: about 35 s in all with its report, on a machine of two processors.
-_QUICK_SIZE: Final = 128
+_QUICK_SIZE: Final = 96
 _QUICK_REPEATS: Final = 5
 _QUICK_RUNS_SECONDS: Final = 16.0
 _QUICK_REFERENCES_SECONDS: Final = 10.0
@@ -61,7 +61,8 @@ def read_experiment(path: Path) -> Experiment:
 def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return the experiment with the files that it names as seen from here."""
     scenes, strategies, reference = (table.get(key) for key in ("scenes", "strategies", "reference"))
-    located = dict(table)
+    given = table.get("folder", "")
+    located = {**table, "folder": str(folder / given) if isinstance(given, str) else given}
     if isinstance(scenes, list):
         located["scenes"] = [_join(entry, "path", folder) for entry in scenes]
     if isinstance(strategies, list):
@@ -130,7 +131,7 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 def quicker(experiment: Experiment) -> Experiment:
     """Return the experiment made so small that it ends in under a minute: for a first look.
 
-    Films shrink to at most 128 pixels in either direction; runs get fewer, and budgets shorter.
+    Films shrink to at most 96 pixels in either direction; runs get fewer, and budgets shorter.
     """
     repeats = min(experiment.repeats, _QUICK_REPEATS)
     runs = repeats * len(experiment.scenes) * len(experiment.strategies)

@@ -72,7 +72,7 @@ class Row:
     mare: float | None
     """Mean absolute relative difference; the reference's noise is in it."""
     flip: float | None
-    """Of the run's last image only."""
+    """Of the run's last image only, and there not of short repeats: it takes long."""
     reference_relmse: float | None
     """What was subtracted."""
     estimate: float | None

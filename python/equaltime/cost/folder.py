@@ -1,0 +1,170 @@
+"""The folder of an experiment: what lies where in it, and whether it may be continued.
+
+::
+
+    records.csv      one row for each checkpoint of each run (`record`)
+    experiment.json  what is compared; what a continuation must agree with
+    provenance.json  machines and builds by the keys that records have; references; sessions
+    references/      SCENE.npz (`reference`)
+    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3)
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from pydantic import BaseModel
+
+from equaltime import _core
+from equaltime.bench import machine
+from equaltime.cost.experiment_problems import file_name
+from equaltime.errors import ExperimentError, Problem
+
+__all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
+
+_OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
+_PART = ".equaltime-{}.part"
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Where the files of an experiment are."""
+
+    path: Path
+
+    @property
+    def records(self) -> Path:
+        """The records."""
+        return self.path / "records.csv"
+
+    @property
+    def experiment(self) -> Path:
+        """What the records are of."""
+        return self.path / "experiment.json"
+
+    @property
+    def provenance(self) -> Path:
+        """Where the records come from."""
+        return self.path / "provenance.json"
+
+    def reference(self, scene: str) -> Path:
+        """Return the file of the reference of the scene with that name."""
+        return self.path / "references" / f"{file_name(scene)}.npz"
+
+    def image(self, scene: str, strategy: str, repeat: int) -> Path:
+        """Return the file of the last image of a run."""
+        return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
+
+    def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
+        """Make the folder that of the experiment with this ``identity``, or see that it already is.
+
+        Raises
+        ------
+        ExperimentError
+            If it holds another experiment, saying in what they differ, or files that could be mistaken for ours.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            if self.experiment.exists():
+                self._compare(identity)
+            elif found := [name for name in _OURS if (self.path / name).exists()]:
+                message = (
+                    f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
+                )
+                raise ExperimentError((Problem(str(self.path), message),))
+            else:
+                text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
+                self._write(self.experiment, {"identity": identity, "experiment": text})
+        except OSError as error:
+            raise ExperimentError((Problem(str(self.path), error.strerror or str(error)),)) from error
+
+    def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
+        """Add facts to the provenance."""
+        provenance = self.read_provenance()
+        provenance.setdefault(section, {})[key] = dict(facts)
+        self._write(self.provenance, provenance)
+
+    def read_provenance(self) -> dict[str, Any]:
+        """Return the provenance so far."""
+        return _read_json(self.provenance) if self.provenance.exists() else {}
+
+    def tidy(self) -> None:
+        """Remove what a killed process was writing; only for who has the records to themselves."""
+        for part in self.path.rglob(_PART.format("*")):
+            part.unlink(missing_ok=True)
+
+    def _compare(self, identity: Mapping[str, Any]) -> None:
+        before = dict(_flat(_read_json(self.experiment).get("identity")))
+        now = dict(_flat(json.loads(json.dumps(identity))))
+        differing = [key for key in {**before, **now} if before.get(key) != now.get(key)]
+        if differing:
+            message = "{} is {} there, and {} now; use another folder, or remove this one"
+            texts = (message.format(key, *(json.dumps(side.get(key)) for side in (before, now))) for key in differing)
+            place = f"{self.path}: has records of another experiment"
+            raise ExperimentError(tuple(Problem(place, text) for text in texts))
+
+    def _write(self, path: Path, content: Mapping[str, Any]) -> None:
+        with replacing(path) as file:
+            file.write(json.dumps(content, indent=2, ensure_ascii=False, default=str).encode())
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(_PART.format(os.getpid()))
+    try:
+        with temporary.open("wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def machine_facts() -> dict[str, Any]:
+    """Return what times depend on and does not change from day to day."""
+    facts = machine()
+    facts.pop("load_average")
+    return facts
+
+
+def build_facts() -> dict[str, Any]:
+    """Return what the core is, down to its bits."""
+    content = Path(_core.__file__).read_bytes()
+    python = ".".join(map(str, sys.version_info[:3]))
+    return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}
+
+
+def fingerprint(facts: Mapping[str, Any]) -> str:
+    """Return a short key that other facts do not have."""
+    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ExperimentError((Problem(str(path), f"cannot be read: {error}"),)) from error
+    return content if isinstance(content, dict) else {}
+
+
+def _flat(value: object, path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield the leaves of JSON data, each with its path of keys."""
+    if isinstance(value, dict) and value:
+        for key, entry in value.items():
+            yield from _flat(entry, f"{path}.{key}" if path else key)
+    elif isinstance(value, list) and value:
+        for number, entry in enumerate(value):
+            yield from _flat(entry, f"{path}[{number}]")
+    else:
+        yield path, value

@@ -1,0 +1,62 @@
+"""What makes two experiments the same, so that one may continue the records of the other."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from equaltime.cost.experiment import Experiment
+from equaltime.cost.subject import Subject
+from equaltime.errors import ExperimentError, Problem
+from equaltime.scene import Scene
+
+__all__ = ["identity_of", "run_seed"]
+
+
+def identity_of(
+    experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
+) -> dict[str, Any]:
+    """Return, as JSON data, all that decides what a record means.
+
+    Titles, targets, crops, the baseline and the number of repeats are not in it: they may change.
+    """
+    wish = experiment.reference
+    return {
+        "scenes": {
+            entry.name: {
+                "digest": scene.digest,
+                "size": list(scene.size),
+                "crop": list(scene.model.sensor.film.crop),
+                "max_depth": scene.max_depth,
+            }
+            for entry, scene in zip(experiment.scenes, scenes, strict=True)
+        },
+        "strategies": {subject.label: {"renderer": subject.renderer, "name": subject.name} for subject in subjects},
+        "budget": experiment.budget,
+        "spp": None if experiment.spp is None else list(experiment.spp),
+        "reference": {
+            "error": wish.error,
+            "seconds": wish.seconds,
+            "file": None if wish.file is None else _sha256(wish.file),
+        },
+        "threads": threads,
+    }
+
+
+def run_seed(scene: str, strategy: str, repeat: int) -> int:
+    """Return the seed of a run: 31 bits, which every renderer takes, other ones for every run.
+
+    It depends on names, not on places in lists, so that other strategies or more repeats do not change it.
+    """
+    text = "\0".join(("equaltime cost", scene, strategy, str(repeat)))
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        text = f"{path}: cannot be read: {error.strerror or error}"
+        raise ExperimentError((Problem("reference.file", text),)) from error

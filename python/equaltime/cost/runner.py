@@ -1,0 +1,199 @@
+"""Runs experiments: every strategy on every scene in turn, over and over, each run into the records as it goes.
+
+Turns alternate in direction, so that neither a drifting machine nor its speed of the moment favours a strategy. What
+is in the records is not done again. Making the image of a checkpoint, measuring it and writing it down happens while
+no clock of a run is on.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from equaltime.cost import reference as references
+from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
+from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
+from equaltime.cost.identity import identity_of
+from equaltime.cost.metrics import Reference
+from equaltime.cost.record import Key, Recorder
+from equaltime.cost.single_run import SingleRun, now
+from equaltime.cost.subject import Checkpoint, Subject
+from equaltime.cost.subjects import close_subjects, make_subjects, scenes_of
+from equaltime.errors import ExperimentError, Problem
+from equaltime.scene import Scene
+
+__all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
+
+
+@dataclass(frozen=True)
+class RunProgress:
+    """Where an experiment stands."""
+
+    phase: Literal["setup", "reference", "run"]
+    scene: str
+    strategy: str
+    repeat: int
+    """Of the run that is going on."""
+    done: int
+    """Runs that are recorded."""
+    total: int
+    fraction: float
+    """Done of the phase: of this scene's reference, or of all runs."""
+    time_left: float | None
+    """Estimated seconds to the end of the last run; None where nothing is known."""
+
+
+ProgressCallback = Callable[[RunProgress], object]
+
+
+def run(
+    experiment: Experiment, folder: Path, progress: ProgressCallback | None = None, cache: Path | None = None
+) -> None:
+    """Run an experiment, or what is left of it, and leave records and images in ``folder``.
+
+    It may be stopped at any moment, by Ctrl-C or worse, and goes on where it was when it is run again.
+
+    Parameters
+    ----------
+    cache
+        Where references are kept for other experiments; `reference.cache_folder` if not given.
+
+    Raises
+    ------
+    ExperimentError
+        If a scene cannot be read, or the folder belongs to another experiment, build or machine.
+    SceneError, StrategyError, RenderError
+        If something cannot be rendered.
+    """
+    scenes = scenes_of(experiment)
+    subjects = make_subjects(experiment)
+    threads = experiment.threads or len(os.sched_getaffinity(0))
+    place = Folder(folder)
+    place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
+    try:
+        with Recorder(place.records) as recorder:
+            place.tidy()
+            _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache).run()
+    finally:
+        close_subjects(subjects)
+
+
+@dataclass(frozen=True)
+class _Turn:
+    repeat: int
+    number: int
+    """Of the scene."""
+    subject: Subject
+    key: Key
+
+
+@dataclass
+class _Session:
+    """One stretch of an experiment, from a start to its end or an interruption."""
+
+    experiment: Experiment
+    scenes: Sequence[Scene]
+    subjects: Sequence[Subject]
+    threads: int
+    folder: Folder
+    recorder: Recorder
+    progress: ProgressCallback | None
+    cache: Path | None
+
+    def __post_init__(self) -> None:
+        self._turns = tuple(self._all_turns())
+        self._done = {row.key for row in self.recorder.rows if row.last}
+        self._seconds: dict[tuple[str, str], float] = {}
+        self._rendering = 0.0
+
+    def run(self) -> None:
+        """Do what is not done."""
+        machine, build = self._origin()
+        left = [turn for turn in self._turns if turn.key not in self._done]
+        if left:
+            self._prepare()
+        known = [self._reference(number) for number in range(len(self.scenes))]
+        started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
+        try:
+            for position, turn in enumerate(left):
+                self._tell("run", turn, len(self._done) / len(self._turns), self._expected(left[position:]))
+                self._run(turn, known[turn.number], machine, build)
+        finally:
+            if left:
+                elapsed = time.perf_counter() - begin
+                facts = {"runs": len(self._seconds), "elapsed_s": elapsed, "rendering_s": self._rendering}
+                self.folder.note("sessions", started, {"load_average_before": load, **facts})
+
+    def _all_turns(self) -> Iterator[_Turn]:
+        for repeat in range(self.experiment.repeats):
+            for number, entry in enumerate(self.experiment.scenes):
+                for subject in self.subjects if repeat % 2 == 0 else self.subjects[::-1]:
+                    yield _Turn(repeat, number, subject, (entry.name, subject.label, repeat))
+
+    def _run(self, turn: _Turn, known: Reference, machine: str, build: str) -> None:
+        scene = self.scenes[turn.number]
+        begin = time.perf_counter()
+        single = SingleRun(turn.key, scene, turn.subject, known, self.threads, machine, build)
+        self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
+        self._seconds[turn.key[:2]] = time.perf_counter() - begin
+        self._done.add(turn.key)
+
+    def _ladder(self, turn: _Turn) -> tuple[int, ...] | float:
+        """Return the counts that are given or that the first repeat had, or the budget if this is the first."""
+        if self.experiment.spp is not None:
+            return self.experiment.spp
+        if turn.repeat == 0:
+            return self.experiment.budget or DEFAULT_BUDGET
+        first = (*turn.key[:2], 0)
+        return tuple(row.spp for row in self.recorder.rows if row.key == first)
+
+    def _origin(self) -> tuple[str, str]:
+        """Return the keys of machine and build; raises ExperimentError if the records are of others."""
+        facts = {"machine": machine_facts(), "build": build_facts()}
+        keys = {kind: fingerprint(value) for kind, value in facts.items()}
+        for kind, key in keys.items():
+            if any(getattr(row, kind) != key for row in self.recorder.rows):
+                message = f"has times of another {kind}, which cannot be compared with new ones; use another folder"
+                raise ExperimentError((Problem(str(self.folder.path), message),))
+            self.folder.note(f"{kind}s", key, facts[kind])
+        return keys["machine"], keys["build"]
+
+    def _prepare(self) -> None:
+        """Let every subject see every scene, before hours have passed."""
+        for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
+            self._tell("setup", turn, 0.0, None)
+            turn.subject.prepare(self.scenes[turn.number], self.threads)
+
+    def _reference(self, number: int) -> Reference:
+        """Return the scene's reference: what the folder has counts, even if a better one could be had."""
+        turn = self._turns[number * len(self.subjects)]
+        path = self.folder.reference(turn.key[0])
+        if not path.exists():
+            self._tell("reference", turn, 0.0, None)
+            known = references.obtain(
+                self.scenes[number],
+                self.experiment.reference,
+                self.cache,
+                self.threads,
+                lambda share: self._tell("reference", turn, share, None),
+            )
+            references.write(path, known)
+            self.folder.note("references", turn.key[0], known.facts)
+        return references.read(path).reference
+
+    def _expected(self, left: Sequence[_Turn]) -> float:
+        """Estimate the seconds that the turns will take: each as long as it took last, or as its budget."""
+        budget = self.experiment.budget
+        mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
+        return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
+
+    def _tell(
+        self, phase: Literal["setup", "reference", "run"], turn: _Turn, fraction: float, time_left: float | None
+    ) -> None:
+        if self.progress is not None:
+            place = (turn.key[0], turn.key[1], turn.repeat, len(self._done), len(self._turns))
+            self.progress(RunProgress(phase, *place, fraction, time_left))

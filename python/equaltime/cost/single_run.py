@@ -1,0 +1,127 @@
+"""One run of one strategy on one scene, from its first sample into the records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from equaltime.cost.flip import flip
+from equaltime.cost.folder import Folder, replacing
+from equaltime.cost.identity import run_seed
+from equaltime.cost.ladder import BudgetLadder
+from equaltime.cost.metrics import Reference, measure
+from equaltime.cost.record import Key, Recorder, Row
+from equaltime.cost.subject import Checkpoint, Subject
+from equaltime.errors import RenderError
+from equaltime.scene import Scene
+
+__all__ = ["SingleRun", "now"]
+
+# FLIP takes about a second for a small image.
+_FLIP_AFTER_SECONDS = 5.0
+
+
+def now() -> str:
+    """Return the time in UTC, to the microsecond."""
+    return datetime.now(UTC).isoformat().replace("+00:00", "Z")
+
+
+@dataclass(frozen=True, eq=False)
+class SingleRun:
+    """What one run needs."""
+
+    key: Key
+    scene: Scene
+    subject: Subject
+    known: Reference
+    threads: int
+    machine: str
+    build: str
+
+    def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
+        """Render, and append a row for each checkpoint; return the seconds of rendering.
+
+        The row of a checkpoint is written when the next one was reached, or the run has ended: only then is it known
+        whether it is the last.
+
+        Parameters
+        ----------
+        ladder
+            The sample counts, or the seconds that the run may take.
+        """
+        setup = self.subject.prepare(self.scene, self.threads)
+        common = {**self._common(), "setup_s": setup, "started": now()}
+        seconds = ladder if isinstance(ladder, float) else None
+        counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
+        pending: Checkpoint | None = None
+        number = 0
+        for checkpoint in self.subject.run(common["seed"], counts, seconds):
+            if isinstance(counts, BudgetLadder):
+                counts.taken(checkpoint.spp, checkpoint.wall_s)
+            if pending is not None:
+                recorder.append(Row(**common, **self._measured(pending), checkpoint=number, last=False, image=None))
+                number += 1
+            pending = checkpoint
+        if pending is None:
+            raise RenderError(f"{self.subject.label}: gave no image")
+        measured = {**self._measured(pending), "flip": self._flip(pending)}
+        image = self._keep(folder, pending)
+        recorder.append(Row(**common, **measured, checkpoint=number, last=True, image=image))
+        return pending.wall_s
+
+    def _common(self) -> dict[str, Any]:
+        """Return what is the same in all rows of the run."""
+        width, height = self.scene.size
+        return {
+            "scene": self.key[0],
+            "digest": self.scene.digest,
+            "width": width,
+            "height": height,
+            "crop": self.scene.model.sensor.film.crop,
+            "max_depth": self.scene.max_depth,
+            "strategy": self.subject.label,
+            "name": self.subject.name,
+            "renderer": self.subject.renderer,
+            "biased": self.subject.biased,
+            "repeat": self.key[2],
+            "seed": run_seed(*self.key),
+            "threads": self.threads,
+            "machine": self.machine,
+            "build": self.build,
+            "reference_relmse": self.known.relmse,
+        }
+
+    def _measured(self, checkpoint: Checkpoint) -> dict[str, Any]:
+        """Return what a row says of one checkpoint."""
+        values = measure(checkpoint.image, self.known, ("relmse", "mse", "mare"))
+        estimate = checkpoint.estimate
+        return {
+            "spp": checkpoint.spp,
+            "wall_s": checkpoint.wall_s,
+            "cpu_s": checkpoint.cpu_s,
+            "paths": checkpoint.paths,
+            "rays": checkpoint.rays,
+            "shadow_rays": checkpoint.shadow_rays,
+            **{metric: measured.value for metric, measured in values.items()},
+            "flip": None,
+            "estimate": None if estimate is None else estimate.value,
+            "estimate_low": None if estimate is None else estimate.low,
+            "estimate_high": None if estimate is None else estimate.high,
+        }
+
+    def _flip(self, checkpoint: Checkpoint) -> float | None:
+        """Return FLIP, which takes long: of the first repeat's image, and of others if the run took much longer."""
+        if self.key[2] > 0 and checkpoint.wall_s < _FLIP_AFTER_SECONDS:
+            return None
+        return flip(checkpoint.image, self.known.mean)
+
+    def _keep(self, folder: Folder, checkpoint: Checkpoint) -> str:
+        """Write the image, and return its name relative to the folder."""
+        path = folder.image(*self.key)
+        with replacing(path) as file:
+            np.save(file, checkpoint.image)
+        return path.relative_to(folder.path).as_posix()

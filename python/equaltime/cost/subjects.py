@@ -1,0 +1,78 @@
+"""From the entries of an experiment to what can be run: subjects and scenes."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from equaltime.cost.core_subject import CoreSubject
+from equaltime.cost.experiment import Experiment, StrategyEntry
+from equaltime.cost.subject import Subject
+from equaltime.errors import ExperimentError, Problem
+from equaltime.scene import Scene
+
+__all__ = ["close_subjects", "make_subjects", "scenes_of"]
+
+
+def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
+    """Read the scenes; if a peer takes part they get a box filter, the only one that means the same to everybody."""
+    scenes = experiment.load_scenes()
+    if not any(entry.peer for entry in experiment.strategies):
+        return scenes
+    from equaltime.cost.peers import with_box_filter
+
+    return tuple(map(with_box_filter, scenes))
+
+
+def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
+    """Return what the strategies of an experiment stand for, in their order; raises ExperimentError with all problems.
+
+    Whether a peer is there at all is seen when it gets ready for a scene.
+    """
+    subjects: list[Subject] = []
+    problems: list[Problem] = []
+    for number, entry in enumerate(experiment.strategies):
+        try:
+            subjects.append(_subject(entry, experiment.folder))
+        except ExperimentError as error:
+            problems += [Problem(f"strategies[{number}].{p.place}", p.message) for p in error.problems]
+    if problems:
+        raise ExperimentError(tuple(problems))
+    return tuple(subjects)
+
+
+def close_subjects(subjects: Sequence[Subject]) -> None:
+    """Let go of processes and files."""
+    for subject in subjects:
+        if close := getattr(subject, "close", None):
+            close()
+
+
+def _subject(entry: StrategyEntry, folder: Path) -> Subject:
+    if entry.strategy is not None:
+        return CoreSubject(entry.label, entry.strategy)
+    if entry.peer is not None:
+        from equaltime.cost.peers import peer_subject
+
+        return peer_subject(entry.label, entry.peer, folder)
+    assert entry.python is not None, "a checked entry has one of the three"
+    return _own(entry.label, entry.python)
+
+
+def _own(label: str, place: str) -> Subject:
+    """Call ``FILE.py:NAME`` with the label."""
+    file, colon, name = place.rpartition(":")
+    if not colon or not name.isidentifier():
+        raise ExperimentError((Problem("python", f"expected FILE.py:NAME, found '{place}'"),))
+    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    if spec is None or spec.loader is None or not Path(file).is_file():
+        raise ExperimentError((Problem("python", f"no such Python file: {file}"),))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    make: Any = getattr(module, name, None)
+    if make is None:
+        raise ExperimentError((Problem("python", f"{file} has no '{name}'"),))
+    subject: Subject = make(label)
+    return subject

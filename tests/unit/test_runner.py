@@ -1,0 +1,358 @@
+"""The runner: what is run in which order, what is kept, and that nothing is lost or done twice."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice, pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from equaltime.cost import runner
+from equaltime.cost.core_subject import CoreSubject
+from equaltime.cost.experiment import Experiment
+from equaltime.cost.folder import Folder
+from equaltime.cost.identity import run_seed
+from equaltime.cost.ladder import BudgetLadder, counts
+from equaltime.cost.record import Row, load
+from equaltime.cost.reference import REFERENCE_STRATEGY
+from equaltime.cost.runner import RunProgress, run
+from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.errors import ExperimentError, NonFiniteSample, RenderError
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+
+
+def experiment(**changes: Any) -> Experiment:
+    values: dict[str, Any] = {
+        "scenes": [{"path": str(CORNELL), "size": [12, 8], "max_depth": 3, "name": "box"}],
+        "strategies": ["bsdf", "best"],
+        "spp": [2, 4],
+        "repeats": 3,
+        "reference": {"error": 0.5, "seconds": 0.2},
+    }
+    return Experiment.model_validate(values | changes)
+
+
+@pytest.fixture(autouse=True)
+def no_flip(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """FLIP takes longer than all the rest."""
+    monkeypatch.setattr("equaltime.cost.single_run.flip", lambda image, truth: 0.5)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "out"
+
+
+def keys(folder: Path) -> list[tuple[str, str, int]]:
+    return list(dict.fromkeys(row.key for row in load(folder / "records.csv")))
+
+
+def without_times(row: Row) -> dict[str, Any]:
+    return {key: value for key, value in vars(row).items() if key not in ("wall_s", "cpu_s", "setup_s", "started")}
+
+
+def test_every_strategy_takes_its_turn_on_every_scene_in_every_repeat(folder: Path) -> None:
+    scenes = [{"path": str(CORNELL), "size": [n, n], "max_depth": 2, "name": f"{n}"} for n in (6, 8)]
+    run(experiment(scenes=scenes, repeats=2), folder)
+    first = [("6", "bsdf"), ("6", "best"), ("8", "bsdf"), ("8", "best")]
+    second = [("6", "best"), ("6", "bsdf"), ("8", "best"), ("8", "bsdf")]  # the other way round
+    assert keys(folder) == [(*key, repeat) for repeat, turns in enumerate((first, second)) for key in turns]
+
+
+def test_a_record_says_what_was_done(folder: Path) -> None:
+    run(experiment(threads=1), folder)
+    rows = load(folder / "records.csv")
+    row = rows[1]
+    assert (row.scene, row.strategy, row.name, row.renderer, row.biased) == ("box", "bsdf", "bsdf", "core", False)
+    assert (row.width, row.height, row.crop, row.max_depth) == (12, 8, (0, 0, 12, 8), 3)
+    assert (row.repeat, row.checkpoint, row.spp, row.last, row.threads) == (0, 1, 4, True, 1)
+    assert row.paths == 12 * 8 * 4
+    assert row.seed == run_seed("box", "bsdf", 0)
+    assert row.relmse is not None
+    assert row.reference_relmse is not None
+    assert row.estimate is not None
+    assert rows[0].wall_s < row.wall_s
+    assert 0.0 < row.cpu_s < 10.0 * row.wall_s + 0.1
+    assert row.setup_s > 0.0
+    assert len({row.seed for row in rows}) == 6
+    assert [(row.last, row.flip) for row in rows[:2]] == [(False, None), (True, 0.5)]
+
+
+def test_the_image_of_a_run_is_that_of_its_last_checkpoint(folder: Path) -> None:
+    run(experiment(repeats=1), folder)
+    for row in load(folder / "records.csv"):
+        if row.image is not None:
+            image = np.load(folder / row.image)
+            subject = CoreSubject("x", Strategy.parse(row.name))
+            subject.prepare(experiment().load_scenes()[0], 1)
+            *_, last = subject.run(row.seed, (row.spp,))
+            assert image.dtype == np.float32
+            np.testing.assert_array_equal(image, last.image)
+
+
+def test_the_provenance_names_machine_build_references_and_sessions(folder: Path) -> None:
+    run(experiment(repeats=1), folder)
+    provenance = Folder(folder).read_provenance()
+    row = load(folder / "records.csv")[0]
+    assert provenance["machines"][row.machine]["processors"] >= 1
+    assert len(provenance["builds"][row.build]["core_sha256"]) == 64
+    assert Strategy.parse(provenance["references"]["box"]["strategy"]) == Strategy.parse(REFERENCE_STRATEGY)
+    (session,) = provenance["sessions"].values()
+    assert 0.0 < session["rendering_s"] < session["elapsed_s"]
+    assert (folder / "references" / "box.npz").exists()
+
+
+def test_running_it_again_does_nothing(folder: Path) -> None:
+    run(experiment(), folder)
+    files = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    run(experiment(), folder)
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == files
+
+
+def test_more_repeats_go_on_where_it_was(folder: Path) -> None:
+    run(experiment(repeats=1), folder)
+    before = (folder / "records.csv").read_bytes()
+    run(experiment(repeats=2, title="now named", targets=[0.3], baseline="best"), folder)
+    assert (folder / "records.csv").read_bytes().startswith(before)
+    assert len(keys(folder)) == 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"spp": [2, 6]}, r"spp\[1\] is 4 there, and 6 now"),
+        ({"strategies": ["bsdf", "mis"]}, "strategies.best.renderer is \"core\" there, and null now"),
+        ({"strategies": ["bsdf", {"label": "best", "strategy": "mis"}]}, 'strategies.best.name is "best" there'),
+        ({"scenes": [{"path": str(CORNELL), "size": [12, 8], "name": "box"}]}, "scenes.box.max_depth is 3 there"),
+        ({"reference": {"error": 0.4, "seconds": 0.2}}, r"reference.error is 0\.5 there, and 0\.4 now"),
+        ({"threads": 3}, "threads is . there, and 3 now"),
+    ],
+)  # fmt: skip
+def test_another_experiment_does_not_get_into_the_same_folder(folder: Path, changes: dict[str, Any], what: str) -> None:
+    run(experiment(repeats=1), folder)
+    files = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    with pytest.raises(ExperimentError, match=f"has records of another experiment: {what}"):
+        run(experiment(**changes), folder)
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == files
+
+
+@pytest.mark.parametrize("kind", ["machine", "build"])
+def test_times_of_another_machine_or_build_are_not_mixed(
+    folder: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(experiment(repeats=1), folder)
+    monkeypatch.setattr(runner, f"{kind}_facts", lambda: {"other": True})
+    with pytest.raises(ExperimentError, match=f"has times of another {kind}"):
+        run(experiment(repeats=2), folder)
+    assert len(keys(folder)) == 2
+
+
+def test_a_folder_with_files_that_are_not_ours_is_left_alone(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    (folder / "report.html").write_text("mine too")
+    with pytest.raises(ExperimentError, match=r"out: has report\.html, but not of an experiment"):
+        run(experiment(), folder)
+    (folder / "report.html").unlink()
+    run(experiment(repeats=1), folder)
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_made_is_named(folder: Path) -> None:
+    folder.write_text("a file")
+    with pytest.raises(ExperimentError, match=r"out: "):
+        run(experiment(), folder)
+
+
+@dataclass
+class Clockwork:
+    """Renders so many samples a second by its own clock, and stops the world when told."""
+
+    label: str
+    rate: float = 100.0
+    fails: bool = False
+    name: str = "clockwork"
+    renderer: RendererKind = "core"
+    biased: bool = False
+    asked: list[tuple[int, ...]] = field(default_factory=list)
+    closed: bool = False
+
+    def prepare(self, scene: Scene, threads: int) -> float:
+        return 0.25
+
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
+        if self.fails:
+            raise NonFiniteSample((1, 2), 3, seed, None)
+        taken = []
+        for spp in ladder:
+            taken.append(spp)
+            yield Checkpoint(spp, spp / self.rate, spp / self.rate, np.full((8, 12, 3), 0.1, np.float32))
+        self.asked.append(tuple(taken))
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def clockworks(monkeypatch: pytest.MonkeyPatch) -> list[Clockwork]:
+    made = [Clockwork("bsdf"), Clockwork("best", rate=33.0)]
+    monkeypatch.setattr(runner, "make_subjects", lambda experiment: made)
+    return made
+
+
+def test_all_repeats_have_the_counts_that_the_first_reached(folder: Path, clockworks: list[Clockwork]) -> None:
+    run(experiment(budget=1.0, spp=None), folder)
+    fast, slow = clockworks
+    assert fast.asked == [(2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96)] * 3
+    assert slow.asked == [(2, 4, 6, 8, 12, 16, 24, 32)] * 3
+    assert all(subject.closed for subject in clockworks)
+
+
+def test_progress_tells_what_is_going_on_and_what_is_left(folder: Path, clockworks: list[Clockwork]) -> None:
+    seen: list[RunProgress] = []
+    run(experiment(repeats=2), folder, seen.append)
+    runs = [progress for progress in seen if progress.phase == "run"]
+    assert [progress.phase for progress in seen[:2]] == ["setup", "setup"]
+    assert any(progress.phase == "reference" for progress in seen)
+    assert [(progress.strategy, progress.repeat, progress.done) for progress in runs] == [
+        ("bsdf", 0, 0), ("best", 0, 1), ("best", 1, 2), ("bsdf", 1, 3)]  # fmt: skip
+    assert {progress.total for progress in seen} == {4}
+    assert all(progress.time_left is not None for progress in runs)
+
+
+@pytest.mark.parametrize("position", range(6))
+def test_a_failure_or_ctrl_c_loses_nothing_that_was_finished(
+    folder: Path, clockworks: list[Clockwork], position: int
+) -> None:
+    def stop(progress: RunProgress) -> None:
+        if progress.phase == "run" and progress.done == position:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(experiment(), folder, stop)
+    assert len(keys(folder)) == position
+    run(experiment(), folder)
+    assert len(keys(folder)) == 6
+    assert sum(len(subject.asked) for subject in clockworks) == 6
+
+
+def test_a_sample_that_is_no_number_ends_the_experiment(folder: Path, clockworks: list[Clockwork]) -> None:
+    clockworks[1].fails = True
+    with pytest.raises(NonFiniteSample):
+        run(experiment(), folder)
+    assert keys(folder) == [("box", "bsdf", 0)]
+
+
+def test_a_subject_without_an_image_is_an_error(
+    folder: Path, clockworks: list[Clockwork], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Clockwork, "run", lambda *arguments: iter(()))
+    with pytest.raises(RenderError, match="bsdf: gave no image"):
+        run(experiment(), folder)
+
+
+def test_own_subjects_come_from_python_files(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "own.py"
+    path.write_text(
+        "from equaltime.cost.core_subject import CoreSubject\nfrom equaltime.strategy import Strategy\n"
+        "def make(label):\n    return CoreSubject(label, Strategy(technique='light'))\n"
+    )
+    run(experiment(strategies=[{"label": "own", "python": f"{path}:make"}], repeats=1), folder)
+    assert load(folder / "records.csv")[0].name == "best,technique=light"
+    for place, message in ((f"{path}:mak", "has no 'mak'"), (f"{path}", "expected FILE.py:NAME"),
+                           (f"{path}x:make", "no such Python file")):  # fmt: skip
+        with pytest.raises(ExperimentError, match=rf"strategies\[0\]\.python: .*{message}"):
+            run(experiment(strategies=[{"label": "own", "python": place}]), tmp_path / "other")
+
+
+def test_counts_double_with_one_between() -> None:
+    assert list(islice(counts(), 12)) == [2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128]
+
+
+@pytest.mark.parametrize("rate", [0.1, 1.0, 7.0, 33.3, 100.0, 12345.6])
+def test_a_budget_is_used_up_and_not_passed(rate: float) -> None:
+    ladder, taken = BudgetLadder(10.0), []
+    for spp in ladder:
+        taken.append(spp)
+        ladder.taken(spp, spp / rate)
+    assert all(b > a for a, b in pairwise(taken))
+    assert taken[-1] / rate <= 10.0 or taken == [2]
+    assert taken[-1] * 1.1 + 2 > 10.0 * rate
+
+
+def test_a_count_that_was_rounded_up_is_not_asked_for_again() -> None:
+    ladder = BudgetLadder(10.0)
+    assert next(ladder) == 2
+    ladder.taken(16, 0.01)
+    assert next(ladder) == 24
+
+
+def test_seeds_of_runs_have_31_bits_and_are_all_different() -> None:
+    seeds = [run_seed(scene, label, repeat) for scene in "ab" for label in "cd" for repeat in range(500)]
+    assert len(set(seeds)) == len(seeds)
+    assert max(seeds) < 2**31
+    assert min(seeds) >= 0
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+import equaltime.cost.single_run as single
+single.flip = lambda image, truth: 0.5
+from test_runner import experiment
+from equaltime.cost.runner import run
+run(experiment(repeats=int(sys.argv[3])), Path(sys.argv[1]), lambda p: print(p.phase, flush=True))
+"""
+
+
+def start(folder: Path, repeats: int) -> "subprocess.Popen[bytes]":
+    here = str(Path(__file__).parent)
+    return subprocess.Popen([sys.executable, "-c", PROGRAM, str(folder), here, str(repeats)], stdout=subprocess.PIPE)
+
+
+def kill_and_finish(folder: Path, kills: int, repeats: int) -> None:
+    """Kill the experiment at random moments, finish it, and compare with one that nobody disturbed."""
+    begin = time.perf_counter()
+    with start(folder.with_name("undisturbed"), repeats) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        ready = time.perf_counter() - begin
+        process.stdout.read()
+    length = time.perf_counter() - begin - ready
+    finished = 0
+    for moment in np.random.default_rng(3).uniform(-0.1 * ready, length, kills):
+        with start(folder, repeats) as process:
+            time.sleep(ready + moment)
+            process.send_signal(signal.SIGKILL)
+        done = [row for row in load(folder / "records.csv") if row.last]
+        assert len(done) >= finished
+        finished = len(done)
+    run(experiment(repeats=repeats), folder)
+    rows, expected = load(folder / "records.csv"), load(folder.with_name("undisturbed") / "records.csv")
+    names = ("scene", "strategy", "repeat", "checkpoint", "spp", "seed", "estimate", "last", "image")
+    assert [[getattr(row, name) for name in names] for row in rows] == [
+        [getattr(row, name) for name in names] for row in expected
+    ]
+    assert json.loads((folder / "provenance.json").read_text())["references"].keys() == {"box"}
+    assert not list(folder.rglob("*.part"))
+
+
+def test_an_experiment_survives_kills(folder: Path) -> None:
+    kill_and_finish(folder, kills=2, repeats=20)
+
+
+@pytest.mark.slow
+def test_an_experiment_survives_many_kills(folder: Path) -> None:
+    kill_and_finish(folder, kills=40, repeats=300)
