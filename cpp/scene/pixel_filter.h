@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "sampling/ordered_table.h"
 #include "sampling/sampler.h"
 #include "scene/description.h"
 
@@ -16,7 +17,7 @@ class PixelFilter {
 
   struct Offset {
     double x, y;   // pixels from the pixel's centre
-    float weight;  // filter over density: 1 but for the Gaussian, whose density is tabulated
+    float weight;  // filter over density: 1, or close to it for the Gaussian, whose density is tabulated
   };
   [[nodiscard]] Offset sample(Point2f u) const noexcept;
   /// Half the filter's width, in pixels.
@@ -29,12 +30,15 @@ class PixelFilter {
   };
   [[nodiscard]] Offset1d sample_gaussian(float u) const noexcept;
   [[nodiscard]] double gaussian(double x) const noexcept;
+  /// Where an interval of the table begins, or a place within it.
+  [[nodiscard]] double place(double interval) const noexcept;
 
   FilterKind kind_ = FilterKind::box;
   double radius_ = 0.5;
   double deviation_ = 0.5;
-  double integral_ = 1;
-  std::vector<double> quantiles_;  // of the Gaussian: equally likely intervals
+  double scale_ = 1;             // of the weights
+  std::vector<double> heights_;  // of the Gaussian, at the ends of the intervals
+  OrderedTable intervals_;
 };
 
 }  // namespace equaltime

@@ -107,7 +107,7 @@ def test_places_of_a_filter_two_percent_too_wide_are_rejected(subject: Subject) 
 @pytest.mark.parametrize("subject", SUBJECTS, ids=str)
 def test_weights_make_up_exactly_for_the_density_of_the_places(subject: Subject) -> None:
     """The places grow with the number: their density is its derivative, and weight times density is the filter."""
-    n = 1 << 14
+    n = 1 << 20
     u = np.stack([(np.arange(n) + 0.5) / n, np.full(n, 0.5)], axis=1)
     across = subject.sample(np.array([[0.5, 0.5]]))[1]
     offset, weight = subject.sample(u)
@@ -118,6 +118,12 @@ def test_weights_make_up_exactly_for_the_density_of_the_places(subject: Subject)
     inner = np.abs(middle) < 0.9 * subject.reach
     assert np.abs(got / density - 1.0)[inner].max() < 3e-3
     assert np.abs(1.01 * got / density - 1.0)[inner].min() > 3e-3, "the twin"
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=str)
+def test_weights_hardly_vary_so_that_an_even_image_is_even(subject: Subject) -> None:
+    _, weight = subject.sample(np.random.default_rng(4).random((1 << 16, 2)))
+    assert weight.std() < 3e-4 * weight.mean()
 
 
 @pytest.mark.parametrize("subject", SUBJECTS, ids=str)
