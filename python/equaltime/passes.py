@@ -63,7 +63,7 @@ class Progress:
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
     error: Estimate | None
-    """Error of the image so far, as of a recent pass; None before there is one."""
+    """Error of the image as of a recent pass; None before there is one, and once the samples have doubled since."""
 
 
 ProgressCallback = Callable[[Progress], object]
@@ -127,6 +127,7 @@ class _Reporter:
         self._estimating = 0.0
         self._last_estimate = 0.0
         self._error: Estimate | None = None
+        self._estimated_at = 0
 
     def tick(self) -> bool:
         """Report if some time has passed; always go on."""
@@ -139,7 +140,7 @@ class _Reporter:
         self._samples, self._sampled_at = samples, self._clock() - self._start
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * self._sampled_at:
             before = self._clock()
-            self._error = image_error(pixel_statistics(self._renderer.moments))
+            self._error, self._estimated_at = image_error(pixel_statistics(self._renderer.moments)), samples
             self._last_estimate = self._clock() - before
             self._estimating += self._last_estimate
         self._report()
@@ -163,6 +164,6 @@ class _Reporter:
                 seconds=seconds,
                 fraction=max(fractions),
                 time_left=min(lefts) if lefts else None,
-                error=self._error,
+                error=self._error if self._samples < 2 * self._estimated_at else None,
             )
         )

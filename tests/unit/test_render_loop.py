@@ -193,3 +193,11 @@ def test_the_error_so_far_costs_two_per_cent_of_the_time_at_most() -> None:
     run(renderer, spp=2048, progress=lambda progress: None)
     assert renderer.estimates >= 3
     assert (renderer.estimates - 1) * 0.0003 <= 0.02 * renderer.now
+
+
+def test_an_error_is_not_shown_once_the_samples_have_doubled_since() -> None:
+    seen: list[Progress] = []
+    run(SlowStatistics(), spp=64, progress=seen.append)
+    assert seen[0].error is not None
+    stale = next(progress for progress in seen if progress.samples >= 2 * seen[0].samples)
+    assert stale.error is None
