@@ -1,0 +1,193 @@
+"""The pictures of a scene at equal time: images with crops, error maps, standard-error maps, sample counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.cost.extras import optional
+from equaltime.cost.report.looks import Look
+from equaltime.cost.report.maps import error_map, spread_map, squares
+from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
+from equaltime.cost.report.views import Bar, Crop, Frame, Kind
+from equaltime.cost.report.words import error_cell, percent, seconds
+from equaltime.cost.summary import SceneResult, StrategyResult
+
+__all__ = ["Window", "choose_crops", "colour_bar", "kinds_of"]
+
+Floats = NDArray[np.float64]
+Window = tuple[int, int, int, int]
+
+_LONGEST = 640
+"""Pictures with a longer side are shown reduced, by whole blocks of pixels."""
+_LONGEST_CROP = 160
+_ERRORS = "magma"
+_COUNTS = "cividis"
+
+
+def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look]) -> tuple[Kind, ...]:
+    """Return the series of pictures that a scene has; the reference comes first in the series of images."""
+    shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
+    if not shown:
+        return ()
+    pixels = {strategy.label: squares(pictures.runs[strategy.label], pictures.reference) for strategy in shown}
+    crops = scene.crops or choose_crops(pixels, pictures.reference.mean.shape[:2])
+    errors = {label: error_map(own) for label, own in pixels.items()}
+    spreads = {label: spread_map(runs, pictures.reference) for label, runs in pictures.runs.items()}
+    found = [_images(scene, shown, pictures, looks, crops)]
+    low, high = _range(errors.values())
+    bar = Bar(colour_bar(_ERRORS), (percent(low), percent((low * high) ** 0.5), percent(high)))
+
+    def paint(values: Floats) -> NDArray[np.uint8]:
+        return coloured(reduced(values, _LONGEST), low, high, _ERRORS)
+
+    found.append(_maps("Error", _ERROR_WORDS, bar, shown, errors, paint, looks))
+    known = {label: spread for label, spread in spreads.items() if spread is not None}
+    if known:
+        found.append(_maps("Standard error", _SPREAD_WORDS, bar, shown, known, paint, looks))
+    found.append(_counts(shown, pictures, looks))
+    return tuple(found)
+
+
+_ERROR_WORDS = (
+    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise taken off. "
+    "The colours are the same for all strategies."
+)
+_SPREAD_WORDS = (
+    "How far a pixel of one run typically is from the mean of all runs, relative as the error is and in its colours. "
+    "Where the error is larger than the standard error, a strategy is biased."
+)
+_COUNT_WORDS = "Samples of each pixel at the end of a run."
+
+
+def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
+    """Return colours of a Matplotlib colour map, evenly spaced, as ``#rrggbb``."""
+    return tuple(
+        optional("matplotlib.colors").to_hex(colour)
+        for colour in optional("matplotlib").colormaps[colours](np.linspace(0.0, 1.0, steps))
+    )
+
+
+def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
+    """Choose square windows where the strategies' errors differ most, none over another.
+
+    Parameters
+    ----------
+    pixels
+        Label → squared errors (K, H, W).
+    shape
+        Height, width of the image.
+    count
+        How many windows at most.
+
+    """
+    side = max(1, min(min(shape), _LONGEST_CROP, round(max(shape) / 6)))
+    sums = [_window_means(np.maximum(own.mean(axis=0), 0.0), side) for own in pixels.values()]
+    floor = 1e-3 * max(float(values.max()) for values in sums) + 1e-30
+    score = np.std([np.log(values + floor) for values in sums], axis=0) * np.sqrt(np.max(sums, axis=0) + floor)
+    chosen: list[Window] = []
+    while len(chosen) < count and np.isfinite(score).any():
+        y, x = (int(place) for place in np.unravel_index(int(np.argmax(score)), score.shape))
+        chosen.append((x, y, side, side))
+        score[max(0, y - side) : y + side, max(0, x - side) : x + side] = -np.inf
+    return tuple(chosen)
+
+
+def _window_means(values: Floats, side: int) -> Floats:
+    """Return the mean of every square window (H - side + 1, W - side + 1), by summed areas."""
+    area = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+    total = area[side:, side:] - area[:-side, side:] - area[side:, :-side] + area[:-side, :-side]
+    return np.asarray(np.maximum(total / side**2, 0.0))
+
+
+def _range(maps: Iterable[Floats]) -> tuple[float, float]:
+    """Return the ends of the colours: the errors that nearly all pixels have, in whole steps, two decades at most."""
+    values = np.concatenate([values.ravel() for values in maps])
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    if positive.size == 0:
+        return 1e-3, 1e-1
+    high = float(10.0 ** (np.ceil(np.log10(np.percentile(positive, 99.0)) * 2.0) / 2.0))
+    return high / 100.0, high
+
+
+def _images(
+    scene: SceneResult,
+    shown: Sequence[StrategyResult],
+    pictures: Pictures,
+    looks: Mapping[str, Look],
+    crops: Sequence[Window],
+) -> Kind:
+    reference = pictures.reference.mean
+    height, width = reference.shape[:2]
+    alt = f"{scene.name}: reference"
+    caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
+    frames = [_frame("reference", None, reference, pictures.stops, alt, caption, crops)]
+    for strategy in shown:
+        alt = f"{scene.name} rendered by {strategy.label}"
+        image = pictures.runs[strategy.label][0]
+        frames.append(
+            _frame(strategy.label, looks[strategy.label], image, pictures.stops, alt, _ended(strategy), crops)
+        )
+    words = [
+        "One run of each strategy, at equal time, with the same exposure"
+        + (f" ({pictures.stops:+d} stops)." if pictures.stops else ".")
+    ]
+    if max(width, height) > _LONGEST:
+        words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")
+    return Kind("Image", "image", " ".join(words), None, tuple(frames))
+
+
+def _frame(
+    label: str, look: Look | None, image: Floats, stops: int, alt: str, caption: str, crops: Sequence[Window]
+) -> Frame:
+    cut = tuple(Crop(data_uri(exposed(image[y : y + h, x : x + w], stops)), (x, y, w, h)) for x, y, w, h in crops)
+    return Frame(label, look, data_uri(exposed(reduced(image, _LONGEST), stops)), alt, caption, cut)
+
+
+def _ended(strategy: StrategyResult) -> str:
+    """Say where the run of an image ended."""
+    curve = strategy.curve
+    if not curve.spp:
+        return ""
+    error = error_cell(curve.error[-1])
+    shown = f"error {error.text}" if error.state == "trusted" else f"error {error.text} ({error.note})"
+    return f"{shown}, {curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
+
+
+def _maps(
+    name: str,
+    words: str,
+    bar: Bar,
+    shown: Sequence[StrategyResult],
+    maps: Mapping[str, Floats],
+    paint: Callable[[Floats], NDArray[np.uint8]],
+    looks: Mapping[str, Look],
+) -> Kind:
+    frames = []
+    for strategy in shown:
+        if (values := maps.get(strategy.label)) is None:
+            continue
+        whole = percent(float(np.sqrt(np.mean(values**2))))
+        alt = f"{name} map of {strategy.label}; its root mean square is {whole}"
+        caption = f"root mean square {whole}"
+        frames.append(Frame(strategy.label, looks[strategy.label], data_uri(paint(values)), alt, caption))
+    return Kind(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
+
+
+def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look]) -> Kind:
+    """Show sample counts; most strategies take the same number everywhere, and are a plain field then."""
+    maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
+    low = min(float(values.min()) for values in maps.values())
+    high = max(max(float(values.max()) for values in maps.values()), 2.0 * low)
+    frames = []
+    for strategy in shown:
+        values = maps[strategy.label]
+        least, most = int(values.min()), int(values.max())
+        caption = f"{least} everywhere" if least == most else f"{least} to {most}, mean {values.mean():.1f}"
+        uri = data_uri(coloured(reduced(values, _LONGEST), low, high, _COUNTS))
+        alt = f"Sample-count map of {strategy.label}: {caption}"
+        frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
+    bar = Bar(colour_bar(_COUNTS), (f"{low:.0f}", f"{(low * high) ** 0.5:.0f}", f"{high:.0f}"))
+    return Kind("Samples", "samples", _COUNT_WORDS, bar, tuple(frames))

@@ -1,0 +1,132 @@
+"""The images that a report is made of: read from the files that a summary names, written as PNG into the page."""
+
+from __future__ import annotations
+
+import base64
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import images, preview
+from equaltime.cost.extras import optional
+from equaltime.cost.metrics import Reference
+from equaltime.cost.summary import SceneResult, StrategyResult
+from equaltime.errors import EqualtimeError, ImageError
+
+__all__ = ["Pictures", "coloured", "data_uri", "exposed", "load_pictures", "reduced"]
+
+Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """All images of one scene, linear RGB in float64; what could not be read is left out and said."""
+
+    reference: Reference
+    runs: Mapping[str, Floats]
+    """Label → final images of its repeats (K, H, W, 3)."""
+    samples: Mapping[str, Floats]
+    """Label → samples of each pixel (H, W)."""
+    stops: int
+    """Exposure at which all of them are shown: linear values times 2 to this power."""
+    missing: tuple[str, ...]
+    """What could not be read, one sentence each."""
+
+
+def load_pictures(scene: SceneResult, folder: Path) -> Pictures | str:
+    """Read the images of a scene, or say in a sentence why it has none to show."""
+    if scene.reference is None:
+        return "The records name no reference image, so nothing can be shown beside it."
+    try:
+        reference = _read_reference(folder / scene.reference)
+    except EqualtimeError as error:
+        return f"The reference cannot be read: {error}"
+    runs: dict[str, Floats] = {}
+    samples: dict[str, Floats] = {}
+    missing = []
+    for strategy in scene.strategies:
+        try:
+            runs[strategy.label] = _read_runs(strategy, folder, reference.mean.shape)
+            samples[strategy.label] = _read_samples(strategy, folder, reference.mean.shape[:2])
+        except EqualtimeError as error:
+            missing.append(f"Of {strategy.label} there is no picture: {error}")
+            runs.pop(strategy.label, None)
+    return Pictures(reference, runs, samples, _stops(reference.mean), tuple(missing))
+
+
+def exposed(image: Floats, stops: int) -> Bytes:
+    """Return the bytes in which a linear image is shown."""
+    return preview.srgb_bytes(image * 2.0**stops)
+
+
+def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
+    """Colour (H, W) values by a Matplotlib colour map, logarithmically from ``low`` to ``high``."""
+    position = np.log(np.maximum(values, low) / low) / math.log(high / low)
+    # few colours, since noise in full colour compresses badly and nobody sees a hundredth of the range
+    steps = np.round(np.clip(np.nan_to_num(position, nan=0.0), 0.0, 1.0) * 63.0) / 63.0
+    return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
+
+
+def reduced(values: Floats, longest: int) -> Floats:
+    """Average whole blocks of pixels of (H, W, …) so that no side is longer than this; small ones stay as they are."""
+    factor = math.ceil(max(values.shape[:2]) / longest)
+    if factor == 1:
+        return values
+    height, width = (size // factor * factor for size in values.shape[:2])
+    blocks = values[:height, :width].reshape(height // factor, factor, width // factor, factor, *values.shape[2:])
+    return np.asarray(blocks.mean(axis=(1, 3)))
+
+
+def data_uri(pixels: Bytes) -> str:
+    """Return (H, W, 3) bytes as a PNG in an address that holds it all."""
+    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
+        path = Path(folder) / "picture.png"
+        images.write(path, "png", ("R", "G", "B"), np.ascontiguousarray(pixels), {"oiio:ColorSpace": "sRGB"})
+        return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
+
+
+def _read_reference(path: Path) -> Reference:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            mean, variance = np.asarray(file["mean"], np.float64), np.asarray(file["variance"], np.float64)
+    except (OSError, ValueError, KeyError) as error:
+        raise ImageError(f"{path}: {error}") from error
+    if mean.ndim != 3 or mean.shape[2] != 3 or variance.shape != mean.shape:
+        raise ImageError(f"{path}: a reference of shape {mean.shape} with a variance of shape {variance.shape}")
+    return Reference(mean, variance)
+
+
+def _read_runs(strategy: StrategyResult, folder: Path, shape: tuple[int, ...]) -> Floats:
+    paths = strategy.images or ((strategy.image,) if strategy.image else ())
+    if not paths:
+        raise ImageError("the records name none")
+    return np.stack([_read(folder / path, shape) for path in paths])
+
+
+def _read_samples(strategy: StrategyResult, folder: Path, shape: tuple[int, ...]) -> Floats:
+    if strategy.samples is None:
+        return np.full(shape, float(strategy.curve.spp[-1]) if strategy.curve.spp else math.nan)
+    return _read(folder / strategy.samples, shape)
+
+
+def _read(path: Path, shape: tuple[int, ...]) -> Floats:
+    try:
+        image = images.read(path).image if path.suffix != ".npy" else np.load(path, allow_pickle=False)
+    except (OSError, ValueError) as error:
+        raise ImageError(f"{path}: {error}") from error
+    if image.shape != shape:
+        raise ImageError(f"{path}: has shape {image.shape}, not {shape}")
+    return np.asarray(image, np.float64)
+
+
+def _stops(mean: Floats) -> int:
+    """Choose the exposure: none, unless nearly all of the reference would be black or white."""
+    bright = float(np.percentile(mean.mean(axis=2), 90.0))
+    wanted = -math.log2(bright) - 0.5 if bright > 0.0 and math.isfinite(bright) else 0.0
+    return 0 if abs(wanted) < 2.0 else round(wanted)

@@ -1,0 +1,150 @@
+"""The tables of a report: time to error, checks of each strategy, the points of the curves, all scenes at a glance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from equaltime.cost.report.looks import Look
+from equaltime.cost.report.views import Row, Table, table
+from equaltime.cost.report.words import (
+    Cell,
+    error_cell,
+    factor_cell,
+    percent,
+    plain_cell,
+    seconds_cell,
+)
+from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.summary import SceneResult, StrategyResult, Summary
+
+__all__ = ["check_table", "geometric_mean", "label_row", "overview_tables", "point_table", "time_table"]
+
+_NOTHING = Cell("\N{EN DASH}", state="unknown")
+
+
+def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
+    """Return a row of a strategy with what must be said with its name."""
+    tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
+    if strategy.renderer != "core":
+        tags.append(strategy.renderer)
+    return Row(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
+
+
+def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
+    """Tabulate the time to each target, and below it how many times faster than the baseline that is."""
+    rows = []
+    for strategy in scene.strategies:
+        cells = []
+        for target in targets:
+            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            ratio = strategy.ratio.get(target)
+            faster = [] if ratio is None or strategy.label == scene.baseline else [factor_cell(ratio)]
+            cells.append([time, *faster])
+        rows.append(label_row(scene, strategy, looks[strategy.label], cells))
+    caption = f"Time to a given error, and speed-up over {scene.baseline}; 95 % intervals"
+    columns = [f"to {percent(target)}" for target in targets]
+    return table(f"{slug}-times", caption, "strategy", columns, rows)
+
+
+def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+    """Tabulate what tells whether the numbers can be believed: slope, error, own estimate, bias, equality."""
+    standard = scene.standard or "the standard"
+    columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
+    rows = []
+    for strategy in scene.strategies:
+        curve = strategy.curve
+        cells = [
+            [plain_cell(curve.slope)],
+            [error_cell(strategy.error_at_budget)],
+            [_own_estimate(curve.own_estimate)],
+            [error_cell(strategy.bias) if strategy.bias else _NOTHING],
+            [_probability(strategy.equality_p)],
+        ]
+        rows.append(label_row(scene, strategy, looks[strategy.label], cells))
+    caption = "Law of the error and checks; a slope of \N{MINUS SIGN}0.5 is that of independent samples"
+    return table(f"{slug}-checks", caption, "strategy", columns, rows)
+
+
+def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+    """Tabulate every checkpoint of every curve."""
+    rows = []
+    for strategy in scene.strategies:
+        curve = strategy.curve
+        for i, spp in enumerate(curve.spp):
+            own = curve.own_estimate[i] if i < len(curve.own_estimate) else UNKNOWN
+            cells = [
+                [Cell(str(spp))],
+                [seconds_cell(curve.seconds[i])],
+                [error_cell(curve.error[i])],
+                [_own_estimate((own,))],
+            ]
+            tags = ("biased",) * strategy.biased
+            rows.append(Row(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
+    columns = ["samples a pixel", "time", "error", "own estimate"]
+    return table(f"{slug}-points", "The points of the curves", "strategy", columns, rows)
+
+
+def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
+    """Tabulate all scenes by all strategies, one table a target; the last row is the geometric mean."""
+    labels = list(dict.fromkeys(strategy.label for scene in summary.scenes for strategy in scene.strategies))
+    return [_overview(summary, labels, target) for target in summary.targets]
+
+
+def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
+    """Return the geometric mean of a strategy's speed-ups over all scenes, or why there is none.
+
+    Its interval is that of these very scenes: the scenes' own intervals, which are independent, added as squares on the
+    logarithm. (Their quantiles are Student's with few degrees of freedom, which makes the sum a little too wide.) None
+    for the baseline.
+    """
+    logs, squares = 0.0, 0.0
+    for scene in summary.scenes:
+        strategy = _find(scene, label)
+        if strategy is not None and label == scene.baseline:
+            return None
+        ratio = strategy.ratio.get(target, UNKNOWN) if strategy else UNKNOWN
+        if factor_cell(ratio).state != "trusted" or ratio.low <= 0.0:
+            return replace(UNKNOWN, note=f"on {scene.name} it has no speed-up that can be trusted")
+        logs += math.log(ratio.value)
+        squares += (0.5 * math.log(ratio.high / ratio.low)) ** 2
+    mean, half = logs / len(summary.scenes), math.sqrt(squares) / len(summary.scenes)
+    return Interval(math.exp(mean), math.exp(mean - half), math.exp(mean + half))
+
+
+def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
+    rows = []
+    for scene in summary.scenes:
+        cells: list[tuple[Cell, ...]] = []
+        for label in labels:
+            strategy = _find(scene, label)
+            if strategy is None:
+                cells.append((_NOTHING,))
+                continue
+            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            ratio = strategy.ratio.get(target) if label != scene.baseline else None
+            cells.append((time,) if ratio is None else (time, factor_cell(ratio)))
+        rows.append(Row(scene.name, None, (), tuple(cells)))
+    means = [geometric_mean(summary, label, target) for label in labels]
+    last = tuple((_NOTHING if mean is None else factor_cell(mean),) for mean in means)
+    rows.append(Row("geometric mean", None, (), last, "of the speed-ups over all scenes"))
+    caption = f"Time to an error of {percent(target)}, and speed-up over the baseline; 95 % intervals"
+    return table(f"overview-{target:g}".replace(".", "-"), caption, "scene", labels, rows)
+
+
+def _find(scene: SceneResult, label: str) -> StrategyResult | None:
+    return next((strategy for strategy in scene.strategies if strategy.label == label), None)
+
+
+def _own_estimate(estimates: Sequence[Interval]) -> Cell:
+    """Print the last estimate; a renderer that makes none has a dash."""
+    if not estimates or math.isnan(estimates[-1].value):
+        return _NOTHING
+    return error_cell(estimates[-1])
+
+
+def _probability(p: float | None) -> Cell:
+    if p is None:
+        return _NOTHING
+    return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001")

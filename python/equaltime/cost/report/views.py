@@ -1,0 +1,148 @@
+"""What a page shows, as values ready for its template: pictures with captions, tables, sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from equaltime.cost.report.looks import Look
+from equaltime.cost.report.words import Cell
+
+__all__ = ["Bar", "Crop", "Frame", "Kind", "LossView", "Row", "SceneView", "Table", "table"]
+
+
+@dataclass(frozen=True)
+class Crop:
+    """A window of an image, shown enlarged."""
+
+    uri: str
+    window: tuple[int, int, int, int]
+    """x, y, width, height in pixels of the image."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a series that can be flipped through."""
+
+    label: str
+    look: Look | None
+    """None for the reference."""
+    uri: str
+    alt: str
+    caption: str
+    crops: tuple[Crop, ...] = ()
+
+
+@dataclass(frozen=True)
+class Bar:
+    """The colour bar of maps: evenly spaced colours and what the ends and the middle stand for."""
+
+    colours: tuple[str, ...]
+    ticks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A series of pictures of one kind: the images, their errors, their standard errors, their sample counts."""
+
+    name: str
+    slug: str
+    explanation: str
+    bar: Bar | None
+    frames: tuple[Frame, ...]
+
+
+@dataclass(frozen=True)
+class LossView:
+    """Where one strategy loses: a map or two, and sentences."""
+
+    label: str
+    look: Look
+    half_uri: str
+    half_alt: str
+    ratio_uri: str
+    ratio_alt: str
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table."""
+
+    label: str
+    look: Look | None
+    tags: tuple[str, ...]
+    """Words beside the label: baseline, biased."""
+    cells: tuple[tuple[Cell, ...], ...]
+    """Of each column: one number, or a number and another below it."""
+    title: str = ""
+    """The label in full."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers; what must be said of them is numbered and stands below."""
+
+    slug: str
+    caption: str
+    corner: str
+    """Head of the first column."""
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    footnotes: tuple[str, ...] = ()
+
+    def mark(self, cell: Cell) -> int:
+        """Return the number of a cell's footnote, from 1; 0 if it has none."""
+        return self.footnotes.index(cell.note) + 1 if cell.note else 0
+
+
+def table(slug: str, caption: str, corner: str, columns: Sequence[str], rows: Sequence[Row]) -> Table:
+    """Make a table and collect its footnotes, each once, in the order of reading."""
+    cells = (cell for row in rows for column in row.cells for cell in column)
+    notes = dict.fromkeys(cell.note for cell in cells if cell.note)
+    return Table(slug, caption, corner, tuple(columns), tuple(rows), tuple(notes))
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """One scene's part of the page."""
+
+    slug: str
+    name: str
+    facts: str
+    """Size, depth, reference, equal time in a line."""
+    verdict: str
+    wide_chart: str
+    """``<svg>`` elements, safe as they are."""
+    narrow_chart: str
+    legend: tuple[Row, ...]
+    tables: tuple[Table, ...]
+    points: Table
+    """The numbers behind the curves."""
+    notes: tuple[tuple[str, str], ...]
+    """Label and what is to be known of it."""
+    kinds: tuple[Kind, ...]
+    size: tuple[int, int]
+    """Width, height of the images in pixels."""
+    picture_notes: tuple[str, ...]
+    losses: tuple[LossView, ...]
+    loss_bar: Bar | None
+    losses_intro: str
+    files: tuple[str, ...]
+    """Figure files written beside the page."""
+
+    @property
+    def aspect(self) -> str:
+        """Width over height of the images, as CSS writes it."""
+        return f"{self.size[0]} / {self.size[1]}"
+
+    def split(self, crops: Sequence[Crop]) -> str:
+        """Return the CSS width of the image beside a column of its crops, one wide, of the same height."""
+        heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
+        return f"{heights * self.size[0] / self.size[1]:.3f}fr"
+
+    def place(self, window: tuple[int, int, int, int]) -> str:
+        """Return the CSS that puts a window where it belongs on the image."""
+        (x, y, w, h), (width, height) = window, self.size
+        parts = {"left": x / width, "top": y / height, "width": w / width, "height": h / height}
+        return "; ".join(f"{name}: {100.0 * part:.3f}%" for name, part in parts.items())

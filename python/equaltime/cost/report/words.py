@@ -1,0 +1,140 @@
+"""Numbers as people read them: three digits, units that suit the size, intervals with the digits that they deserve."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from equaltime.cost.statistics import Interval
+
+__all__ = ["Cell", "error_cell", "factor_cell", "percent", "plain_cell", "seconds", "seconds_cell", "slug"]
+
+_MINUS = "\N{MINUS SIGN}"
+_THIN = "\N{NARROW NO-BREAK SPACE}"
+_TIMES = "\N{MULTIPLICATION SIGN}"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One number of a table as text."""
+
+    text: str
+    """The number with its unit, or a word in its place."""
+    interval: str = ""
+    """``[low, high]`` in the unit of the number; empty where there is none."""
+    note: str = ""
+    """What must be said beside it."""
+    state: Literal["trusted", "untrusted", "unknown"] = "trusted"
+
+    def __str__(self) -> str:
+        return f"{self.text} {self.interval}".rstrip()
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """A unit to print numbers in: ``number * scale`` and the symbol after it."""
+
+    scale: float
+    symbol: str
+
+
+_ERROR = _Unit(100.0, f"{_THIN}%")
+_FACTOR = _Unit(1.0, _TIMES)
+_PLAIN = _Unit(1.0, "")
+
+
+def error_cell(interval: Interval) -> Cell:
+    """Print a relative error in per cent."""
+    return _cell(interval, _ERROR)
+
+
+def factor_cell(interval: Interval) -> Cell:
+    """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign."""
+    return _cell(interval, _FACTOR)
+
+
+def plain_cell(interval: Interval) -> Cell:
+    """Print a number without unit."""
+    return _cell(interval, _PLAIN)
+
+
+def seconds_cell(interval: Interval) -> Cell:
+    """Print a time in the unit that suits it."""
+    return _cell(interval, _time_unit(interval.value))
+
+
+def _cell(interval: Interval, unit: _Unit) -> Cell:
+    """Print an interval; one that is not trusted becomes its reason, without a number."""
+    if math.isinf(interval.value):
+        return Cell("never", note=interval.note, state="unknown")
+    if math.isnan(interval.value):
+        return Cell("unknown", note=interval.note, state="unknown")
+    if not interval.trusted:
+        return Cell("not trusted", note=interval.note or "no reason was recorded", state="untrusted")
+    value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
+    digits = _decimals(value, low, high)
+    return Cell(
+        _fixed(value, digits) + unit.symbol, f"[{_fixed(low, digits)}, {_fixed(high, digits)}]", note=interval.note
+    )
+
+
+def percent(value: float) -> str:
+    """Print a relative error with up to three digits."""
+    return _short(100.0 * value) + _ERROR.symbol
+
+
+def seconds(value: float) -> str:
+    """Print a time with up to three digits."""
+    unit = _time_unit(value)
+    return _short(value * unit.scale) + unit.symbol
+
+
+def slug(name: str, taken: Iterable[str] = ()) -> str:
+    """Return a name that is safe in a file name, in an address and as an id, and not one of those taken."""
+    base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:60] or "scene"
+    used, result, count = set(taken), base, 1
+    while result in used:
+        count += 1
+        result = f"{base}-{count}"
+    return result
+
+
+def _time_unit(value: float) -> _Unit:
+    size = abs(value)
+    if size < 0.1:
+        return _Unit(1e3, f"{_THIN}ms")
+    if not math.isfinite(size) or size < 600.0:
+        return _Unit(1.0, f"{_THIN}s")
+    if size < 36000.0:
+        return _Unit(1.0 / 60.0, f"{_THIN}min")
+    return _Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else _Unit(1.0 / 86400.0, f"{_THIN}d")
+
+
+def _decimals(value: float, low: float, high: float) -> int:
+    """Keep one digit of the half width, two if it begins with 1; of a number without width, three digits."""
+    half = 0.5 * (high - low)
+    if half <= 0.0:
+        return max(0, min(9, 2 - _exponent(value)))
+    first = _exponent(half)
+    return max(0, min(9, -first + (half / 10.0**first < 2.0)))
+
+
+def _exponent(value: float) -> int:
+    return math.floor(math.log10(abs(value))) if value else 0
+
+
+def _fixed(value: float, decimals: int) -> str:
+    if abs(value) >= 1e9:
+        return f"{value:.2g}".replace("e+", "e")
+    text = f"{value:,.{decimals}f}".replace(",", _THIN)
+    return text.replace("-", _MINUS) if float(text.replace(_THIN, "")) else text.lstrip("-")
+
+
+def _short(value: float) -> str:
+    text = _fixed(value, max(0, min(9, 2 - _exponent(value))))
+    return text.rstrip("0").rstrip(".") if "." in text else text

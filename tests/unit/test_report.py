@@ -1,0 +1,245 @@
+"""The report as a file: what is in it, that nothing is fetched, and that hostile names stay names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from equaltime.cost.report import page as page_module
+from equaltime.cost.report import write_report
+from equaltime.cost.report.sentences import scene_verdict
+from equaltime.cost.report.tables import geometric_mean
+from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.summary import Summary
+
+from .fake_summary import CONSTANTS, FEW, TARGETS, doubted, scene_result, summary
+
+HOSTILE = '<script>alert("1")</script>&\'$x_y$\\../..'
+VOID = {"meta", "link", "img", "input", "br", "hr"}
+
+
+class Page(HTMLParser):
+    """A page taken apart: its elements in order, text by element, and whether all that was opened is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[tuple[str, str]] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if data.strip():
+            self.texts.append((self.open[-1], data.strip()))
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def visible(self) -> str:
+        return " ".join(text for tag, text in self.texts if tag not in ("style", "script"))
+
+
+def written(value: Summary, folder: Path) -> tuple[Page, str]:
+    text = write_report(value, folder).read_text("utf-8")
+    return Page(text), text
+
+
+@pytest.fixture
+def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the figure files: they take most of the time, and only one test looks at them."""
+    monkeypatch.setattr(page_module, "write_figures", lambda *_: ())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("report")
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Page:
+    return written(summary(folder, scenes=2), folder)[0]
+
+
+def test_the_verdict_is_the_first_sentence_after_the_title(page: Page) -> None:
+    texts = [text for _, text in page.texts]
+    title = max(i for i, (tag, _) in enumerate(page.texts) if tag == "h1")
+    assert texts[title + 1] == "best: 1 % in 100 s [90, 110], 64x [58, 70] faster than naive"
+
+
+def test_every_part_that_the_page_promises_is_there(page: Page) -> None:
+    headings = [text for tag, text in page.texts if tag in ("h1", "h2", "h3", "h4")]
+    assert headings.count("Error against time") == headings.count("Where each strategy loses") == 2
+    for heading in ("All scenes", "box0", "box1", "How to read this page", "Provenance", "Image", "Error"):
+        assert heading in headings
+    for heading in ("Standard error", "Samples", "Time to an error", "Law and checks", "At equal time"):
+        assert headings.count(heading) == 2
+    assert "What is compared, what to see, why." in page.visible
+
+
+def test_provenance_names_machine_build_seeds_strategies_and_digests(page: Page) -> None:
+    for text in ("machine cpu", "a processor", "a build", "0, 1, 2", "0123456789abcdef", "best,technique=naive"):
+        assert text in page.visible
+
+
+def test_nothing_is_fetched(page: Page) -> None:
+    for tag, attributes in page.elements:
+        for name in ("src", "href", "srcset", "data", "action", "xlink:href"):
+            target = attributes.get(name)
+            assert target is None or target.startswith(("#", "data:")), (tag, name, target)
+    style = " ".join(text for tag, text in page.texts if tag == "style")
+    assert "@import" not in style
+    assert "url(" not in style
+
+
+def test_every_picture_says_what_it_shows_and_every_control_has_a_name(page: Page) -> None:
+    assert all(image.get("alt") for image in page.all("img"))
+    assert all(chart.get("aria-label") or chart.get("aria-hidden") for chart in page.all("svg"))
+    labelled = {label["for"] for label in page.all("label")}
+    sliders = page.all("input")
+    assert len(sliders) == 2
+    assert all(slider["type"] == "range" and slider["id"] in labelled for slider in sliders)
+
+
+def test_no_id_is_there_twice_and_every_address_in_the_page_has_its_target(page: Page) -> None:
+    ids = [attributes["id"] for _, attributes in page.elements if attributes.get("id")]
+    assert len(ids) == len(set(ids))
+    targets = [attributes["href"] for _, attributes in page.elements if (attributes.get("href") or "").startswith("#")]
+    assert {target[1:] for target in targets if target} <= set(ids)
+
+
+def test_every_point_of_a_curve_says_its_numbers(page: Page) -> None:
+    titles = [text for tag, text in page.texts if tag == "title"]
+    assert sum(title.startswith("best: ") for title in titles) == 2 * 2 * 5  # scenes, widths, checkpoints
+
+
+def test_a_biased_strategy_is_named_biased_in_legend_and_tables(page: Page) -> None:
+    tags = [text for tag, text in page.texts if tag == "em"]
+    assert tags.count("biased") >= 2 * 3
+
+
+def test_figures_are_written_as_pdf_and_png(folder: Path, page: Page) -> None:
+    names = {path.name for path in (folder / "figures").iterdir()}
+    assert names == {
+        f"box{scene}-{what}.{kind}" for scene in (0, 1) for what in ("curves", "crops") for kind in ("pdf", "png")
+    }
+    assert all((folder / "figures" / name).stat().st_size > 1000 for name in names)
+    assert "figures/box0-curves.pdf" in page.visible
+
+
+def test_a_page_of_small_images_is_small(folder: Path, page: Page) -> None:
+    assert (folder / "report.html").stat().st_size < 600_000
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_the_same_summary_gives_the_same_bytes(tmp_path: Path) -> None:
+    first = written(summary(tmp_path), tmp_path)[1]
+    assert written(summary(tmp_path), tmp_path)[1] == first
+
+
+def test_hostile_names_stay_text_and_inside_the_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    plain = summary(folder)
+    scene = plain.scenes[0]
+    first = replace(scene.strategies[0], label=HOSTILE, name=HOSTILE, renderer=HOSTILE, notes=(HOSTILE,))
+    scene = replace(scene, name=HOSTILE, digest=HOSTILE, baseline=HOSTILE, strategies=(first, *scene.strategies[1:]))
+    scene = doubted(scene, "best", HOSTILE)
+    provenance = {HOSTILE: [HOSTILE, {HOSTILE: HOSTILE}]}
+    hostile = Summary(HOSTILE, HOSTILE, (scene, replace(scene, name="two")), TARGETS, provenance, HOSTILE)
+    page, text = written(hostile, folder)
+    assert len(page.all("script")) == 1
+    assert "<script>alert" not in text
+    assert page.visible.count(HOSTILE) > 20
+    assert {path.name for path in tmp_path.iterdir()} == {"inner"}
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_what_cannot_be_trusted_has_its_reason_in_place_of_numbers(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    page, _ = written(replace(value, scenes=(doubted(value.scenes[0], "best"),)), tmp_path)
+    texts = [text for _, text in page.texts]
+    row = texts.index("best", texts.index("Time to an error"))
+    cells = texts[row + 1 : texts.index(FEW)]
+    assert cells.count("not trusted") == len(TARGETS)
+    assert not any(character.isdigit() for text in cells if text not in "12" for character in text)
+
+
+def test_the_verdict_of_a_scene_names_the_fastest_unbiased_strategy(tmp_path: Path) -> None:
+    scene = scene_result(tmp_path)
+    assert re.sub(r"\s", " ", scene_verdict(scene, TARGETS)).startswith("best: 1 % in 100 s [90, 110], 64")
+    without = doubted(scene, "best")
+    assert scene_verdict(without, TARGETS).endswith("nothing is faster than the baseline.")
+    nothing = doubted(doubted(without, "naive"), "cut")
+    assert "No time" in scene_verdict(nothing, TARGETS)
+
+
+def test_the_geometric_mean_over_scenes_adds_their_intervals_on_the_logarithm(tmp_path: Path) -> None:
+    value = summary(tmp_path, scenes=2)
+    slow, fast = (
+        replace(one, strategies=tuple(replace(s, ratio={0.1: ratio}) for s in one.strategies))
+        for one, ratio in zip(value.scenes, (Interval(4.0, 2.0, 8.0), Interval(16.0, 8.0, 32.0)), strict=True)
+    )
+    mean = geometric_mean(replace(value, scenes=(slow, fast)), "best", 0.1)
+    assert mean is not None
+    assert mean.value == pytest.approx(8.0)
+    assert mean.high / mean.value == pytest.approx(2.0 ** (0.5**0.5))
+    assert geometric_mean(value, "naive", 0.1) is None
+    broken = geometric_mean(replace(value, scenes=(value.scenes[0], doubted(value.scenes[1], "best"))), "best", 0.1)
+    assert broken is not None
+    assert not broken.known
+    assert "box1" in broken.note
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_report_without_pictures_says_why_and_keeps_its_numbers(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    page, _ = written(replace(value, scenes=(replace(value.scenes[0], reference=None),)), tmp_path)
+    assert "name no reference" in page.visible
+    assert "Time to an error" in page.visible
+    assert page.all("img") == []
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_missing_or_damaged_image_is_said_and_the_others_are_shown(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    (tmp_path / "box0-cut-1.npy").write_bytes(b"no array")
+    np.save(tmp_path / "box0-naive-0.npy", np.zeros((3, 3, 3)))
+    page, _ = written(value, tmp_path)
+    assert "Of cut there is no picture" in page.visible
+    assert "has shape (3, 3, 3), not (24, 36, 3)" in page.visible
+    assert any("rendered by best" in str(image["alt"]) for image in page.all("img"))
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_curves_without_a_positive_number_are_left_out_without_fuss(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    strategies = tuple(
+        replace(one, curve=replace(one.curve, error=(UNKNOWN,) * 4 + (Interval(-0.01, -0.02, 0.01),)))
+        for one in value.scenes[0].strategies
+    )
+    written(replace(value, scenes=(replace(value.scenes[0], strategies=strategies),)), tmp_path)
+
+
+def test_an_experiment_that_has_not_begun_has_a_page_too(tmp_path: Path) -> None:
+    page, _ = written(Summary("Nothing yet", "", (), TARGETS, {}, "Nothing was run."), tmp_path / "new")
+    assert "Nothing was run." in page.visible
+    assert set(CONSTANTS) & set(page.visible.split()) == set()

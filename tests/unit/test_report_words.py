@@ -1,0 +1,119 @@
+"""Numbers as the report prints them, and the looks that strategies get."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.cost.report.looks import DARK, LIGHT, MARKERS, looks
+from equaltime.cost.report.words import error_cell, factor_cell, percent, seconds, seconds_cell, slug
+from equaltime.cost.statistics import UNKNOWN, Interval
+
+THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"),
+    [
+        (Interval(4.12, 3.91, 4.37), f"4.1{THIN}s [3.9, 4.4]"),
+        (Interval(0.0412, 0.0391, 0.0437), f"41{THIN}ms [39, 44]"),
+        (Interval(5000.0, 4990.0, 5010.0), f"83.33{THIN}min [83.17, 83.50]"),
+        (Interval(2.0, 2.0, 2.0), f"2.00{THIN}s [2.00, 2.00]"),
+    ],
+)
+def test_a_time_has_the_digits_that_its_interval_allows(interval: Interval, text: str) -> None:
+    assert str(seconds_cell(interval)) == text
+
+
+def test_a_speed_up_has_a_multiplication_sign_and_a_negative_error_a_minus_sign() -> None:
+    assert str(factor_cell(Interval(31.0, 27.0, 35.0))) == f"31{TIMES} [27, 35]"
+    assert str(error_cell(Interval(0.001, -0.002, 0.003))) == f"0.1{THIN}% [{MINUS}0.2, 0.3]"
+
+
+def test_an_interval_that_cannot_be_trusted_shows_its_reason_and_no_number() -> None:
+    cell = seconds_cell(Interval(12.5, 3.0, 40.0).doubted("only 2 repeats"))
+    assert (cell.text, cell.interval, cell.note, cell.state) == ("not trusted", "", "only 2 repeats", "untrusted")
+
+
+def test_an_interval_without_ends_is_not_trusted_whatever_it_says() -> None:
+    assert factor_cell(Interval(2.0, -math.inf, math.inf)).state == "untrusted"
+
+
+def test_what_never_comes_and_what_is_not_known_are_words() -> None:
+    assert seconds_cell(Interval(math.inf, math.inf, math.inf, note="it is biased")).text == "never"
+    assert seconds_cell(UNKNOWN).text == "unknown"
+
+
+def test_short_numbers_have_up_to_three_digits() -> None:
+    assert [percent(value) for value in (0.1, 0.05, 0.00316, 7.71)] == [
+        f"{text}{THIN}%" for text in ("10", "5", "0.316", "771")
+    ]
+    assert [seconds(value) for value in (0.05, 1.0, 12.34, 7200.0)] == [
+        f"50{THIN}ms",
+        f"1{THIN}s",
+        f"12.3{THIN}s",
+        f"120{THIN}min",
+    ]
+
+
+def test_a_slug_is_a_safe_file_name_and_unique() -> None:
+    assert slug("../../etc/<b>Passwd</b>") == "etc-b-passwd-b"
+    assert slug("Box", ["box", "box-2"]) == "box-3"
+    assert slug("\N{SNOWMAN}") == "scene"
+    assert len(slug("x" * 1000)) <= 64
+
+
+def test_the_baseline_has_the_first_look_wherever_it_stands() -> None:
+    found = looks(["best", "mis", "naive"], "naive")
+    assert [found[label].index for label in ("naive", "best", "mis")] == [0, 1, 2]
+
+
+def test_no_two_of_many_strategies_look_the_same() -> None:
+    found = looks([str(number) for number in range(30)], "0")
+    assert len({(look.light, look.marker, look.line) for look in found.values()}) == 30
+    assert len(set(MARKERS)) == len(LIGHT) == len(DARK)
+
+
+def linear(colour: str) -> NDArray[np.float64]:
+    """Return linear RGB of ``#rrggbb``."""
+    encoded = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast ratio of WCAG 2.2."""
+    low, high = sorted(float(linear(colour) @ (0.2126, 0.7152, 0.0722)) + 0.05 for colour in (one, other))
+    return high / low
+
+
+@pytest.mark.parametrize(("colours", "page"), [(LIGHT, "#ffffff"), (DARK, "#14171c")])
+def test_every_colour_stands_out_from_the_page(colours: tuple[str, ...], page: str) -> None:
+    assert min(contrast(colour, page) for colour in colours) >= 3.0
+
+
+SIGHTS = {
+    "normal": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+"""How linear RGB looks with each colour blindness: Machado, Oliveira & Fernandes 2009, severity 1."""
+
+
+def lab(rgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return CIE L*a*b* (D65) of linear sRGB."""
+    matrix = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    ratio = np.maximum(matrix @ rgb / (0.9505, 1.0, 1.089), 0.0)
+    x, y, z = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16.0 / 116.0)
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
+def test_colours_are_told_apart_with_every_kind_of_sight(colours: tuple[str, ...], sight: str) -> None:
+    seen = [lab(np.asarray(SIGHTS[sight]) @ linear(colour)) for colour in colours]
+    assert min(float(np.linalg.norm(a - b)) for a, b in itertools.combinations(seen, 2)) >= 10.0
