@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sampling/ordered_table_2d.h"
+
 namespace equaltime {
 
 OrderedTable::OrderedTable(std::span<const double> weights) : running_(weights.size() + 1, 0) {
@@ -30,6 +32,21 @@ OrderedTable::Choice OrderedTable::choose(double u) const noexcept {
   const auto index = static_cast<std::uint32_t>(above - begin);
   const double lo = running_[index], hi = running_[index + 1];
   return {index, hi > lo ? (u - lo) / (hi - lo) : 0.5};
+}
+
+OrderedTable2D::OrderedTable2D(std::span<const double> weights, std::size_t width) {
+  std::vector<double> totals;
+  for (std::size_t begin = 0; begin < weights.size(); begin += width) {
+    columns_.emplace_back(weights.subspan(begin, width));
+    totals.push_back(columns_.back().total());
+  }
+  rows_ = OrderedTable(totals);
+}
+
+std::size_t OrderedTable2D::memory_bytes() const noexcept {
+  std::size_t bytes = rows_.memory_bytes() + columns_.size() * sizeof(OrderedTable);
+  for (const OrderedTable& row : columns_) bytes += row.memory_bytes();
+  return bytes;
 }
 
 }  // namespace equaltime

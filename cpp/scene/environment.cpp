@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "math/numeric.h"
 
@@ -11,26 +10,6 @@ namespace equaltime {
 namespace {
 
 constexpr double kPiD = std::numbers::pi;
-
-/// Turns running sums into a cumulative distribution ending in exactly 1; an all-zero row stays zero.
-void normalize_cdf(std::span<double> cdf) noexcept {
-  const double sum = cdf.back();
-  if (!(sum > 0)) return;
-  for (double& c : cdf) c /= sum;
-  cdf.back() = 1;
-}
-
-/// The interval that u falls in, never one of probability 0, and u's place within it.
-struct Picked {
-  std::uint32_t index;
-  double rest;
-};
-Picked pick(std::span<const double> cdf, double u) noexcept {
-  const auto above = std::upper_bound(cdf.begin() + 1, cdf.end() - 1, u);
-  const auto index = static_cast<std::uint32_t>(above - cdf.begin() - 1);
-  const double lo = cdf[index], hi = cdf[index + 1];
-  return {index, hi > lo ? (u - lo) / (hi - lo) : 0.5};
-}
 
 }  // namespace
 
@@ -44,21 +23,17 @@ ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double 
   z_axis_ = Vec3f(normalize(d.to_world.column(2)));
   for (std::uint32_t row = 0; row <= rows_; ++row)
     polar_cosine_.push_back(std::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
-  row_cdf_.assign(rows_ + 1, 0);
-  cell_cdf_.assign(std::size_t{rows_} * (width_ + 1), 0);
+  std::vector<double> weights;
+  weights.reserve(std::size_t{rows_} * width_);
   for (std::uint32_t row = 0; row < rows_; ++row) {
     const double solid_angle = (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * kPiD / static_cast<double>(width_);
-    const std::span<double> cdf(&cell_cdf_[std::size_t{row} * (width_ + 1)], width_ + 1);
     for (std::uint32_t column = 0; column < width_; ++column) {
       const Spectrum corners =
           texel(row, column) + texel(row, column + 1) + texel(row + 1, column) + texel(row + 1, column + 1);
-      cdf[column + 1] = cdf[column] + static_cast<double>(corners.mean()) * 0.25 * solid_angle;
+      weights.push_back(static_cast<double>(corners.mean()) * 0.25 * solid_angle);
     }
-    row_cdf_[row + 1] = row_cdf_[row] + cdf.back();
-    normalize_cdf(cdf);
   }
-  total_ = row_cdf_.back();
-  normalize_cdf(row_cdf_);
+  cells_ = OrderedTable2D(weights, width_);
 }
 
 Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
@@ -68,16 +43,12 @@ Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
 }
 
 float ImageEnvironment::pdf(const Cell& c) const noexcept {
-  const double* cdf = &cell_cdf_[std::size_t{c.row} * (width_ + 1)];
-  const double probability = (row_cdf_[c.row + 1] - row_cdf_[c.row]) * (cdf[c.column + 1] - cdf[c.column]);
   const double range = polar_cosine_[c.row] - polar_cosine_[c.row + 1];
-  return static_cast<float>(probability * static_cast<double>(width_) / (2 * kPiD * range));
+  return static_cast<float>(cells_.pmf(c.row, c.column) * static_cast<double>(width_) / (2 * kPiD * range));
 }
 
 EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
-  const Picked row = pick(row_cdf_, u.y);
-  const std::span<const double> cdf(&cell_cdf_[std::size_t{row.index} * (width_ + 1)], width_ + 1);
-  const Picked column = pick(cdf, u.x);
+  const auto [row, column] = cells_.choose(u.x, u.y);
   const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
   const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
   const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest + 0.5) / static_cast<double>(width_);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "sampling/ordered_table_2d.h"
 #include "sampling/sampler.h"
 #include "sampling/warps.h"
 #include "scene/description.h"
@@ -44,10 +45,9 @@ class ImageEnvironment {
   /// the density covers the whole support of the interpolated radiance.
   [[nodiscard]] EnvironmentSample sample(Point2d u) const noexcept;
   [[nodiscard]] LightValue eval(Vec3f wi) const noexcept;
-  [[nodiscard]] double total() const noexcept { return total_; }
+  [[nodiscard]] double total() const noexcept { return cells_.total(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return texels_.size() * sizeof(Spectrum) +
-           (cell_cdf_.size() + row_cdf_.size() + polar_cosine_.size()) * sizeof(double);
+    return texels_.size() * sizeof(Spectrum) + polar_cosine_.size() * sizeof(double) + cells_.memory_bytes();
   }
 
  private:
@@ -65,10 +65,8 @@ class ImageEnvironment {
   std::uint32_t width_, rows_;  // rows_: of cells, one less than of texels
   std::vector<Spectrum> texels_;
   std::vector<double> polar_cosine_;  // rows_ + 1, of the texel rows
-  std::vector<double> row_cdf_;       // rows_ + 1, of all cells
-  std::vector<double> cell_cdf_;      // rows_ × (width_ + 1), within each row
+  OrderedTable2D cells_;              // by the radiance of their corners times their solid angle
   Vec3f x_axis_, y_axis_, z_axis_;    // of the map, in world space
-  double total_ = 0;
 };
 
 }  // namespace equaltime
