@@ -26,7 +26,8 @@ try:
 except ImportError:
     mi.set_variant("scalar_rgb")
 
-from .agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
+from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
+
 from .feature_scenes import EVERYDAY, OTHER_RULE, SCENES, lights  # noqa: E402
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "mitsuba"

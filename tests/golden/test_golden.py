@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 import equaltime as et
+from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share
 
-from ..crosscheck.agreement import LEVEL, Agreement, BlockMeans, compare, share
 from .golden import SCENES, Golden, load_scene
 
 RENDERS, SPP, BLOCK = 64, 4, 8

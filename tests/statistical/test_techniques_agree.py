@@ -13,7 +13,8 @@ from typing import Any, Final
 
 import pytest
 
-from ..crosscheck.agreement import LEVEL, BlockMeans, compare, share
+from equaltime.cost.agreement import LEVEL, BlockMeans, compare, share
+
 from .changed import changed
 from .stages import NAMES, stage
 from .worlds import render

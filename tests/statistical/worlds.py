@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from equaltime import _core
-
-from ..crosscheck.agreement import sidak
+from equaltime.cost.agreement import sidak
 
 __all__ = ["Estimate", "affine", "build", "direction", "estimate", "looking", "octahedron", "render", "turned"]
 
