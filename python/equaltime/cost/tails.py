@@ -10,27 +10,50 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FEWEST_REPEATS", "FEWEST_VALUES", "LEAST_INDEX", "block_errors", "moment_index", "tail_doubt", "tail_index"]
+__all__ = ["LEAST_INDEX", "Tail", "block_errors", "moment_index", "tail_index"]
 
 Floats = NDArray[np.float64]
 
 LEAST_INDEX = 2.0
 FEWEST_REPEATS = 4
-FEWEST_VALUES = 30
+FEWEST_VALUES = 100
 """From k values the inverse of the index has a standard error of about 1 / sqrt(k)."""
-_TOP = 0.05
-_WIDE_TOP, _ENOUGH = 0.1, 100
+_TOP, _WIDE_TOP = 0.05, 0.1
+_ONE_SIDED = 1.645
 
 
-def moment_index(values: ArrayLike, count: int) -> float:
+@dataclass(frozen=True)
+class Tail:
+    """The tail index of squared errors; NaN if there are too few of them to tell."""
+
+    index: float
+    least: float
+    """Lower limit of the index: it is above this with 95 % confidence."""
+
+    @property
+    def doubt(self) -> str:
+        """Why intervals cannot be trusted; nothing if they can, or nothing can be seen."""
+        if math.isnan(self.index) or self.least >= LEAST_INDEX:
+            return ""
+        what = "a few pixels carry much of the error, and repeats cannot show how far it spreads"
+        if self.index < 1.0:
+            what = "even the variance may be infinite"
+        elif self.index >= LEAST_INDEX:
+            what = f"it may be below {LEAST_INDEX:g}, where repeats cannot show how far the error spreads"
+        return f"heavy tail (index {self.index:.2g}): {what}"
+
+
+def moment_index(values: ArrayLike, count: int) -> Tail:
     """Return the tail index of positive values from the largest ``count``; ``inf`` for a tail lighter than a power.
 
     By the moment estimator (Dekkers, Einmahl & de Haan 1989), which adds to Hill's (1975) what makes it right for
-    tails that are no power: Hill's alone finds an index near 2 in squares of normal deviates.
+    tails that are no power: Hill's alone finds an index near 2 in squares of normal deviates. It estimates the inverse
+    g of the index; its variance is (1 + g²) / count where the index is finite.
     """
     largest = np.sort(np.asarray(values, np.float64))[-count - 1 :]
     if not largest[0] > 0.0:
@@ -38,9 +61,10 @@ def moment_index(values: ArrayLike, count: int) -> float:
     logs = np.log(largest[1:] / largest[0])
     first, second = float(logs.mean()), float(np.square(logs).mean())
     if second <= first**2 * (1.0 + 1e-12):
-        return math.inf
+        return Tail(math.inf, math.inf)
     inverse = first + 1.0 - 0.5 / (1.0 - first**2 / second)
-    return 1.0 / inverse if inverse > 0.0 else math.inf
+    most = inverse + _ONE_SIDED * math.sqrt((1.0 + max(inverse, 0.0) ** 2) / count)
+    return Tail(*(1.0 / g if g > 0.0 else math.inf for g in (inverse, most)))
 
 
 def block_errors(images: Iterable[ArrayLike], block: int = 2) -> Floats:
@@ -68,7 +92,7 @@ def block_errors(images: Iterable[ArrayLike], block: int = 2) -> Floats:
     return errors.reshape(len(stack), -1)
 
 
-def tail_index(errors: ArrayLike) -> float:
+def tail_index(errors: ArrayLike) -> Tail:
     """Return the tail index of squared errors from `block_errors` (K, blocks); NaN if there are too few to tell.
 
     What varies from place to place by the picture is no tail, so every block's error is seen as its excess over that of
@@ -78,20 +102,12 @@ def tail_index(errors: ArrayLike) -> float:
     parts = np.asarray(errors, np.float64)
     repeats = len(parts)
     if repeats < FEWEST_REPEATS:
-        return math.nan
+        return Tail(math.nan, math.nan)
     own = parts * (repeats / (repeats - 1.0))
     others = (parts.sum(axis=0) - own) / (repeats - 2.0)
     seen = others > 1e-9 * own
     excess = own[seen] / others[seen] - 1.0
-    count = round(max(_TOP * excess.size, min(_WIDE_TOP * excess.size, _ENOUGH)))
+    count = round(max(_TOP * excess.size, min(_WIDE_TOP * excess.size, FEWEST_VALUES)))
     if count < FEWEST_VALUES or np.count_nonzero(excess > 0.0) <= count:
-        return math.nan
+        return Tail(math.nan, math.nan)
     return moment_index(excess, count)
-
-
-def tail_doubt(index: float) -> str:
-    """Say why intervals cannot be trusted, or nothing if they can (or nothing can be seen)."""
-    if math.isnan(index) or index >= LEAST_INDEX:
-        return ""
-    what = "the variance itself may be infinite" if index < 1.0 else "a few pixels carry much of the error"
-    return f"heavy tail (index {index:.2g}, below {LEAST_INDEX:g}): {what}, and repeats cannot show how far it spreads"
