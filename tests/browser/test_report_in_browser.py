@@ -1,0 +1,272 @@
+"""The report in a real browser: it opens, fetches nothing, flips by mouse and keyboard, and fits every screen."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from equaltime.cost.report import write_report
+
+from ..unit.fake_summary import CONSTANTS, doubted, summary
+
+CHROMIUM = shutil.which("chromium")
+LABELS = ["reference", *CONSTANTS]
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium: apt-get install chromium")
+
+Open = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report of two scenes, one with a very long name and an interval that cannot be trusted."""
+    folder = tmp_path_factory.mktemp("report")
+    value = summary(folder, scenes=2)
+    second = doubted(value.scenes[1], "cut")
+    first = replace(value.scenes[0], name="a-scene-whose-name-is-longer-than-any-telephone-is-wide-" * 2)
+    return write_report(replace(value, scenes=(first, second)), folder)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def opened(browser: Any, report: Path) -> Iterator[Open]:
+    """Open the report in a window of its own; afterwards, nothing may have gone wrong or been fetched."""
+    contexts, complaints, requests = [], [], []
+
+    def open_page(**settings: Any) -> Any:
+        context = browser.new_context(**settings)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: requests.append(request.url))
+        page.goto(report.as_uri())
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert complaints == []
+    fetched = [url for url in requests if not url.startswith("data:")]
+    assert fetched == [report.as_uri()] * len(contexts)
+
+
+def visible_frames(book: Any) -> list[str]:
+    """Return the labels of the pictures that can be seen."""
+    return [frame.get_attribute("data-label") for frame in book.locator(".frame").all() if frame.is_visible()]
+
+
+def crop(book: Any) -> bytes:
+    """Return the pixels of the first crop that can be seen."""
+    return bytes(book.locator(".crops img:visible").first.screenshot())
+
+
+def test_it_opens_with_its_verdict_curves_and_pictures(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    assert page.title() == "Three strategies: what accuracy costs in time"
+    assert page.locator("header .verdict").is_visible()
+    assert page.locator(".chart .wide svg").first.is_visible()
+    assert not page.locator(".chart .narrow svg").first.is_visible()
+    broken = page.evaluate("[...document.images].filter(image => !(image.complete && image.naturalWidth)).length")
+    assert broken == 0
+
+
+def test_the_slider_flips_by_keyboard(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    book = page.locator("[data-flip]").first
+    slider = book.locator("input[type=range]")
+    slider.focus()
+    seen = []
+    for key in ["Home", *["ArrowRight"] * (len(LABELS) - 1)]:
+        page.keyboard.press(key)
+        seen.append((visible_frames(book), slider.get_attribute("aria-valuetext"), crop(book)))
+    assert [frames for frames, _, _ in seen] == [[label] for label in LABELS]
+    assert [text for _, text, _ in seen] == LABELS
+    assert len({pixels for _, _, pixels in seen}) == len(LABELS)
+    assert book.locator("[data-says]").inner_text().startswith("best")
+
+
+def test_the_slider_flips_by_mouse(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    book = page.locator("[data-flip]").first
+    slider = book.locator("input[type=range]")
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    page.mouse.click(box["x"] + box["width"] - 4, middle)
+    assert visible_frames(book) == ["best"]
+    last = crop(book)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 4, middle, steps=5)
+    page.mouse.up()
+    assert visible_frames(book) == ["reference"]
+    assert crop(book) != last
+
+
+def test_flipping_moves_nothing_but_the_picture(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    book = page.locator("[data-flip]").first
+    boxes = set()
+    for number in range(len(LABELS)):
+        book.locator(f"[data-step='{number}']").click()
+        boxes.add(tuple(book.locator(".whole:visible").bounding_box().values()))
+    for kind in ("error", "standard-error", "samples"):
+        book.locator(f"[data-kind={kind}]").click()
+        boxes.add(tuple(book.locator(".whole:visible").bounding_box().values()))
+    assert len(boxes) == 1
+
+
+def test_buttons_choose_the_picture_the_kind_and_the_way_to_compare(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    book = page.locator("[data-flip]").first
+    book.get_by_role("button", name="cut").click()
+    assert visible_frames(book) == ["cut"]
+    book.get_by_role("button", name="Error", exact=True).click()
+    assert book.locator(".frame:visible img").get_attribute("alt").startswith("Error map of cut")
+    book.get_by_role("button", name="reference").click()
+    assert book.locator(".absent:visible").count() == 1
+    book.get_by_role("button", name="Side by side").click()
+    assert visible_frames(book) == list(CONSTANTS)
+    book.get_by_role("button", name="Image", exact=True).click()
+    assert visible_frames(book) == LABELS
+
+
+def test_the_scenes_are_flipped_apart_from_each_other(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    first, second = page.locator("[data-flip]").all()
+    first.get_by_role("button", name="best").click()
+    assert visible_frames(first) == ["best"]
+    assert visible_frames(second) == ["naive"]
+
+
+def test_a_curve_is_singled_out_from_the_legend(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    chart = page.locator("[data-chart]").first
+    button = chart.locator("button[data-curve='2']")
+    button.focus()
+    page.keyboard.press("Enter")
+    assert button.get_attribute("aria-pressed") == "true"
+    assert chart.locator(".wide svg .chosen").count() == 2  # the curve and its band
+    page.keyboard.press("Enter")
+    assert chart.locator("svg .chosen").count() == 0
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280])
+def test_the_page_never_scrolls_sideways(opened: Open, width: int) -> None:
+    page = opened(viewport={"width": width, "height": 740})
+    for mode in ("flip", "grid"):
+        for button in page.locator(f"[data-mode={mode}]").all():
+            button.click()
+        for details in page.locator("details").all():
+            details.evaluate("element => { element.open = true }")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator(".chart .narrow svg").first.is_visible() == (width == 360)
+
+
+def test_tables_are_what_would_scroll_the_page_if_they_did_not_scroll_themselves(opened: Open) -> None:
+    page = opened(viewport={"width": 360, "height": 740})
+    page.add_style_tag(content=".scroll { overflow: visible !important; }")
+    assert page.evaluate("document.documentElement.scrollWidth") > 360
+
+
+def test_a_table_can_be_scrolled_by_keyboard_on_a_phone(opened: Open) -> None:
+    page = opened(viewport={"width": 360, "height": 740})
+    box = page.locator(".scroll").first
+    box.focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("e => e.scrollLeft > 0", arg=box.element_handle())
+
+
+CONTRASTS = """() => {
+  const numbers = text => text.match(/[\\d.]+/g).map(Number);
+  const linear = c => c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4;
+  const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  const ground = e => {
+    const colour = numbers(getComputedStyle(e).backgroundColor);
+    return colour.length === 3 || colour[3] === 1 ? colour : ground(e.parentElement);
+  };
+  const found = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode.data.trim(), e = walker.currentNode.parentElement;
+    if (!text || !e.checkVisibility() || e.closest("script, style, title")) continue;
+    const style = getComputedStyle(e), ink = numbers(e.closest("svg") ? style.fill : style.color);
+    const [low, high] = [light(ink), light(ground(e))].sort((a, b) => a - b);
+    found.push([(high + 0.05) / (low + 0.05), text]);
+  }
+  return found;
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_all_text_stands_out_in_light_and_dark(opened: Open, scheme: str) -> None:
+    page = opened(viewport={"width": 1280, "height": 900}, color_scheme=scheme)
+    found = page.evaluate(CONTRASTS)
+    assert len(found) > 200
+    assert [(ratio, text) for ratio, text in found if ratio < 4.5] == []
+    page.add_style_tag(content=":root { --muted: #808080 !important; }")  # power: grey on grey is seen
+    assert any(ratio < 4.5 for ratio, _ in page.evaluate(CONTRASTS))
+
+
+def test_dark_mode_is_dark_and_recolours_the_curves(opened: Open) -> None:
+    colours = {}
+    for scheme in ("light", "dark"):
+        page = opened(viewport={"width": 1280, "height": 900}, color_scheme=scheme)
+        body = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        curve = page.locator(".wide svg [data-curve='2'] path").last.evaluate("e => getComputedStyle(e).stroke")
+        colours[scheme] = (body, curve)
+    assert colours["light"][0] == "rgb(255, 255, 255)"
+    assert colours["dark"][0] == "rgb(20, 23, 28)"
+    assert colours["light"][1] != colours["dark"][1]
+
+
+def test_focus_is_visible_and_the_first_stop_skips_to_the_results(opened: Open) -> None:
+    page = opened(viewport={"width": 1280, "height": 900})
+    page.keyboard.press("Tab")
+    style = page.evaluate(
+        "(({outlineStyle, outlineWidth}) => [outlineStyle, outlineWidth])(getComputedStyle(document.activeElement))"
+    )
+    assert style == ["solid", "3px"]
+    assert page.evaluate("document.activeElement.getAttribute('href')") == "#content"
+    assert page.locator(".skip").bounding_box()["x"] >= 0
+
+
+def test_nothing_moves_for_who_asked_for_no_motion(opened: Open) -> None:
+    page = opened(reduced_motion="reduce")
+    durations = page.evaluate("[...document.querySelectorAll('*')].map(e => getComputedStyle(e).transitionDuration)")
+    assert set(durations) - {""} == {"0s"}
+
+
+def test_without_javascript_every_picture_and_table_is_there(opened: Open) -> None:
+    page = opened(java_script_enabled=False)
+    book = page.locator("[data-flip]").first
+    assert visible_frames(book) == [*LABELS, *list(CONSTANTS) * 3]
+    assert not book.locator("input").is_visible()
+
+
+def test_on_paper_every_picture_table_and_number_is_there(opened: Open) -> None:
+    page = opened(viewport={"width": 760, "height": 1000}, color_scheme="dark")
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert visible_frames(page.locator("[data-flip]").first) == [*LABELS, *list(CONSTANTS) * 3]
+    assert all(panel.is_visible() for panel in page.locator("[data-panel]").all())
+    assert all(table.is_visible() for table in page.locator("table").all())
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert page.evaluate("document.documentElement.scrollWidth") <= 760
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.locator("details[open]").count() == 0
