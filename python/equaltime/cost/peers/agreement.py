@@ -1,0 +1,174 @@
+"""Whether a peer means the same image as equaltime: to be asked before the two are compared in time.
+
+A peer that does not agree is no worse for that, but against equaltime's reference its error would end at the
+difference: then it is held against `own_reference`, and whoever shows its numbers shows the note.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare
+from equaltime.cost.metrics import Reference
+from equaltime.cost.peers.common import with_box_filter
+from equaltime.cost.reference import KnownReference
+from equaltime.cost.subject import Subject
+from equaltime.images import SOFTWARE
+from equaltime.render import render
+from equaltime.scene import Scene
+
+__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference"]
+
+SEEDS = 64
+"""Independent renders of either side: what the test of agreement asks for."""
+_SIDE, _BLOCK = 48, 4
+_SPP, _OUR_SPP = 16, 32
+_FIRST_SEED, _FIRST_REFERENCE_SEED = 2**30, 2**30 + 2**29
+_FEWEST, _WANTED = 8, 32
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """What came of the comparison of a peer with equaltime on one scene."""
+
+    agreement: Agreement
+    level: float
+    """The rate at which peers that agree fail."""
+    size: tuple[int, int]
+    """Width and height of the images that were compared."""
+    seeds: int
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing speaks against equal expected images."""
+        return bool(self.agreement.p > self.level)
+
+    @property
+    def note(self) -> str:
+        """A sentence for reports; empty if the peer agrees."""
+        if self.agrees:
+            return ""
+        width, height = self.size
+        return (
+            f"its image is not that of equaltime (p = {self.agreement.p:.1g}, level {self.level:.1g}; {self.seeds} "
+            f"renders each of {width}x{height} pixels): it is measured against a reference of its own"
+        )
+
+
+def check(
+    peer: Subject,
+    scene: Scene,
+    threads: int = 0,
+    level: float = LEVEL,
+    seeds: int = SEEDS,
+    progress: Callable[[float], object] | None = None,
+) -> Gate:
+    """Render a small version of ``scene`` with both, box-filtered and with many seeds, and compare.
+
+    A peer that cannot be told a size (``resizable`` is false) is compared at the scene's. The peer is left prepared for
+    the small scene.
+
+    Parameters
+    ----------
+    level
+        The false-alarm rate. For many peers and scenes the one of all is kept by `equaltime.cost.agreement.share`.
+    progress
+        Called with the share of the work that is done, 0 … 1.
+
+    Raises
+    ------
+    PeerError
+        If the peer cannot render the scene.
+    """
+    small = _small(scene) if getattr(peer, "resizable", True) else with_box_filter(scene)
+    peer.prepare(small, threads)
+
+    def told(images: Iterator[NDArray[np.float32]], before: int) -> Iterator[NDArray[np.float32]]:
+        for number, image in enumerate(images, before + 1):
+            if progress is not None:
+                progress(number / (2 * seeds))
+            yield image
+
+    sides = (
+        told((_one(peer, _FIRST_SEED + seed, _SPP) for seed in range(seeds)), 0),
+        told((render(small, spp=_OUR_SPP, seed=seed, threads=threads).image for seed in range(seeds)), seeds),
+    )
+    theirs, ours = (BlockMeans.of_seeds(images, _BLOCK) for images in sides)
+    _, _, width, height = small.model.sensor.film.crop
+    return Gate(compare(theirs, ours), level, (width, height), seeds)
+
+
+def own_reference(
+    peer: Subject, scene: Scene, error: float, seconds: float, threads: int = 0, first_seed: int = _FIRST_REFERENCE_SEED
+) -> KnownReference:
+    """Render a reference with the peer itself: the mean of independent renders, its noise known from their spread.
+
+    It ends when its own relative error is ``error``, or the ``seconds`` of rendering are used up, with eight renders at
+    least. The halves are the odd and the even renders. The peer is left prepared for ``scene``.
+    """
+    peer.prepare(scene, threads)
+    spp = _spp_of_parts(peer, seconds, first_seed)
+    sums: list[NDArray[np.float64] | float] = [0.0, 0.0]
+    squares: NDArray[np.float64] | float = 0.0
+    begin, count, origin = time.perf_counter(), 0, None
+    while True:
+        image = _one(peer, first_seed + 1 + count, spp).astype(np.float64)
+        origin = image if origin is None else origin  # so that the squares do not lose what is small
+        sums[count % 2] += image - origin
+        squares += np.square(image - origin)
+        count += 1
+        passed = time.perf_counter() - begin
+        if count % 2 == 0 and count >= _FEWEST:
+            reference = _joined(origin, sums, squares, count)
+            found = math.sqrt(max(reference.relmse, 0.0))
+            if found <= error or passed >= seconds:
+                break
+    facts = {
+        "software": SOFTWARE,
+        "strategy": peer.name,
+        "spp": count * spp,
+        "renders": count,
+        "error": found,
+        "error_wanted": error,
+        "seconds": passed,
+        "seconds_allowed": seconds,
+    }
+    return KnownReference(reference, facts)
+
+
+def _joined(
+    origin: NDArray[np.float64],
+    sums: list[NDArray[np.float64] | float],
+    squares: NDArray[np.float64] | float,
+    count: int,
+) -> Reference:
+    first, second = (origin + part / (count // 2) for part in sums)
+    mean = 0.5 * (first + second)
+    deviations = np.maximum(squares - count * np.square(mean - origin), 0.0)
+    return Reference(mean, deviations / (count - 1.0) / count, (first, second))
+
+
+def _spp_of_parts(peer: Subject, seconds: float, seed: int) -> int:
+    """Return a power of four, which no sampler rounds, for which some thirty renders use up the time."""
+    (checkpoint,) = peer.run(seed, (_SPP,), None)
+    affordable = checkpoint.spp * seconds / _WANTED / max(checkpoint.wall_s, 1e-3)
+    return int(4 ** min(max(math.floor(math.log(max(affordable, 1.0), 4)), 1), 8))
+
+
+def _small(scene: Scene) -> Scene:
+    """Return the whole film of the scene in the same shape, with a longest side of 48 pixels, and a box filter."""
+    width, height = scene.size
+    scale = min(1.0, _SIDE / max(width, height))
+    size = (max(round(width * scale), _BLOCK), max(round(height * scale), _BLOCK))
+    return with_box_filter(scene.with_(size=size))
+
+
+def _one(peer: Subject, seed: int, spp: int) -> NDArray[np.float32]:
+    (checkpoint,) = peer.run(seed, (spp,), None)
+    return checkpoint.image
