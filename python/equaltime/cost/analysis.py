@@ -1,7 +1,221 @@
-"""From records to what they say: `summarise` reads rows and the images they name, and nothing else."""
+"""From records to what they say: `summarise` reads rows, the images that they name, and references; nothing else."""
 
 from __future__ import annotations
 
-from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
+import math
+import re
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
-__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary"]
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.cost.agreement import LEVEL, equality_test, share
+from equaltime.cost.curves import Runs, error_at, error_curve, second_curve, slope, speed_up, time_to_error
+from equaltime.cost.experiment import Experiment
+from equaltime.cost.folder import Folder
+from equaltime.cost.metrics import Reference, signed_root
+from equaltime.cost.parts import relmse_of_parts
+from equaltime.cost.record import Row, complete
+from equaltime.cost.reference import read as read_reference
+from equaltime.cost.statistics import FEWEST_REPEATS, UNKNOWN, Interval
+from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.cost.tails import block_errors, tail_index
+from equaltime.cost.verdict import pick_standard, verdict
+
+__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary", "runs_of", "summarise"]
+
+Floats = NDArray[np.float64]
+
+_MOST_BYTES = 5e8
+"""Of images (float64) that are looked at together; of more repeats the first are taken."""
+
+
+def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
+    """Return what the records of an experiment say; runs that have not ended are left out.
+
+    Images and references are read from ``folder`` where they are there; without them nothing is said of bias, equality
+    and tails.
+    """
+    by_scene: dict[str, list[Row]] = defaultdict(list)
+    for row in complete(rows):
+        by_scene[row.scene].append(row)
+    place = Folder(folder)
+    provenance = place.read_provenance()
+    named = [entry.name for entry in experiment.scenes if entry.name in by_scene]
+    tests = sum(len({row.strategy for row in by_scene[name]}) - 1 for name in named)
+    level = share(LEVEL, max(tests, 1))
+    scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
+    targets = tuple(sorted(experiment.targets, reverse=True))
+    facts = {**provenance, "runs": len({row.key for rows in by_scene.values() for row in rows})}
+    return Summary(experiment.title, experiment.description, scenes, targets, facts, verdict(scenes, targets))
+
+
+def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
+    """Return the sample counts that all repeats of a strategy have, and what happened at them."""
+    table: dict[int, dict[int, Row]] = defaultdict(dict)
+    for row in rows:
+        table[row.repeat][row.spp] = row
+    common = sorted(set.intersection(*(set(run) for run in table.values())))
+    chosen = [[table[repeat][spp] for spp in common] for repeat in sorted(table)]
+    seconds = np.array([[row.wall_s for row in run] for run in chosen])
+    relmse = np.array([[math.nan if row.relmse is None else row.relmse for row in run] for run in chosen])
+    first = rows[0]
+    independent = first.renderer != "command" and re.search(r"\bindependent\b", first.name) is not None
+    return tuple(common), Runs(seconds, relmse, independent, first.biased)
+
+
+@dataclass(frozen=True, eq=False)
+class _Strategy:
+    """One strategy on one scene: its rows, and what they are together."""
+
+    label: str
+    rows: tuple[Row, ...]
+    spp: tuple[int, ...]
+    runs: Runs
+
+    @property
+    def last(self) -> tuple[Row, ...]:
+        """The last row of each repeat, in order."""
+        return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
+
+    def images(self, folder: Path) -> Floats | None:
+        """Return the final images (K, H, W, 3), or of many the first; None if one is missing or not finite."""
+        width, height = self.rows[0].crop[2:]
+        most = max(int(_MOST_BYTES / (24 * width * height)), FEWEST_REPEATS)
+        try:
+            names = [row.image or "" for row in self.last[:most]]
+            stack = np.stack([np.load(folder / name, allow_pickle=False) for name in names]).astype(np.float64)
+        except (OSError, ValueError):
+            return None
+        return stack if np.isfinite(stack).all() else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """All that is there of one scene."""
+
+    experiment: Experiment
+    name: str
+    rows: Sequence[Row]
+    place: Folder
+    provenance: Mapping[str, Any]
+    level: float
+
+    def result(self) -> SceneResult:
+        first = self.rows[0]
+        strategies = [self._strategy(entry.label) for entry in self.experiment.strategies if self._of(entry.label)]
+        budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
+        labels = [s.label for s in strategies]
+        errors = [error_at(s.runs, budget).value for s in strategies]
+        standard = pick_standard(labels, [s.runs.biased for s in strategies], errors)
+        images = next((s.images(self.place.path) for s in strategies if s.label == standard), None)
+        reference = self._reference(None)
+        baseline = next((s for s in strategies if s.label == self.experiment.baseline), strategies[0])
+        own = math.sqrt(max(first.reference_relmse or 0.0, 0.0)) if reference is None else math.sqrt(reference.relmse)
+        return SceneResult(
+            name=self.name,
+            digest=first.digest,
+            size=(first.crop[2], first.crop[3]),
+            max_depth=first.max_depth,
+            reference_error=own,
+            baseline=baseline.label,
+            standard=standard,
+            budget_s=budget,
+            strategies=tuple(self._one(s, baseline, standard, images, reference, budget) for s in strategies),
+        )
+
+    def _of(self, label: str) -> tuple[Row, ...]:
+        return tuple(row for row in self.rows if row.strategy == label)
+
+    def _strategy(self, label: str) -> _Strategy:
+        rows = self._of(label)
+        strategy = _Strategy(label, rows, *runs_of(rows))
+        images = strategy.images(self.place.path)
+        doubt = "" if images is None else tail_index(block_errors(images)).doubt
+        return replace(strategy, runs=replace(strategy.runs, doubt=doubt))
+
+    def _reference(self, label: str | None) -> Reference | None:
+        path = self.place.reference(self.name, label)
+        return read_reference(path).reference if path.exists() else None
+
+    def _one(
+        self,
+        strategy: _Strategy,
+        baseline: _Strategy,
+        standard: str | None,
+        standard_images: Floats | None,
+        reference: Reference | None,
+        budget: float,
+    ) -> StrategyResult:
+        images, runs = strategy.images(self.place.path), strategy.runs
+        equality = bias = None
+        if images is not None:
+            known = self._reference(strategy.label) or reference
+            if known is not None and known.mean.shape == images.shape[1:]:
+                bias = relmse_of_parts(images, known).bias2.map(signed_root)
+            if standard_images is not None and strategy.label != standard:
+                equality = _equality(images, standard_images)
+        targets = self.experiment.targets
+        same = strategy.label == baseline.label
+        first, last = strategy.rows[0], strategy.last
+        return StrategyResult(
+            label=strategy.label,
+            name=first.name,
+            renderer=first.renderer,
+            biased=first.biased,
+            repeats=runs.repeats,
+            curve=_curve(strategy, runs),
+            time_to={target: time_to_error(runs, target) for target in targets},
+            ratio={t: Interval(1.0, 1.0, 1.0) if same else speed_up(baseline.runs, runs, t) for t in targets},
+            error_at_budget=error_at(runs, budget),
+            equality_p=equality,
+            bias=bias,
+            notes=tuple(self._notes(strategy, runs, standard, equality)),
+            image=self.place.path / last[0].image if last and last[0].image else None,
+        )
+
+    def _notes(self, strategy: _Strategy, runs: Runs, standard: str | None, equality: float | None) -> list[str]:
+        notes = []
+        if strategy.runs.biased:
+            notes.append("biased by name: it converges to something else than the scene's light transport")
+        agreements = self.provenance.get("agreements", {}).get(self.name, {})
+        if note := agreements.get(strategy.label, {}).get("note"):
+            notes.append(note)
+        if runs.repeats < FEWEST_REPEATS:
+            notes.append(f"{runs.repeats} of {FEWEST_REPEATS} repeats that intervals need at least")
+        if runs.doubt:
+            notes.append(runs.doubt)
+        if not np.isfinite(runs.relmse).all():
+            notes.append("some of its images have pixels that are not finite, and cannot be measured")
+        if equality is not None and equality < self.level:
+            notes.append(f"its images do not have the expectation of those of {standard} (p = {equality:.1g})")
+        return notes
+
+
+def _curve(strategy: _Strategy, runs: Runs) -> Curve:
+    own = tuple(_own([row for row in strategy.rows if row.spp == spp]) for spp in strategy.spp)
+    return Curve(strategy.spp, second_curve(runs), error_curve(runs), slope(runs), own)
+
+
+def _own(rows: Sequence[Row]) -> Interval:
+    """Return the mean of what renders said of their errors, with the means of their own limits."""
+    said = [(row.estimate, row.estimate_low, row.estimate_high) for row in rows]
+    known = [one for one in said if one[0] is not None and math.isfinite(one[0])]
+    if not known or len(known) < len(said):
+        return replace(UNKNOWN, note="not every render said its error")
+    value, low, high = (
+        float(np.mean([math.inf if x is None else x for x in column])) for column in zip(*known, strict=True)
+    )
+    return Interval(value, low, high)
+
+
+def _equality(images: Floats, others: Floats) -> float | None:
+    """Return the p-value of equal expectations, by blocks that leave enough of them in small images."""
+    if min(len(images), len(others)) < FEWEST_REPEATS or images.shape[1:] != others.shape[1:]:
+        return None
+    block = max(1, min(8, min(images.shape[1:3]) // 4))
+    return equality_test(images, others, block)

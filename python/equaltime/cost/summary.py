@@ -80,7 +80,7 @@ class SceneResult:
     standard: str | None
     """Label of the strategy that others' expectations are tested against."""
     budget_s: float
-    """Seconds at which equal-time numbers are given: what the slowest run had when it ended."""
+    """Seconds at which equal-time numbers are given: the budget of a run, else what the fastest runs took in all."""
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
     """The reference (.npz of ``mean`` and ``variance`` of the mean, both (H, W, 3)); None if it is not at hand."""
