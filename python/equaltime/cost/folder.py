@@ -4,8 +4,8 @@
 
     records.csv      one row for each checkpoint of each run (`record`)
     experiment.json  what is compared; what a continuation must agree with
-    provenance.json  machines and builds by the keys that records have; references; sessions
-    references/      SCENE.npz (`reference`)
+    provenance.json  machines and builds by the keys that records have; references; agreements; sessions
+    references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3)
 """
 
@@ -55,9 +55,10 @@ class Folder:
         """Where the records come from."""
         return self.path / "provenance.json"
 
-    def reference(self, scene: str) -> Path:
-        """Return the file of the reference of the scene with that name."""
-        return self.path / "references" / f"{file_name(scene)}.npz"
+    def reference(self, scene: str, strategy: str | None = None) -> Path:
+        """Return the file of the reference of a scene, or of one strategy's own."""
+        name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
+        return self.path / "references" / f"{name}.npz"
 
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
         """Return the file of the last image of a run."""

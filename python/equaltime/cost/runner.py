@@ -17,6 +17,7 @@ from typing import Literal
 from equaltime.cost import reference as references
 from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
+from equaltime.cost.gates import pass_gate
 from equaltime.cost.identity import identity_of
 from equaltime.cost.metrics import Reference
 from equaltime.cost.record import Key, Recorder
@@ -28,12 +29,14 @@ from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
 
+Phase = Literal["setup", "agreement", "reference", "run"]
+
 
 @dataclass(frozen=True)
 class RunProgress:
     """Where an experiment stands."""
 
-    phase: Literal["setup", "reference", "run"]
+    phase: Phase
     scene: str
     strategy: str
     repeat: int
@@ -42,7 +45,7 @@ class RunProgress:
     """Runs that are recorded."""
     total: int
     fraction: float
-    """Done of the phase: of this scene's reference, or of all runs."""
+    """Done of the phase: of this agreement or reference, or of all runs."""
     time_left: float | None
     """Estimated seconds to the end of the last run; None where nothing is known."""
 
@@ -116,6 +119,7 @@ class _Session:
         left = [turn for turn in self._turns if turn.key not in self._done]
         if left:
             self._prepare()
+            self._pass_gates()
         known = [self._reference(number) for number in range(len(self.scenes))]
         started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
         try:
@@ -136,6 +140,9 @@ class _Session:
 
     def _run(self, turn: _Turn, known: Reference, machine: str, build: str) -> None:
         scene = self.scenes[turn.number]
+        own = self.folder.reference(turn.key[0], turn.key[1])
+        if own.exists():
+            known = references.read(own).reference
         begin = time.perf_counter()
         single = SingleRun(turn.key, scene, turn.subject, known, self.threads, machine, build)
         self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
@@ -168,6 +175,22 @@ class _Session:
             self._tell("setup", turn, 0.0, None)
             turn.subject.prepare(self.scenes[turn.number], self.threads)
 
+    def _pass_gates(self) -> None:
+        """Hold every peer against equaltime on every scene."""
+        peers = [entry.label for entry in self.experiment.strategies if entry.peer is not None]
+        for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
+            if turn.key[1] in peers:
+                pass_gate(
+                    turn.subject,
+                    turn.key[0],
+                    self.scenes[turn.number],
+                    self.experiment.reference,
+                    self.folder,
+                    self.threads,
+                    len(peers) * len(self.scenes),
+                    lambda share, turn=turn: self._tell("agreement", turn, share, None),  # type: ignore[misc]
+                )
+
     def _reference(self, number: int) -> Reference:
         """Return the scene's reference: what the folder has counts, even if a better one could be had."""
         turn = self._turns[number * len(self.subjects)]
@@ -191,9 +214,7 @@ class _Session:
         mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
         return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
 
-    def _tell(
-        self, phase: Literal["setup", "reference", "run"], turn: _Turn, fraction: float, time_left: float | None
-    ) -> None:
+    def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None) -> None:
         if self.progress is not None:
             place = (turn.key[0], turn.key[1], turn.repeat, len(self._done), len(self._turns))
             self.progress(RunProgress(phase, *place, fraction, time_left))
