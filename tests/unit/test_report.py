@@ -12,6 +12,7 @@ import pytest
 
 from equaltime.cost.report import page as page_module
 from equaltime.cost.report import write_report
+from equaltime.cost.report.page import longest_side
 from equaltime.cost.report.sentences import scene_verdict
 from equaltime.cost.report.tables import geometric_mean
 from equaltime.cost.statistics import UNKNOWN, Interval
@@ -243,3 +244,10 @@ def test_an_experiment_that_has_not_begun_has_a_page_too(tmp_path: Path) -> None
     page, _ = written(Summary("Nothing yet", "", (), TARGETS, {}, "Nothing was run."), tmp_path / "new")
     assert "Nothing was run." in page.visible
     assert set(CONSTANTS) & set(page.visible.split()) == set()
+
+
+def test_the_more_scenes_a_page_has_the_smaller_its_pictures_are(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    one, eight, many = (longest_side(replace(value, scenes=value.scenes * count)) for count in (1, 8, 10_000))
+    assert (one, many) == (640, 128)
+    assert 200 < eight < 300

@@ -20,15 +20,16 @@ __all__ = ["Window", "choose_crops", "colour_bar", "kinds_of"]
 Floats = NDArray[np.float64]
 Window = tuple[int, int, int, int]
 
-_LONGEST = 640
-"""Pictures with a longer side are shown reduced, by whole blocks of pixels."""
 _LONGEST_CROP = 160
 _ERRORS = "magma"
 _COUNTS = "cividis"
 
 
-def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look]) -> tuple[Kind, ...]:
-    """Return the series of pictures that a scene has; the reference comes first in the series of images."""
+def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
+    """Return the series of pictures that a scene has; the reference comes first in the series of images.
+
+    Pictures with a side longer than ``longest`` pixels are shown reduced, by whole blocks of pixels; crops never are.
+    """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:
         return ()
@@ -36,18 +37,18 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look]) 
     crops = scene.crops or choose_crops(pixels, pictures.reference.mean.shape[:2])
     errors = {label: error_map(own) for label, own in pixels.items()}
     spreads = {label: spread_map(runs, pictures.reference) for label, runs in pictures.runs.items()}
-    found = [_images(scene, shown, pictures, looks, crops)]
+    found = [_images(scene, shown, pictures, looks, crops, longest)]
     low, high = _range(errors.values())
     bar = Bar(colour_bar(_ERRORS), (percent(low), percent((low * high) ** 0.5), percent(high)))
 
     def paint(values: Floats) -> NDArray[np.uint8]:
-        return coloured(reduced(values, _LONGEST), low, high, _ERRORS)
+        return coloured(np.sqrt(reduced(values**2, longest)), low, high, _ERRORS)
 
     found.append(_maps("Error", _ERROR_WORDS, bar, shown, errors, paint, looks))
     known = {label: spread for label, spread in spreads.items() if spread is not None}
     if known:
         found.append(_maps("Standard error", _SPREAD_WORDS, bar, shown, known, paint, looks))
-    found.append(_counts(shown, pictures, looks))
+    found.append(_counts(shown, pictures, looks, longest))
     return tuple(found)
 
 
@@ -118,32 +119,29 @@ def _images(
     pictures: Pictures,
     looks: Mapping[str, Look],
     crops: Sequence[Window],
+    longest: int,
 ) -> Kind:
     reference = pictures.reference.mean
     height, width = reference.shape[:2]
-    alt = f"{scene.name}: reference"
     caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
-    frames = [_frame("reference", None, reference, pictures.stops, alt, caption, crops)]
+
+    def frame(label: str, look: Look | None, image: Floats, alt: str, caption: str) -> Frame:
+        cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
+        shown_crops = tuple(Crop(data_uri(exposed(part, pictures.stops)), window) for part, window in cut)
+        uri = data_uri(exposed(reduced(image, longest), pictures.stops))
+        return Frame(label, look, uri, alt, caption, shown_crops)
+
+    frames = [frame("reference", None, reference, f"{scene.name}: reference", caption)]
     for strategy in shown:
-        alt = f"{scene.name} rendered by {strategy.label}"
-        image = pictures.runs[strategy.label][0]
-        frames.append(
-            _frame(strategy.label, looks[strategy.label], image, pictures.stops, alt, _ended(strategy), crops)
-        )
+        image, alt = pictures.runs[strategy.label][0], f"{scene.name} rendered by {strategy.label}"
+        frames.append(frame(strategy.label, looks[strategy.label], image, alt, _ended(strategy)))
     words = [
         "One run of each strategy, at equal time, with the same exposure"
         + (f" ({pictures.stops:+d} stops)." if pictures.stops else ".")
     ]
-    if max(width, height) > _LONGEST:
+    if max(width, height) > longest:
         words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")
     return Kind("Image", "image", " ".join(words), None, tuple(frames))
-
-
-def _frame(
-    label: str, look: Look | None, image: Floats, stops: int, alt: str, caption: str, crops: Sequence[Window]
-) -> Frame:
-    cut = tuple(Crop(data_uri(exposed(image[y : y + h, x : x + w], stops)), (x, y, w, h)) for x, y, w, h in crops)
-    return Frame(label, look, data_uri(exposed(reduced(image, _LONGEST), stops)), alt, caption, cut)
 
 
 def _ended(strategy: StrategyResult) -> str:
@@ -176,7 +174,7 @@ def _maps(
     return Kind(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
 
 
-def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look]) -> Kind:
+def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look], longest: int) -> Kind:
     """Show sample counts; most strategies take the same number everywhere, and are a plain field then."""
     maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
     low = min(float(values.min()) for values in maps.values())
@@ -186,7 +184,7 @@ def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[
         values = maps[strategy.label]
         least, most = int(values.min()), int(values.max())
         caption = f"{least} everywhere" if least == most else f"{least} to {most}, mean {values.mean():.1f}"
-        uri = data_uri(coloured(reduced(values, _LONGEST), low, high, _COUNTS))
+        uri = data_uri(coloured(reduced(values, longest), low, high, _COUNTS))
         alt = f"Sample-count map of {strategy.label}: {caption}"
         frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
     bar = Bar(colour_bar(_COUNTS), (f"{low:.0f}", f"{(low * high) ** 0.5:.0f}", f"{high:.0f}"))

@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 from equaltime.cost.report.gallery import colour_bar
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.maps import LEVEL, Losses, losses, squares
-from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed
+from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
 from equaltime.cost.report.views import Bar, LossView
 from equaltime.cost.report.words import percent
 from equaltime.cost.summary import SceneResult, StrategyResult
 
-__all__ = ["INTRODUCTION", "loss_bar", "loss_views"]
+__all__ = ["INTRODUCTION", "losing"]
 
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
 _RATIOS = "PuOr_r"
-_MOST = 4.0
 _MARK = np.array([232.0, 165.0, 0.0])
 
 INTRODUCTION = (
@@ -32,29 +31,36 @@ INTRODUCTION = (
 )
 
 
-def loss_bar() -> Bar:
-    """Return the colours of ratios of errors, on a logarithmic scale."""
-    return Bar(
-        colour_bar(_RATIOS), (f"1/{_MOST:g} of the baseline's error or less", "equal", f"{_MOST:g} times or more")
-    )
+def losing(
+    scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
+) -> tuple[tuple[LossView, ...], Bar | None]:
+    """Return where each strategy of a scene loses, with maps over the darkened reference, and their colour bar.
 
-
-def loss_views(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look]) -> tuple[LossView, ...]:
-    """Return where each strategy of a scene loses, with maps over the darkened reference."""
+    No side of a map is longer than ``longest`` pixels. There is no bar if there is nothing to compare.
+    """
     equal = {
         strategy.label: squares(pictures.runs[strategy.label], pictures.reference) * _to_equal_time(strategy)
         for strategy in scene.strategies
         if strategy.label in pictures.runs
     }
+    baseline = equal.get(scene.baseline)
+    found = {label: losses(own, None if label == scene.baseline else baseline) for label, own in equal.items()}
+    most = _most(found)
     grey = _grey(pictures)
-    views = []
-    for strategy in scene.strategies:
-        own = equal.get(strategy.label)
-        if own is None:
-            continue
-        baseline = None if strategy.label == scene.baseline else equal.get(scene.baseline)
-        views.append(_view(scene, strategy.label, looks[strategy.label], losses(own, baseline), grey))
-    return tuple(views)
+    views = tuple(_view(scene.baseline, label, looks[label], found[label], grey, most, longest) for label in found)
+    ticks = (f"1/{most:g} of the baseline's error or less", "equal", f"{most:g} times or more")
+    return views, Bar(colour_bar(_RATIOS), ticks) if any(view.ratio_uri for view in views) else None
+
+
+def _most(found: Mapping[str, Losses]) -> float:
+    """Return the ratio at which the colours end: a power of 2 that holds nearly all that are more than chance."""
+    sure = [
+        np.abs(np.log2(np.maximum(one.ratio[one.worse | one.better], 1e-9)))
+        for one in found.values()
+        if one.ratio is not None and one.worse is not None and one.better is not None
+    ]
+    logs = np.concatenate([np.zeros(1), *sure])
+    return float(2.0 ** np.clip(np.ceil(np.percentile(logs[np.isfinite(logs)], 90.0)), 1.0, 6.0))
 
 
 def _to_equal_time(strategy: StrategyResult) -> float:
@@ -66,18 +72,18 @@ def _to_equal_time(strategy: StrategyResult) -> float:
     return factor if math.isfinite(factor) else 1.0
 
 
-def _view(scene: SceneResult, label: str, look: Look, found: Losses, grey: Floats) -> LossView:
+def _view(baseline: str, label: str, look: Look, found: Losses, grey: Floats, most: float, longest: int) -> LossView:
     half = found.spread(found.half, grey.shape)[..., None]
     painted = np.where(half, 0.35 * grey + 0.65 * _MARK, grey)
     sentences = [_half_sentence(found)]
+    half_alt = f"Map of where half of the squared error of {label} comes from: {sentences[0]}"
     ratio_uri = ratio_alt = ""
     if found.ratio is not None:
-        sentences.append(_ratio_sentence(found, scene.baseline))
-        if found.worse is not None and found.better is not None:
-            ratio_uri = data_uri(_ratio_map(found, grey))
-            ratio_alt = f"Map of the error of {label} over that of {scene.baseline}: {sentences[-1]}"
-    half_alt = f"Map of where half of the squared error of {label} comes from: {sentences[0]}"
-    return LossView(label, look, data_uri(_bytes(painted)), half_alt, ratio_uri, ratio_alt, tuple(sentences))
+        sentences.append(_ratio_sentence(found, baseline))
+        if (ratios := _ratio_map(found, grey, most)) is not None:
+            ratio_uri = data_uri(_bytes(ratios, longest))
+            ratio_alt = f"Map of the error of {label} over that of {baseline}: {sentences[-1]}"
+    return LossView(label, look, data_uri(_bytes(painted, longest)), half_alt, ratio_uri, ratio_alt, tuple(sentences))
 
 
 def _half_sentence(found: Losses) -> str:
@@ -119,14 +125,14 @@ def _place(flags: NDArray[np.bool_], part: float) -> str:
     return ", in its " + ("centre" if (height, side) == ("middle", "centre") else f"{height} {side}")
 
 
-def _ratio_map(found: Losses, grey: Floats) -> Bytes:
-    assert found.ratio is not None
-    assert found.worse is not None
-    assert found.better is not None
+def _ratio_map(found: Losses, grey: Floats, most: float) -> Floats | None:
+    """Colour the blocks whose ratio is more than chance; None if nobody can tell."""
+    if found.ratio is None or found.worse is None or found.better is None:
+        return None
     ratio = np.where(np.isnan(found.ratio), 1.0, found.ratio)
-    colours = coloured(np.asarray(found.spread(ratio, grey.shape)), 1.0 / _MOST, _MOST, _RATIOS)
+    colours = coloured(np.asarray(found.spread(ratio, grey.shape)), 1.0 / most, most, _RATIOS)
     sure = found.spread(found.worse | found.better, grey.shape)[..., None]
-    return _bytes(np.where(sure, 0.25 * grey + 0.75 * colours, grey))
+    return np.asarray(np.where(sure, 0.25 * grey + 0.75 * colours, grey))
 
 
 def _grey(pictures: Pictures) -> Floats:
@@ -135,5 +141,5 @@ def _grey(pictures: Pictures) -> Floats:
     return np.repeat(60.0 + 0.5 * shown, 3, axis=2)
 
 
-def _bytes(values: Floats) -> Bytes:
-    return np.asarray(np.round(np.clip(values, 0.0, 255.0)), np.uint8)
+def _bytes(values: Floats, longest: int) -> Bytes:
+    return np.asarray(np.round(np.clip(reduced(values, longest), 0.0, 255.0)), np.uint8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from importlib import resources
@@ -13,7 +14,7 @@ from equaltime.cost.report.curves import GRID, INK, MUTED, curve_gid, draw_curve
 from equaltime.cost.report.figures import write_figures
 from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import DARK, LIGHT, Look, looks
-from equaltime.cost.report.losing import INTRODUCTION, loss_bar, loss_views
+from equaltime.cost.report.losing import INTRODUCTION, losing
 from equaltime.cost.report.pictures import Pictures, load_pictures
 from equaltime.cost.report.sentences import facts, provenance_rows, scene_verdict
 from equaltime.cost.report.svg import inline_svg
@@ -23,9 +24,14 @@ from equaltime.cost.report.words import percent, seconds, slug
 from equaltime.cost.summary import SceneResult, Summary
 from equaltime.images import SOFTWARE
 
-__all__ = ["write_report"]
+__all__ = ["longest_side", "write_report"]
 
 _WIDE, _NARROW = (8.6, 4.6), (4.4, 4.0)
+_SHORTEST, _LONGEST = 128, 640
+_PIXELS = 12_000_000
+"""In all pictures of a page; a pixel takes about two bytes."""
+_MAPS = 6
+"""Pictures that a page has of a strategy on a scene."""
 
 
 def write_report(summary: Summary, folder: Path) -> Path:
@@ -50,12 +56,13 @@ def write_report(summary: Summary, folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     labels = [strategy.label for scene in summary.scenes for strategy in scene.strategies]
+    longest = longest_side(summary)
     look = looks(labels, summary.scenes[0].baseline if summary.scenes else "")
     slugs: list[str] = list(_OWN_IDS)
     for scene in summary.scenes:
         slugs.append(slug(scene.name, slugs))
     views = [
-        _scene_view(scene, name, summary, look, folder)
+        _scene_view(scene, name, summary, look, folder, longest)
         for scene, name in zip(summary.scenes, slugs[len(_OWN_IDS) :], strict=True)
     ]
     text = _render(summary, views, look)
@@ -101,12 +108,20 @@ def _render(summary: Summary, views: list[SceneView], look: Mapping[str, Look]) 
     )
 
 
-def _scene_view(scene: SceneResult, name: str, summary: Summary, look: Mapping[str, Look], folder: Path) -> SceneView:
+def longest_side(summary: Summary) -> int:
+    """Return how long a side of a picture may be, so that a page of many scenes stays one that can be opened."""
+    pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
+    return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
+
+
+def _scene_view(
+    scene: SceneResult, name: str, summary: Summary, look: Mapping[str, Look], folder: Path, longest: int
+) -> SceneView:
     loaded = load_pictures(scene, folder)
     pictures = loaded if isinstance(loaded, Pictures) else None
-    kinds = kinds_of(scene, pictures, look) if pictures else ()
+    kinds = kinds_of(scene, pictures, look, longest) if pictures else ()
     crops = [crop.window for crop in kinds[0].frames[0].crops] if kinds else []
-    losing = loss_views(scene, pictures, look) if pictures else ()
+    views, bar = losing(scene, pictures, look, longest) if pictures else ((), None)
     return SceneView(
         slug=name,
         name=scene.name,
@@ -121,8 +136,8 @@ def _scene_view(scene: SceneResult, name: str, summary: Summary, look: Mapping[s
         kinds=kinds,
         size=(pictures.reference.mean.shape[1], pictures.reference.mean.shape[0]) if pictures else scene.size,
         picture_notes=loaded.missing if isinstance(loaded, Pictures) else (loaded,),
-        losses=losing,
-        loss_bar=loss_bar() if any(loss.ratio_uri for loss in losing) else None,
+        losses=views,
+        loss_bar=bar,
         losses_intro=INTRODUCTION,
         files=write_figures(folder / "figures", name, scene, summary.targets, look, pictures, crops),
     )
