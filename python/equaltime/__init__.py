@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
+from equaltime.compare import compare
 from equaltime.error_estimate import Estimate
 from equaltime.errors import (
     EqualtimeError,
@@ -53,6 +54,7 @@ __all__ = [
     "Strategy",
     "StrategyError",
     "__version__",
+    "compare",
     "load",
     "load_dict",
     "render",

@@ -1,0 +1,85 @@
+"""``equaltime compare``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from equaltime.compare import Compared, Comparison
+from equaltime.compare import compare as compare_files
+from equaltime.cost.metrics import Measured
+from equaltime.cost.statistics import Interval
+
+__all__ = ["compare"]
+
+_PERCENT = {"error", "mare"}
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A", help="Image file.", show_default=False)],
+    b: Annotated[Path, typer.Argument(metavar="B", help="Image file of the same size.", show_default=False)],
+    reference: Annotated[
+        Path | None,
+        typer.Argument(metavar="[REF]", help="What both are measured against; else A against B.", show_default=False),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Tell how far images are from each other, or from a reference.
+
+    Works on any renderer's files. Where they carry standard errors (channels stderr.R, stderr.G, stderr.B), the
+    reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias.
+
+    For instance: `equaltime compare naive.exr best.exr reference.exr`
+    """
+    found = compare_files(a, b, reference)
+    if as_json:
+        print(json.dumps(found.as_dict(), indent=2))
+    else:
+        _print(found)
+    return 0
+
+
+def _print(found: Comparison) -> None:
+    console = Console(highlight=False)
+    table = Table(box=None, pad_edge=False)
+    table.add_column(f"against {found.against.name}", overflow="fold")
+    for image in found.images:
+        table.add_column(str(image.path), justify="right", overflow="fold")
+    for metric in found.images[0].metrics:
+        table.add_row(metric, *(_measured(metric, image.metrics[metric]) for image in found.images))
+    for label, cells in (
+        ("p of equal means", [_p(image) for image in found.images]),
+        ("its own estimate", [str(image.own) if image.own else "" for image in found.images]),
+        ("render time", [f"{image.seconds:.3g} s" if image.seconds else "" for image in found.images]),
+    ):
+        if any(cells):
+            table.add_row(label, *cells)
+    console.print(table)
+    if found.ratio is not None:
+        console.print(f"error of A over that of B: {_interval(found.ratio)}", markup=False)
+    if found.efficiency is not None:
+        console.print(f"efficiency of A over that of B: {_interval(found.efficiency)}", markup=False)
+    for note in found.notes:
+        console.print(f"note: {note}", style="dim", soft_wrap=True, markup=False)
+
+
+def _measured(metric: str, measured: Measured) -> str:
+    scale, unit = (100.0, " %") if metric in _PERCENT else (1.0, "")
+    text = f"{scale * measured.value:.4g}{unit}"
+    if measured.low is None or measured.high is None:
+        return text
+    return rf"{text} \[{scale * measured.low:.4g}, {scale * measured.high:.4g}]"
+
+
+def _p(image: Compared) -> str:
+    return "" if image.bias_p is None else f"{image.bias_p:.2g}"
+
+
+def _interval(interval: Interval) -> str:
+    text = f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"
+    return text if interval.trusted else f"{text} (not to be trusted: {interval.note})"
