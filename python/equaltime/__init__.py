@@ -12,6 +12,7 @@
     result.standard_error                       # (H, W, 3) float32
     result.save("cornell.exr")                  # and cornell.png
     other = et.render(scene, spp=256, strategy="best,technique=bsdf", seed=1)
+    print(et.cost(scene, "report", quick=True).verdict)
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from equaltime.compare import compare
+from equaltime.cost import cost
 from equaltime.error_estimate import Estimate
 from equaltime.errors import (
     EqualtimeError,
@@ -55,6 +57,7 @@ __all__ = [
     "StrategyError",
     "__version__",
     "compare",
+    "cost",
     "load",
     "load_dict",
     "render",

@@ -75,7 +75,7 @@ def test_a_record_says_what_was_done(folder: Path) -> None:
     assert 0.0 < row.cpu_s < 10.0 * row.wall_s + 0.1
     assert row.setup_s > 0.0
     assert len({row.seed for row in rows}) == 6
-    assert [(row.last, row.flip) for row in rows[:2]] == [(False, None), (True, 0.5)]
+    assert [(row.last, row.flip) for row in rows[:2]] == [(False, None), (True, None)]
 
 
 def test_the_image_of_a_run_is_that_of_its_last_checkpoint(folder: Path) -> None:
@@ -144,6 +144,14 @@ def test_all_repeats_have_the_counts_that_the_first_reached(folder: Path, clockw
     assert fast.asked == [(2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96)] * 3
     assert slow.asked == [(2, 4, 6, 8, 12, 16, 24, 32)] * 3
     assert all(subject.closed for subject in clockworks)
+
+
+def test_flip_is_measured_at_the_end_of_runs_that_are_long_enough(folder: Path, clockworks: list[Clockwork]) -> None:
+    clockworks[0].rate, clockworks[1].rate = 2.0, 0.5  # 4 samples take 2 and 8 seconds
+    run(experiment(repeats=2), folder)
+    found = {(row.strategy, row.repeat, row.checkpoint): row.flip for row in load(folder / "records.csv")}
+    expected = {("bsdf", 0, 1), ("best", 0, 1), ("best", 1, 1)}
+    assert {key for key, value in found.items() if value is not None} == expected
 
 
 def test_progress_tells_what_is_going_on_and_what_is_left(folder: Path, clockworks: list[Clockwork]) -> None:

@@ -17,6 +17,7 @@ import typer
 import equaltime
 from equaltime.cli.bench import bench
 from equaltime.cli.compare import compare
+from equaltime.cli.cost import cost
 from equaltime.cli.info import info
 from equaltime.cli.messages import print_error
 from equaltime.cli.render import render
@@ -25,7 +26,7 @@ from equaltime.errors import EqualtimeError, RenderError
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, compare, info, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (render, cost, compare, info, bench)
 
 app = typer.Typer(
     name="equaltime",

@@ -5,4 +5,101 @@ A number that is shown comes from a record, and has an interval, or says why non
 
 from __future__ import annotations
 
-__all__: list[str] = []
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from equaltime.scene import Scene
+
+if TYPE_CHECKING:
+    from equaltime.cost.experiment import Experiment
+    from equaltime.cost.runner import ProgressCallback
+    from equaltime.cost.summary import Summary
+
+__all__ = ["cost"]
+
+
+def cost(
+    source: Experiment | Scene | str | os.PathLike[str] | Mapping[str, Any],
+    folder: str | os.PathLike[str],
+    *,
+    quick: bool = False,
+    size: tuple[int, int] | None = None,
+    budget: float | str | None = None,
+    repeats: int | None = None,
+    threads: int | None = None,
+    strategies: Sequence[str] = (),
+    define: Mapping[str, object] | None = None,
+    progress: ProgressCallback | None = None,
+) -> Summary:
+    """Measure what accuracy costs in time with several strategies, and write a report of it.
+
+    Every strategy renders every scene several times, in turn, and its error is measured at rising sample counts. An
+    experiment that was stopped goes on where it was when it is called again with the same folder.
+
+    Parameters
+    ----------
+    source
+        An `equaltime.cost.experiment.Experiment`, a scene, the path of a file of either, or a scene as a dict in
+        Mitsuba's words. For a scene the presets are compared, from naive to best.
+    folder
+        Where records, images, figures and ``report.html`` go. Nothing else in it is touched.
+    quick
+        Make it so small that it ends in under a minute (for one scene): a first look.
+    size
+        Width and height of the films, instead of the scenes' own.
+    budget
+        Seconds of each run, or text such as ``"10s"``.
+    repeats, threads
+        Of each strategy on each scene; worker threads, 0 is one for each processor.
+    strategies
+        What is compared, instead: labels of the experiment's strategies, or strategies as for `Strategy.parse`.
+    define
+        Values for the variables of a scene file.
+    progress
+        Called with an `equaltime.cost.runner.RunProgress` as the experiment goes on.
+
+    Returns
+    -------
+    Summary
+        All that was found, with intervals; ``.verdict`` says it in a sentence.
+
+    Raises
+    ------
+    ExperimentError, SceneError
+        If something cannot be read, or the folder belongs to another experiment, build or machine.
+    RenderError
+        If a render fails.
+    EqualtimeError
+        If the packages of ``equaltime[report]`` are missing.
+    """
+    from equaltime.cost.making import check_installed, make_experiment  # of no use to those who only render
+    from equaltime.cost.runner import run
+
+    check_installed()
+    experiment = make_experiment(
+        source,
+        quick=quick,
+        size=size,
+        budget=budget,
+        repeats=repeats,
+        threads=threads,
+        strategies=strategies,
+        define=define,
+    )
+    run(experiment, Path(folder), progress)
+    return _conclude(experiment, Path(folder))
+
+
+def _conclude(experiment: Experiment, folder: Path) -> Summary:
+    """Say what the records say, and write the report."""
+    from equaltime.cost import record
+    from equaltime.cost.analysis import summarise
+    from equaltime.cost.folder import Folder
+    from equaltime.cost.report import write_report
+
+    rows = record.complete(record.load(Folder(folder).records))
+    summary = summarise(experiment, rows, folder)
+    write_report(summary, folder)
+    return summary

@@ -21,8 +21,8 @@ from equaltime.scene import Scene
 
 __all__ = ["SingleRun", "now"]
 
-# FLIP takes about a second for a small image.
-_FLIP_AFTER_SECONDS = 5.0
+# FLIP takes a second or more for a small image.
+_FLIP_AFTER_SECONDS = {"first": 1.0, "other": 5.0}
 
 
 def now() -> str:
@@ -114,8 +114,8 @@ class SingleRun:
         }
 
     def _flip(self, checkpoint: Checkpoint) -> float | None:
-        """Return FLIP, which takes long: of the first repeat's image, and of others if the run took much longer."""
-        if self.key[2] > 0 and checkpoint.wall_s < _FLIP_AFTER_SECONDS:
+        """Return FLIP, unless that would take long for so short a run."""
+        if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.key[2] == 0 else "other"]:
             return None
         return flip(checkpoint.image, self.known.mean)
 

@@ -1,0 +1,209 @@
+"""``equaltime cost``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from equaltime import cost as measure_cost
+from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
+from equaltime.cli.cost_progress import cost_progress
+from equaltime.cli.messages import print_error
+from equaltime.cost.folder import Folder
+from equaltime.cost.making import split_strategies
+from equaltime.cost.record import load
+from equaltime.cost.summary import SceneResult, Summary
+from equaltime.errors import ExperimentError
+from equaltime.render import MOST_THREADS
+
+__all__ = ["cost"]
+
+_REPORT = "report.html"
+_MOST_TARGETS = 2
+
+
+def cost(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCENE|EXPERIMENT",
+            help="Scene file (TOML, or Mitsuba 3 XML), or experiment file (TOML with scenes and strategies).",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            show_default=False,
+            help="Folder for report.html, records.csv, figures and images; made if it is not there. Nothing else in it "
+            "is touched.",
+        ),
+    ],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A first look in under a minute: small film, short runs, few repeats.")
+    ] = False,
+    size: Annotated[
+        Any,
+        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
+    ] = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            parser=parse_duration,
+            metavar="DURATION",
+            show_default=False,
+            help="Time of each run, first sample to last: 10s, 500ms, 2m [default: the experiment's, or 10s].",
+        ),
+    ] = None,
+    repeats: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=100_000,
+            metavar="N",
+            show_default=False,
+            help="Runs of each strategy on each scene; intervals come from their spread "
+            "[default: the experiment's, or 8].",
+        ),
+    ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=MOST_THREADS,
+            metavar="N",
+            show_default=False,
+            help="Worker threads; 0 is one for each processor [default: the experiment's, or 0].",
+        ),
+    ] = None,
+    strategies: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,C",
+            show_default=False,
+            help="What to compare: strategies as for render, or labels of the experiment's. key=value belongs to the "
+            "one before it [default: the experiment's, or the presets].",
+        ),
+    ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
+    ] = False,
+) -> int:
+    """Show what accuracy costs in time: how the error of each strategy falls, with error bars.
+
+    Every strategy renders the scene several times, in turn with the others. Its error is measured against a reference,
+    which is rendered first and kept for other experiments. The report has the curves, the times to a wanted error, the
+    images at equal time and where all of it comes from. The last line is the verdict.
+
+    Ctrl-C stops it. The same command goes on where it was and repeats nothing; with more --repeats it adds to what is
+    there. Another scene, strategy, budget or build needs another folder.
+
+    For instance:
+
+    * `equaltime cost cornell-box.toml -o report --quick`
+
+    * `equaltime cost scene.xml -o report --size 256x256 --budget 20s --strategies naive,mis,best`
+
+    * `equaltime cost scene.toml -o report --strategies bsdf,best,best,lights=uniform --repeats 16`
+
+    * `equaltime cost x3-light.toml -o x3`
+
+    An experiment file has these keys, and says of a mistake what is known instead:
+
+    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define }]`
+
+    * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
+      { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
+      { label = "any", peer = { command = "render {scene} {spp} {seed} {out}" } }]`
+
+    * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
+      `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`
+    """
+    try:
+        with cost_progress() as progress:
+            summary = measure_cost(
+                source,
+                output,
+                quick=quick,
+                size=size,
+                budget=budget,
+                repeats=repeats,
+                threads=threads,
+                strategies=split_strategies(strategies) if strategies is not None else (),
+                define=parse_definitions(define or ()),
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        print_error(f"interrupted; {_recorded(output)}")
+        return 130
+    if as_json:
+        print(json.dumps(_as_data(summary), indent=2, allow_nan=False))
+    else:
+        _print(summary, output)
+    return 0
+
+
+def _recorded(folder: Path) -> str:
+    """Say what an interruption has left."""
+    try:
+        runs = sum(row.last for row in load(Folder(folder).records))
+    except ExperimentError:
+        runs = 0
+    if runs == 0:
+        return "no run was finished"
+    return f"{runs} {'run is' if runs == 1 else 'runs are'} recorded in {folder}; the same command goes on from there"
+
+
+def _as_data(value: object) -> Any:
+    """Return JSON data; what is not finite is None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {f"{key:g}" if isinstance(key, float) else str(key): _as_data(entry) for key, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [_as_data(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, str | int | bool | None) else str(value)
+
+
+def _print(summary: Summary, folder: Path) -> None:
+    console = Console(highlight=False)
+    for scene in summary.scenes:
+        if len(summary.scenes) > 1:
+            console.print(scene.name, style="bold", markup=False)
+        console.print(_table(scene, summary.targets))
+    console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True, markup=False)
+    print(summary.verdict)
+
+
+def _table(scene: SceneResult, targets: tuple[float, ...]) -> Table:
+    """Return what fits a line: errors at equal time, and times to the smallest errors of which something is known."""
+    from equaltime.cost.report.words import error_cell, percent, seconds, seconds_cell
+
+    cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
+    known = [target for target in targets if any(cell.state == "trusted" for cell in cells[target])][-_MOST_TARGETS:]
+    table = Table(box=None, pad_edge=False)
+    table.add_column("strategy", overflow="fold", min_width=12)
+    table.add_column(f"error in {seconds(scene.budget_s)}", justify="right", no_wrap=True)
+    for target in known:
+        table.add_column(f"time to {percent(target)}", justify="right", no_wrap=True)
+    for number, result in enumerate(scene.strategies):
+        times = (str(cells[target][number]) for target in known)
+        table.add_row(result.label, str(error_cell(result.error_at_budget)), *times)
+    return table
