@@ -126,6 +126,8 @@ class _Scene:
             standard=standard,
             budget_s=budget,
             strategies=tuple(self._one(s, baseline, standard, images, reference, budget) for s in strategies),
+            reference=self._reference_file(None),
+            crops=self.experiment.crops,
         )
 
     def _of(self, label: str) -> tuple[Row, ...]:
@@ -138,9 +140,13 @@ class _Scene:
         doubt = "" if images is None else tail_index(block_errors(images)).doubt
         return replace(strategy, runs=replace(strategy.runs, doubt=doubt))
 
-    def _reference(self, label: str | None) -> Reference | None:
+    def _reference_file(self, label: str | None) -> Path | None:
         path = self.place.reference(self.name, label)
-        return read_reference(path).reference if path.exists() else None
+        return path if path.exists() else None
+
+    def _reference(self, label: str | None) -> Reference | None:
+        path = self._reference_file(label)
+        return None if path is None else read_reference(path).reference
 
     def _one(
         self,
@@ -176,6 +182,8 @@ class _Scene:
             bias=bias,
             notes=tuple(self._notes(strategy, runs, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
+            images=tuple(self.place.path / row.image for row in last if row.image),
+            reference=self._reference_file(strategy.label),
         )
 
     def _notes(self, strategy: _Strategy, runs: Runs, standard: str | None, equality: float | None) -> list[str]:

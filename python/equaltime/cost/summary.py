@@ -62,6 +62,8 @@ class StrategyResult:
     """Final images of all repeats, the first one first: a report makes error and standard-error maps of them."""
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if they are the same everywhere."""
+    reference: Path | None = None
+    """The reference of its own that it is held against, where it has one; as `SceneResult.reference`."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class SceneResult:
     """Seconds at which equal-time numbers are given: the budget of a run, else what the fastest runs took in all."""
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
-    """The reference (.npz of ``mean`` and ``variance`` of the mean, both (H, W, 3)); None if it is not at hand."""
+    """File of the reference, for `equaltime.cost.reference.read`; None if it is not at hand."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows x, y, width, height to look at closely, in pixels of the image; empty to let the report choose."""
 
