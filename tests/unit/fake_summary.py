@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from equaltime.cost.metrics import Reference
+from equaltime.cost.reference import KnownReference, write
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
 
@@ -35,12 +37,12 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
     constant = CONSTANTS[label]
     end = constant / math.sqrt(2.0)
     random = np.random.default_rng([len(scene), *map(ord, label)])
-    images = tuple(Path(f"{scene}-{label}-{repeat}.npy") for repeat in range(REPEATS))
+    images = tuple(folder / f"{scene}-{label}-{repeat}.npy" for repeat in range(REPEATS))
     for path in images:
         pixels = 0.5 * (1.0 + end * random.standard_normal(SHAPE))
         if label == "best":
             pixels[:8, :8] += 0.5 * random.standard_normal((8, 8, 3))  # where it loses
-        np.save(folder / path, pixels.astype(np.float32))
+        np.save(path, pixels.astype(np.float32))
     return StrategyResult(
         label=label,
         name=f"best,technique={label}",
@@ -60,7 +62,8 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
 
 
 def scene_result(folder: Path, name: str = "box") -> SceneResult:
-    np.savez(folder / f"{name}-reference.npz", mean=np.full(SHAPE, 0.5), variance=np.full(SHAPE, 1e-6))
+    reference = Reference(np.full(SHAPE, 0.5), np.full(SHAPE, 1e-6))
+    write(folder / f"{name}-reference.npz", KnownReference(reference, {}))
     return SceneResult(
         name=name,
         digest="0123456789abcdef",
@@ -71,7 +74,7 @@ def scene_result(folder: Path, name: str = "box") -> SceneResult:
         standard="best",
         budget_s=2.0,
         strategies=tuple(strategy(label, folder, name) for label in CONSTANTS),
-        reference=Path(f"{name}-reference.npz"),
+        reference=folder / f"{name}-reference.npz",
         crops=((0, 0, 12, 12), (20, 6, 10, 10)),
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -10,15 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from equaltime.cost.metrics import Reference
+from equaltime.cost.reference import KnownReference, write
 from equaltime.cost.report import page as page_module
 from equaltime.cost.report import write_report
 from equaltime.cost.report.page import longest_side
-from equaltime.cost.report.sentences import scene_verdict
+from equaltime.cost.report.pictures import Pictures, load_pictures
 from equaltime.cost.report.tables import geometric_mean
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import Summary
 
-from .fake_summary import CONSTANTS, FEW, TARGETS, doubted, scene_result, summary
+from .fake_summary import CONSTANTS, FEW, SHAPE, TARGETS, doubted, summary
 
 HOSTILE = '<script>alert("1")</script>&\'$x_y$\\../..'
 VOID = {"meta", "link", "img", "input", "br", "hr"}
@@ -184,15 +185,6 @@ def test_what_cannot_be_trusted_has_its_reason_in_place_of_numbers(tmp_path: Pat
     assert not any(character.isdigit() for text in cells if text not in "12" for character in text)
 
 
-def test_the_verdict_of_a_scene_names_the_fastest_unbiased_strategy(tmp_path: Path) -> None:
-    scene = scene_result(tmp_path)
-    assert re.sub(r"\s", " ", scene_verdict(scene, TARGETS)).startswith("best: 1 % in 100 s [90, 110], 64")
-    without = doubted(scene, "best")
-    assert scene_verdict(without, TARGETS).endswith("nothing is faster than the baseline.")
-    nothing = doubted(doubted(without, "naive"), "cut")
-    assert "No time" in scene_verdict(nothing, TARGETS)
-
-
 def test_the_geometric_mean_over_scenes_adds_their_intervals_on_the_logarithm(tmp_path: Path) -> None:
     value = summary(tmp_path, scenes=2)
     slow, fast = (
@@ -228,6 +220,20 @@ def test_a_missing_or_damaged_image_is_said_and_the_others_are_shown(tmp_path: P
     assert "Of cut there is no picture" in page.visible
     assert "has shape (3, 3, 3), not (24, 36, 3)" in page.visible
     assert any("rendered by best" in str(image["alt"]) for image in page.all("img"))
+
+
+def test_a_strategy_with_a_reference_of_its_own_is_held_against_that(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    other = tmp_path / "other.npz"
+    write(other, KnownReference(Reference(np.full(SHAPE, 0.25), np.zeros(SHAPE)), {}))
+    scene = value.scenes[0]
+    plain, own = (
+        load_pictures(replace(scene, strategies=tuple(replace(s, reference=path) for s in scene.strategies)))
+        for path in (None, other)
+    )
+    assert isinstance(plain, Pictures)
+    assert isinstance(own, Pictures)
+    assert own.squares["best"].mean() > 10.0 * plain.squares["best"].mean()
 
 
 @pytest.mark.usefixtures("without_figures")

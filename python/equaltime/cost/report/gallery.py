@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from equaltime.cost.extras import optional
 from equaltime.cost.report.looks import Look
-from equaltime.cost.report.maps import error_map, spread_map, squares
+from equaltime.cost.report.maps import error_map, spread_map
 from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
 from equaltime.cost.report.views import Bar, Crop, Frame, Kind
 from equaltime.cost.report.words import error_cell, percent, seconds
@@ -33,10 +33,10 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], 
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:
         return ()
-    pixels = {strategy.label: squares(pictures.runs[strategy.label], pictures.reference) for strategy in shown}
+    pixels = pictures.squares
     crops = scene.crops or choose_crops(pixels, pictures.reference.mean.shape[:2])
     errors = {label: error_map(own) for label, own in pixels.items()}
-    spreads = {label: spread_map(runs, pictures.reference) for label, runs in pictures.runs.items()}
+    spreads = {label: spread_map(runs, pictures.own[label]) for label, runs in pictures.runs.items()}
     found = [_images(scene, shown, pictures, looks, crops, longest)]
     low, high = _range(errors.values())
     bar = Bar(colour_bar(_ERRORS), (percent(low), percent((low * high) ** 0.5), percent(high)))
@@ -92,7 +92,8 @@ def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: in
     while len(chosen) < count and np.isfinite(score).any():
         y, x = (int(place) for place in np.unravel_index(int(np.argmax(score)), score.shape))
         chosen.append((x, y, side, side))
-        score[max(0, y - side) : y + side, max(0, x - side) : x + side] = -np.inf
+        apart = side + side // 2
+        score[max(0, y - apart) : y + apart, max(0, x - apart) : x + apart] = -np.inf
     return tuple(chosen)
 
 

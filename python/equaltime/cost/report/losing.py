@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from equaltime.cost.report.gallery import colour_bar
 from equaltime.cost.report.looks import Look
-from equaltime.cost.report.maps import LEVEL, Losses, losses, squares
+from equaltime.cost.report.maps import LEVEL, Losses, losses
 from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
 from equaltime.cost.report.views import Bar, LossView
 from equaltime.cost.report.words import percent
@@ -38,11 +38,8 @@ def losing(
 
     No side of a map is longer than ``longest`` pixels. There is no bar if there is nothing to compare.
     """
-    equal = {
-        strategy.label: squares(pictures.runs[strategy.label], pictures.reference) * _to_equal_time(strategy)
-        for strategy in scene.strategies
-        if strategy.label in pictures.runs
-    }
+    factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
+    equal = {label: own * factors[label] for label, own in pictures.squares.items()}
     baseline = equal.get(scene.baseline)
     found = {label: losses(own, None if label == scene.baseline else baseline) for label, own in equal.items()}
     most = _most(found)

@@ -16,12 +16,13 @@ from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import DARK, LIGHT, Look, looks
 from equaltime.cost.report.losing import INTRODUCTION, losing
 from equaltime.cost.report.pictures import Pictures, load_pictures
-from equaltime.cost.report.sentences import facts, provenance_rows, scene_verdict
+from equaltime.cost.report.sentences import facts, provenance_rows
 from equaltime.cost.report.svg import inline_svg
 from equaltime.cost.report.tables import check_table, label_row, overview_tables, point_table, time_table
 from equaltime.cost.report.views import SceneView
 from equaltime.cost.report.words import percent, seconds, slug
 from equaltime.cost.summary import SceneResult, Summary
+from equaltime.cost.verdict import verdict
 from equaltime.images import SOFTWARE
 
 __all__ = ["longest_side", "write_report"]
@@ -40,7 +41,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
     Parameters
     ----------
     summary
-        What was found. Its paths may be relative to ``folder``.
+        What was found. Images that its paths do not lead to are said to be missing.
     folder
         Is made if it is not there.
 
@@ -117,7 +118,7 @@ def longest_side(summary: Summary) -> int:
 def _scene_view(
     scene: SceneResult, name: str, summary: Summary, look: Mapping[str, Look], folder: Path, longest: int
 ) -> SceneView:
-    loaded = load_pictures(scene, folder)
+    loaded = load_pictures(scene)
     pictures = loaded if isinstance(loaded, Pictures) else None
     kinds = kinds_of(scene, pictures, look, longest) if pictures else ()
     crops = [crop.window for crop in kinds[0].frames[0].crops] if kinds else []
@@ -126,7 +127,7 @@ def _scene_view(
         slug=name,
         name=scene.name,
         facts=facts(scene),
-        verdict=scene_verdict(scene, summary.targets),
+        verdict=verdict((scene,), summary.targets),
         wide_chart=_chart(scene, name, "wide", summary, look, _WIDE),
         narrow_chart=_chart(scene, name, "narrow", summary, look, _NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),

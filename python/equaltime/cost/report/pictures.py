@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.cost.extras import optional
 from equaltime.cost.metrics import Reference
+from equaltime.cost.reference import read
+from equaltime.cost.report.maps import squares
 from equaltime.cost.summary import SceneResult, StrategyResult
 from equaltime.errors import EqualtimeError, ImageError
 
@@ -29,6 +31,8 @@ class Pictures:
     """All images of one scene, linear RGB in float64; what could not be read is left out and said."""
 
     reference: Reference
+    own: Mapping[str, Reference]
+    """Label → what the strategy is held against: the reference, or one of its own."""
     runs: Mapping[str, Floats]
     """Label → final images of its repeats (K, H, W, 3)."""
     samples: Mapping[str, Floats]
@@ -38,26 +42,34 @@ class Pictures:
     missing: tuple[str, ...]
     """What could not be read, one sentence each."""
 
+    @property
+    def squares(self) -> dict[str, Floats]:
+        """Label → relative squared errors of each run's pixels (K, H, W)."""
+        return {label: squares(runs, self.own[label]) for label, runs in self.runs.items()}
 
-def load_pictures(scene: SceneResult, folder: Path) -> Pictures | str:
+
+def load_pictures(scene: SceneResult) -> Pictures | str:
     """Read the images of a scene, or say in a sentence why it has none to show."""
     if scene.reference is None:
         return "The records name no reference image, so nothing can be shown beside it."
     try:
-        reference = _read_reference(folder / scene.reference)
+        reference = read(scene.reference).reference
     except EqualtimeError as error:
-        return f"The reference cannot be read: {error}"
+        return f"The reference cannot be shown: {error}"
+    shape = reference.mean.shape
     runs: dict[str, Floats] = {}
     samples: dict[str, Floats] = {}
+    own: dict[str, Reference] = {}
     missing = []
     for strategy in scene.strategies:
+        label = strategy.label
         try:
-            runs[strategy.label] = _read_runs(strategy, folder, reference.mean.shape)
-            samples[strategy.label] = _read_samples(strategy, folder, reference.mean.shape[:2])
+            own[label] = reference if strategy.reference is None else read(strategy.reference).reference
+            samples[label] = _read_samples(strategy, shape[:2])
+            runs[label] = _read_runs(strategy, shape)
         except EqualtimeError as error:
-            missing.append(f"Of {strategy.label} there is no picture: {error}")
-            runs.pop(strategy.label, None)
-    return Pictures(reference, runs, samples, _stops(reference.mean), tuple(missing))
+            missing.append(f"Of {label} there is no picture: {error}")
+    return Pictures(reference, own, runs, samples, _stops(reference.mean), tuple(missing))
 
 
 def exposed(image: Floats, stops: int) -> Bytes:
@@ -91,31 +103,20 @@ def data_uri(pixels: Bytes) -> str:
         return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
-def _read_reference(path: Path) -> Reference:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            mean, variance = np.asarray(file["mean"], np.float64), np.asarray(file["variance"], np.float64)
-    except (OSError, ValueError, KeyError) as error:
-        raise ImageError(f"{path}: {error}") from error
-    if mean.ndim != 3 or mean.shape[2] != 3 or variance.shape != mean.shape:
-        raise ImageError(f"{path}: a reference of shape {mean.shape} with a variance of shape {variance.shape}")
-    return Reference(mean, variance)
-
-
-def _read_runs(strategy: StrategyResult, folder: Path, shape: tuple[int, ...]) -> Floats:
+def _read_runs(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
     paths = strategy.images or ((strategy.image,) if strategy.image else ())
     if not paths:
         raise ImageError("the records name none")
-    return np.stack([_read(folder / path, shape) for path in paths])
+    return np.stack([_read_image(path, shape) for path in paths])
 
 
-def _read_samples(strategy: StrategyResult, folder: Path, shape: tuple[int, ...]) -> Floats:
+def _read_samples(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
     if strategy.samples is None:
         return np.full(shape, float(strategy.curve.spp[-1]) if strategy.curve.spp else math.nan)
-    return _read(folder / strategy.samples, shape)
+    return _read_image(strategy.samples, shape)
 
 
-def _read(path: Path, shape: tuple[int, ...]) -> Floats:
+def _read_image(path: Path, shape: tuple[int, ...]) -> Floats:
     try:
         image = images.read(path).image if path.suffix != ".npy" else np.load(path, allow_pickle=False)
     except (OSError, ValueError) as error:

@@ -1,29 +1,14 @@
-"""Verdicts and facts in sentences."""
+"""Facts in sentences."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from equaltime.cost.report.words import factor_cell, percent, seconds, seconds_cell
-from equaltime.cost.summary import SceneResult, StrategyResult, Summary
+from equaltime.cost.report.words import percent, seconds
+from equaltime.cost.summary import SceneResult, Summary
 
-__all__ = ["facts", "provenance_rows", "scene_verdict"]
-
-
-def scene_verdict(scene: SceneResult, targets: Sequence[float]) -> str:
-    """Say which strategy is the fastest to the smallest error that can be told, and by how much."""
-    for target in sorted(targets):
-        if fastest := _fastest(scene, target):
-            time = seconds_cell(fastest.time_to[target])
-            begin = f"{fastest.label}: {percent(target)} in {time}"
-            ratio = fastest.ratio.get(target)
-            if fastest.label == scene.baseline:
-                return f"{begin}; nothing is faster than the baseline."
-            if ratio is None or factor_cell(ratio).state != "trusted":
-                return f"{begin}; how much faster than {scene.baseline} that is cannot be trusted."
-            return f"{begin}, {factor_cell(ratio)} faster than {scene.baseline}."
-    return "No time to a wanted error can be told and trusted here: the notes below say why."
+__all__ = ["facts", "provenance_rows"]
 
 
 def facts(scene: SceneResult) -> str:
@@ -47,17 +32,6 @@ def provenance_rows(summary: Summary) -> list[tuple[str, str]]:
     names = {(strategy.label, strategy.name) for scene in summary.scenes for strategy in scene.strategies}
     rows.extend((f"strategy {label}", name) for label, name in sorted(names))
     return rows
-
-
-def _fastest(scene: SceneResult, target: float) -> StrategyResult | None:
-    told = [
-        strategy
-        for strategy in scene.strategies
-        if not strategy.biased
-        and target in strategy.time_to
-        and seconds_cell(strategy.time_to[target]).state == "trusted"
-    ]
-    return min(told, key=lambda strategy: strategy.time_to[target].value, default=None)
 
 
 def _flat(prefix: str, value: Any) -> Iterator[tuple[str, str]]:

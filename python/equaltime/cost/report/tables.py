@@ -18,6 +18,7 @@ from equaltime.cost.report.words import (
 )
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import SceneResult, StrategyResult, Summary
+from equaltime.cost.verdict import product_mean
 
 __all__ = ["check_table", "geometric_mean", "label_row", "overview_tables", "point_table", "time_table"]
 
@@ -95,11 +96,9 @@ def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
 def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
     """Return the geometric mean of a strategy's speed-ups over all scenes, or why there is none.
 
-    Its interval is that of these very scenes: the scenes' own intervals, which are independent, added as squares on the
-    logarithm. (Their quantiles are Student's with few degrees of freedom, which makes the sum a little too wide.) None
-    for the baseline.
+    Its interval is that of these very scenes, made of theirs. None for the baseline.
     """
-    logs, squares = 0.0, 0.0
+    ratios = []
     for scene in summary.scenes:
         strategy = _find(scene, label)
         if strategy is not None and label == scene.baseline:
@@ -107,10 +106,8 @@ def geometric_mean(summary: Summary, label: str, target: float) -> Interval | No
         ratio = strategy.ratio.get(target, UNKNOWN) if strategy else UNKNOWN
         if factor_cell(ratio).state != "trusted" or ratio.low <= 0.0:
             return replace(UNKNOWN, note=f"on {scene.name} it has no speed-up that can be trusted")
-        logs += math.log(ratio.value)
-        squares += (0.5 * math.log(ratio.high / ratio.low)) ** 2
-    mean, half = logs / len(summary.scenes), math.sqrt(squares) / len(summary.scenes)
-    return Interval(math.exp(mean), math.exp(mean - half), math.exp(mean + half))
+        ratios.append(ratio)
+    return product_mean(ratios)
 
 
 def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
