@@ -94,6 +94,8 @@ def test_what_is_not_said_has_sensible_values() -> None:
     assert (experiment.budget, experiment.repeats, experiment.baseline) == (10.0, 8, "bsdf")
     assert experiment.targets == (0.10, 0.05, 0.02, 0.01)
     assert made(strategies=["best", {"label": "naive", "strategy": "bsdf"}]).baseline == "naive"
+    assert made(strategies=["best", "mis"]).baseline == "mis"
+    assert made(strategies=["best"]).baseline == "best"
 
 
 def test_names_of_files_are_looked_for_beside_the_experiment(file: Callable[[str], Path]) -> None:

@@ -128,7 +128,7 @@ class Experiment(_Value):
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
-    """Label of the strategy that all are compared with: ``naive``, else the first, if not given."""
+    """Label of the strategy that all are compared with; if not given ``naive``, else the first that is not ``best``."""
     budget: Seconds | None = None
     """Seconds of a run, first sample to last checkpoint; 10 if nothing is given."""
     spp: (
@@ -210,7 +210,8 @@ def _named(values: Mapping[str, Any]) -> dict[str, Any]:
         labels = [name_of_strategy(entry) for entry in strategies]
         filled["strategies"] = [_with(entry, "label", label) for entry, label in zip(strategies, labels, strict=True)]
         if not values.get("baseline"):
-            filled["baseline"] = "naive" if "naive" in labels else (labels or [""])[0]
+            plain = [label for label in labels if label != "best"]
+            filled["baseline"] = "naive" if "naive" in labels else (*plain, *labels, "")[0]
     if isinstance(scenes, list | tuple):
         filled["scenes"] = [_with(entry, "name", name_of_scene(entry, number)) for number, entry in enumerate(scenes)]
     if values.get("budget") is None and values.get("spp") is None:
