@@ -18,6 +18,7 @@ import equaltime as et
 from equaltime.cost.peers import MitsubaPeer, mitsuba
 from equaltime.cost.peers.mitsuba_worker import samples_per_pass
 from equaltime.errors import PeerError
+from equaltime.images import write
 
 if find_spec("mitsuba") is None:
     pytest.skip("needs mitsuba", allow_module_level=True)
@@ -82,6 +83,17 @@ def test_the_count_that_the_sampler_takes_is_told_and_taken_once(closing: list[M
 def test_a_run_ends_at_the_first_count_past_its_seconds(peer: MitsubaPeer) -> None:
     peer.prepare(scene(), 1)
     assert len(list(peer.run(1, count(2), seconds=1e-9))) == 1
+
+
+def test_a_sky_is_read_with_a_single_thread_too(peer: MitsubaPeer, tmp_path: Path) -> None:
+    """Mitsuba's reader of EXR files waits for a second one for ever."""
+    pixels = np.full((64, 128, 3), 0.5, np.float32)
+    write(tmp_path / "sky.exr", "openexr", ("R", "G", "B"), pixels, {})
+    film = {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1]}
+    sky = {"type": "envmap", "filename": str(tmp_path / "sky.exr")}
+    seen = et.load_dict({"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": sky})
+    peer.prepare(seen, 1)
+    np.testing.assert_allclose(next(peer.run(1, (2,))).image, 0.5, rtol=1e-6)
 
 
 def test_many_samples_are_taken_in_passes_of_one_render(peer: MitsubaPeer, monkeypatch: pytest.MonkeyPatch) -> None:

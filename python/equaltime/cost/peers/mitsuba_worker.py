@@ -79,21 +79,25 @@ class MitsubaWorker:
         except ImportError as error:
             raise PeerError(NO_LLVM.format(variant) if "LLVM" in str(error) else str(error)) from error
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
-        if threads:
-            drjit.set_thread_count(threads)
+        self._threads = threads or drjit.thread_count()
+        drjit.set_thread_count(self._threads)
         self._mitsuba, self._drjit, self._compiles = mitsuba, drjit, not variant.startswith("scalar")
         if self._compiles:
             drjit.set_flag(drjit.JitFlag.KernelHistory, True)
         self._scenes: dict[str, Loaded] = {}
-        return {"seconds": perf_counter() - begin, "version": mitsuba.__version__, "threads": drjit.thread_count()}
+        return {"seconds": perf_counter() - begin, "version": mitsuba.__version__}
 
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
-        """Load a scene, unless that was done."""
+        """Load a scene, unless that was done; on two threads: on one, Mitsuba 3.9 waits for ever in an EXR file."""
         if key not in self._scenes:
             begin = perf_counter()
             plain = json.loads(Path(file).read_text())
             plain["sensor"]["sampler"] = {"type": sampler}
-            scene = self._mitsuba.load_dict(with_transforms(plain, self._mitsuba.ScalarTransform4f))
+            self._drjit.set_thread_count(max(self._threads, 2))
+            try:
+                scene = self._mitsuba.load_dict(with_transforms(plain, self._mitsuba.ScalarTransform4f))
+            finally:
+                self._drjit.set_thread_count(self._threads)
             loaded = Loaded(self._mitsuba, scene, integrator)
             loaded.integrator(1, 1)  # here, so that one that does not exist is found at once
             self._scenes[key] = loaded
