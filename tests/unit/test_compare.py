@@ -1,0 +1,176 @@
+"""`et.compare` and ``equaltime compare``: files with and without standard errors, and files that cannot be compared."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import equaltime as et
+from equaltime import images
+from equaltime.cli import main
+from equaltime.images import Window
+
+Array = NDArray[np.float64]
+HEIGHT, WIDTH = 64, 48
+TRUTH = np.random.default_rng(1).uniform(0.2, 2.0, (HEIGHT, WIDTH, 3))
+SIGMA = {"a.exr": 0.05, "b.exr": 0.1, "ref.exr": 0.005}
+
+
+def write(path: Path, image: Array, sigma: float | None = None, record: dict[str, Any] | None = None) -> Path:
+    """Write an EXR like equaltime's, or a plain one of R, G, B if no standard error is given."""
+    height, width = image.shape[:2]
+    if sigma is None:
+        images.write(path, "openexr", ("R", "G", "B"), image.astype(np.float32), {})
+    else:
+        errors = np.full(image.shape, sigma)
+        images.write_render(path, image, errors, np.full((height, width), 4), record or {}, Window(0, 0, width, height))
+    return path
+
+
+def noisy(sigma: float, seed: int) -> Array:
+    return TRUTH + sigma * np.random.default_rng(seed).standard_normal(TRUTH.shape)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path, Path]:
+    """Write A, B with twice the noise of A in a quarter of the time, and a reference."""
+    records = [{"seed": i, "digest": "d", "seconds": s, "error": None} for i, s in enumerate((4.0, 1.0, 100.0))]
+    a, b, reference = (
+        write(tmp_path / name, noisy(sigma, seed), sigma, record)
+        for (name, sigma), seed, record in zip(SIGMA.items(), (10, 11, 12), records, strict=True)
+    )
+    return a, b, reference
+
+
+def test_two_images_against_a_reference(files: tuple[Path, Path, Path]) -> None:
+    found = et.compare(*files)
+    assert found.size == (WIDTH, HEIGHT)
+    assert found.against == files[2]
+    assert [image.path for image in found.images] == list(files[:2])
+    assert set(found.images[0].metrics) == {"error", "relmse", "mse", "mare", "flip"}
+    for image, sigma in zip(found.images, SIGMA.values(), strict=False):
+        mse = image.metrics["mse"]
+        assert mse.value == pytest.approx(sigma**2, rel=0.05)
+        assert mse.low is not None
+        assert mse.high is not None
+        assert mse.low < mse.value < mse.high
+    assert found.notes == ()
+
+
+def test_the_ratio_of_errors_has_an_interval(files: tuple[Path, Path, Path]) -> None:
+    found = et.compare(*files)
+    assert found.ratio is not None
+    assert found.ratio.low < 0.5 < found.ratio.high
+    assert found.ratio.high - found.ratio.low < 0.1
+
+
+def test_efficiency_is_told_where_times_are(files: tuple[Path, Path, Path]) -> None:
+    """Half the error in four times the time is the same efficiency."""
+    found = et.compare(*files)
+    assert found.efficiency is not None
+    assert found.efficiency.low < 1.0 < found.efficiency.high
+
+
+def test_without_a_reference_the_second_image_stands_for_it(files: tuple[Path, Path, Path]) -> None:
+    found = et.compare(files[0], files[2])
+    assert found.against == files[2]
+    assert [image.path for image in found.images] == [files[0]]
+    assert found.ratio is None
+    assert found.images[0].metrics["mse"].value == pytest.approx(0.05**2, rel=0.05)
+
+
+def test_equal_expectations_are_not_called_biased(files: tuple[Path, Path, Path]) -> None:
+    assert all(image.bias_p is not None and image.bias_p > 0.01 for image in et.compare(*files).images)
+
+
+def test_two_percent_too_much_light_is_found(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    bright = write(tmp_path / "bright.exr", 1.02 * noisy(0.05, 20), 0.05)
+    (image,) = et.compare(bright, files[2]).images
+    assert image.bias_p is not None
+    assert image.bias_p < 1e-6
+
+
+def test_equal_seeds_are_not_tested_for_bias(tmp_path: Path) -> None:
+    record = {"seed": 1, "digest": "d"}
+    a, b = (write(tmp_path / name, noisy(0.05, 3), 0.05, record) for name in ("a.exr", "b.exr"))
+    found = et.compare(a, b)
+    assert found.images[0].bias_p is None
+    assert any("same seed" in note for note in found.notes)
+
+
+def test_plain_files_of_other_renderers_have_errors_without_intervals(tmp_path: Path) -> None:
+    a, reference = write(tmp_path / "a.exr", noisy(0.05, 3)), write(tmp_path / "r.exr", TRUTH)
+    found = et.compare(a, reference)
+    (image,) = found.images
+    assert image.metrics["mse"].value == pytest.approx(0.05**2, rel=0.05)
+    assert image.metrics["mse"].low is None
+    assert image.bias_p is None
+    assert any("no standard errors" in note for note in found.notes)
+
+
+def test_an_unknown_standard_error_is_none(tmp_path: Path) -> None:
+    a, reference = write(tmp_path / "a.exr", noisy(0.05, 3)), write(tmp_path / "r.exr", TRUTH, math.inf)
+    assert et.compare(a, reference).images[0].metrics["mse"].low is None
+
+
+def test_a_render_compares_with_its_own_preview_under_protest(tmp_path: Path) -> None:
+    a = write(tmp_path / "a.exr", TRUTH)
+    images.write(tmp_path / "a.png", "png", ("R", "G", "B"), (100 * TRUTH).astype(np.uint8), {})
+    assert any("made for displays" in note for note in et.compare(a, tmp_path / "a.png").notes)
+
+
+def test_different_sizes_are_named(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    small = write(tmp_path / "small.exr", TRUTH[:32])
+    with pytest.raises(et.ImageError, match=r"a\.exr is 48x64, .*small\.exr is 48x32"):
+        et.compare(files[0], small)
+
+
+def test_a_missing_channel_is_named_with_its_file(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    images.write(tmp_path / "depth.exr", "openexr", ("Z",), TRUTH[..., :1].astype(np.float32), {})
+    with pytest.raises(et.ImageError, match=r"depth\.exr: the image has no channel R, G, B; it has Z"):
+        et.compare(files[0], tmp_path / "depth.exr")
+
+
+def test_a_pixel_that_is_not_finite_is_named(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    image = TRUTH.copy()
+    image[5, 7, 1] = np.nan
+    with pytest.raises(et.ImageError, match=r"bad\.exr: pixel 7,5 is not finite: G is nan"):
+        et.compare(write(tmp_path / "bad.exr", image), files[2])
+
+
+def test_a_tiny_image_is_compared_without_trust(tmp_path: Path) -> None:
+    tiny = [write(tmp_path / f"{i}.exr", TRUTH[:2, :2] * (1.0 + 0.1 * i), 0.01) for i in range(3)]
+    found = et.compare(*tiny)
+    assert found.ratio is not None
+    assert not found.ratio.trusted
+    assert found.images[0].bias_p is None
+
+
+def test_the_command_prints_every_metric(files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", *map(str, files)]) == 0
+    out = capsys.readouterr().out
+    for word in ("error", "relmse", "mse", "mare", "flip", "a.exr", "b.exr", "error of A over that of B: 0.49"):
+        assert word in out
+
+
+def test_the_command_gives_json(files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", *map(str, files), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == et.compare(*files).as_dict()
+    assert found["images"][0]["metrics"]["mse"]["value"] == pytest.approx(0.05**2, rel=0.05)
+    assert found["ratio"]["low"] < 0.5 < found["ratio"]["high"]
+
+
+def test_the_command_refuses_bad_input_with_code_2(
+    files: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", str(files[0]), str(tmp_path / "none.exr")]) == 2
+    assert "none.exr: no such file" in capsys.readouterr().err
+    assert main(["compare", str(files[0])]) == 2
+    assert "error:" in capsys.readouterr().err
