@@ -50,7 +50,8 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     level = share(LEVEL, max(tests, 1))
     scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
     targets = tuple(sorted(experiment.targets, reverse=True))
-    facts = {**provenance, "runs": len({row.key for rows in by_scene.values() for row in rows})}
+    runs = len({row.key for rows in by_scene.values() for row in rows})
+    facts = {**provenance, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
     return Summary(experiment.title, experiment.description, scenes, targets, facts, verdict(scenes, targets))
 
 
@@ -202,6 +203,14 @@ class _Scene:
         if equality is not None and equality < self.level:
             notes.append(f"its images do not have the expectation of those of {standard} (p = {equality:.1g})")
         return notes
+
+
+def _seeds(rows: Sequence[Row]) -> dict[str, list[int]]:
+    """Return the seeds of each strategy's repeats, in order."""
+    seeds: dict[str, dict[int, int]] = defaultdict(dict)
+    for row in rows:
+        seeds[row.strategy][row.repeat] = row.seed
+    return {label: [found[repeat] for repeat in sorted(found)] for label, found in seeds.items()}
 
 
 def _curve(strategy: _Strategy, runs: Runs) -> Curve:
