@@ -16,7 +16,7 @@ from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
 TARGETS = (0.10, 0.05, 0.02, 0.01)
 CONSTANTS = {"naive": 0.8, "cut": 0.2, "best": 0.1}
 """Label → error after a second of rendering."""
-FEW = "only 2 repeats; 3 are the least"
+FEW = "only 2 repeats, and 3 are the least"
 SHAPE = (24, 36, 3)
 REPEATS = 5
 

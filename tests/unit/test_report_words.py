@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.cost.report.looks import DARK, LIGHT, MARKERS, looks
-from equaltime.cost.report.words import error_cell, factor_cell, percent, seconds, seconds_cell, slug
+from equaltime.cost.report.views import Row, Table
+from equaltime.cost.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
 from equaltime.cost.statistics import UNKNOWN, Interval
 
 THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
@@ -43,8 +44,9 @@ def test_an_interval_without_ends_is_not_trusted_whatever_it_says() -> None:
     assert factor_cell(Interval(2.0, -math.inf, math.inf)).state == "untrusted"
 
 
-def test_what_never_comes_and_what_is_not_known_are_words() -> None:
-    assert seconds_cell(Interval(math.inf, math.inf, math.inf, note="it is biased")).text == "never"
+def test_what_is_not_reached_and_what_is_not_known_are_words() -> None:
+    assert seconds_cell(Interval(math.inf, math.inf, math.inf, note="it is biased")).text == "not reached"
+    assert factor_cell(Interval(math.inf, 1.0, math.inf)).text == "unknown"
     assert seconds_cell(UNKNOWN).text == "unknown"
 
 
@@ -117,3 +119,11 @@ def lab(rgb: NDArray[np.float64]) -> NDArray[np.float64]:
 def test_colours_are_told_apart_with_every_kind_of_sight(colours: tuple[str, ...], sight: str) -> None:
     seen = [lab(np.asarray(SIGHTS[sight]) @ linear(colour)) for colour in colours]
     assert min(float(np.linalg.norm(a - b)) for a, b in itertools.combinations(seen, 2)) >= 10.0
+
+
+def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() -> None:
+    notes = ("extrapolated 3.6 times", "heavy tail; extrapolated 12 times", "baseline: heavy tail; this: heavy tail")
+    cells = [Cell("1", note=note) for note in notes]
+    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    assert table.footnotes == ("extrapolated 3.6 to 12 times", "heavy tail", "baseline: heavy tail")
+    assert [table.marks(cell) for cell in cells] == [(1,), (2, 1), (3, 2)]

@@ -96,7 +96,7 @@ def few(interval: Interval, repeats: int) -> Interval:
     """Doubt an interval that rests on too few repeats."""
     if repeats >= FEWEST_REPEATS:
         return interval
-    return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}; {FEWEST_REPEATS} are the least")
+    return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
 
 
 def geometric_interval(values: ArrayLike) -> Interval:

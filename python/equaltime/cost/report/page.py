@@ -16,7 +16,7 @@ from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import DARK, LIGHT, Look, looks
 from equaltime.cost.report.losing import INTRODUCTION, losing
 from equaltime.cost.report.pictures import Pictures, load_pictures
-from equaltime.cost.report.sentences import facts, provenance_rows
+from equaltime.cost.report.sentences import facts, provenance_groups
 from equaltime.cost.report.svg import inline_svg
 from equaltime.cost.report.tables import check_table, label_row, overview_tables, point_table, time_table
 from equaltime.cost.report.views import SceneView
@@ -104,7 +104,7 @@ def _render(summary: Summary, views: list[SceneView], look: Mapping[str, Look]) 
             palettes=(("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK)),
             overview=[(percent(target), table) for target, table in zip(summary.targets, tables, strict=False)],
             scenes=views,
-            provenance=provenance_rows(summary),
+            provenance=provenance_groups(summary),
         )
     )
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from equaltime.cost.report.words import percent, seconds
 from equaltime.cost.summary import SceneResult, Summary
 
-__all__ = ["facts", "provenance_rows"]
+__all__ = ["facts", "provenance_groups"]
 
 
 def facts(scene: SceneResult) -> str:
@@ -24,25 +24,26 @@ def facts(scene: SceneResult) -> str:
     )
 
 
-def provenance_rows(summary: Summary) -> list[tuple[str, str]]:
-    """Return what a reader needs to repeat it all, as rows of a table."""
-    rows = list(_flat("", summary.provenance))
-    for scene in summary.scenes:
-        rows.append((f"digest of {scene.name}", scene.digest))
-    names = {(strategy.label, strategy.name) for scene in summary.scenes for strategy in scene.strategies}
-    rows.extend((f"strategy {label}", name) for label, name in sorted(names))
-    return rows
+def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return what a reader needs to repeat it all: headings, and under each the rows of a table."""
+    groups: dict[str, list[tuple[str, str]]] = {"": []}
+    _sort_into(groups, "", summary.provenance)
+    groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]
+    names = {(strategy.label, strategy.name): None for scene in summary.scenes for strategy in scene.strategies}
+    groups["strategies"] = list(names)
+    return [(heading, rows) for heading, rows in groups.items() if rows]
 
 
-def _flat(prefix: str, value: Any) -> Iterator[tuple[str, str]]:
-    """Take nested tables apart into rows."""
-    if isinstance(value, Mapping):
-        for key, inner in value.items():
-            yield from _flat(f"{prefix} {key}".lstrip(), inner)
-    elif isinstance(value, (list, tuple)) and any(isinstance(inner, (Mapping, list, tuple)) for inner in value):
-        for number, inner in enumerate(value, 1):
-            yield from _flat(f"{prefix} {number}", inner)
-    elif isinstance(value, (list, tuple)):
-        yield prefix, ", ".join(map(str, value))
-    else:
-        yield prefix, str(value)
+def _sort_into(groups: dict[str, list[tuple[str, str]]], heading: str, facts: Mapping[Any, Any]) -> None:
+    """Put the plain facts of a table under its heading, and those of tables inside under headings of their own."""
+    for key, value in facts.items():
+        if isinstance(value, Mapping):
+            _sort_into(groups, f"{heading} / {key}" if heading else str(key), value)
+        else:
+            groups.setdefault(heading, []).append((str(key), _text(value)))
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(_text, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from equaltime.cost.report.looks import Look
-from equaltime.cost.report.views import Row, Table, table
+from equaltime.cost.report.views import Row, Table
 from equaltime.cost.report.words import (
     Cell,
     error_cell,
@@ -46,7 +46,7 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = f"Time to a given error, and speed-up over {scene.baseline}; 95 % intervals"
     columns = [f"to {percent(target)}" for target in targets]
-    return table(f"{slug}-times", caption, "strategy", columns, rows)
+    return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
 
 
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
@@ -65,7 +65,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = "Law of the error and checks; a slope of \N{MINUS SIGN}0.5 is that of independent samples"
-    return table(f"{slug}-checks", caption, "strategy", columns, rows)
+    return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
@@ -84,7 +84,7 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
             tags = ("biased",) * strategy.biased
             rows.append(Row(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
     columns = ["samples a pixel", "time", "error", "own estimate"]
-    return table(f"{slug}-points", "The points of the curves", "strategy", columns, rows)
+    return Table(f"{slug}-points", "The points of the curves", "strategy", tuple(columns), tuple(rows))
 
 
 def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
@@ -127,7 +127,7 @@ def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
     last = tuple((_NOTHING if mean is None else factor_cell(mean),) for mean in means)
     rows.append(Row("geometric mean", None, (), last, "of the speed-ups over all scenes"))
     caption = f"Time to an error of {percent(target)}, and speed-up over the baseline; 95 % intervals"
-    return table(f"overview-{target:g}".replace(".", "-"), caption, "scene", labels, rows)
+    return Table(f"overview-{target:g}".replace(".", "-"), caption, "scene", tuple(labels), tuple(rows))
 
 
 def _find(scene: SceneResult, label: str) -> StrategyResult | None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.words import Cell
 
-__all__ = ["Bar", "Crop", "Frame", "Kind", "LossView", "Row", "SceneView", "Table", "table"]
+__all__ = ["Bar", "Crop", "Frame", "Kind", "LossView", "Row", "SceneView", "Table"]
 
 
 @dataclass(frozen=True)
@@ -89,18 +90,50 @@ class Table:
     """Head of the first column."""
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
-    footnotes: tuple[str, ...] = ()
 
-    def mark(self, cell: Cell) -> int:
-        """Return the number of a cell's footnote, from 1; 0 if it has none."""
-        return self.footnotes.index(cell.note) + 1 if cell.note else 0
+    @property
+    def footnotes(self) -> tuple[str, ...]:
+        """Everything that is said of cells, once each, in the order of reading.
+
+        What differs in a number alone is one footnote, with the least and the greatest number.
+        """
+        return tuple(_merged(same) for same in self._groups.values())
+
+    def marks(self, cell: Cell) -> tuple[int, ...]:
+        """Return the numbers, from 1, of a cell's footnotes."""
+        order = list(self._groups)
+        return tuple(dict.fromkeys(order.index(_shape(remark)) + 1 for remark in _remarks(cell)))
+
+    @property
+    def _groups(self) -> dict[str, list[str]]:
+        groups: dict[str, list[str]] = {}
+        for row in self.rows:
+            for cells in row.cells:
+                for cell in cells:
+                    for remark in _remarks(cell):
+                        groups.setdefault(_shape(remark), []).append(remark)
+        return groups
 
 
-def table(slug: str, caption: str, corner: str, columns: Sequence[str], rows: Sequence[Row]) -> Table:
-    """Make a table and collect its footnotes, each once, in the order of reading."""
-    cells = (cell for row in rows for column in row.cells for cell in column)
-    notes = dict.fromkeys(cell.note for cell in cells if cell.note)
-    return Table(slug, caption, corner, tuple(columns), tuple(rows), tuple(notes))
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+def _remarks(cell: Cell) -> list[str]:
+    """Take the note of a cell apart; a remark on "this" strategy, beside one on the baseline, is what it is alone."""
+    return [remark.removeprefix("this: ") for remark in cell.note.split("; ") if remark]
+
+
+def _shape(remark: str) -> str:
+    """Return what is the same in remarks that differ in their first number alone."""
+    return _NUMBER.sub("#", remark, count=1)
+
+
+def _merged(remarks: Sequence[str]) -> str:
+    numbers = [found.group() for remark in remarks if (found := _NUMBER.search(remark))]
+    if len(set(numbers)) < 2:
+        return remarks[0]
+    least, most = min(numbers, key=float), max(numbers, key=float)
+    return _NUMBER.sub(f"{least} to {most}", remarks[0], count=1)
 
 
 @dataclass(frozen=True)

@@ -62,15 +62,15 @@ def plain_cell(interval: Interval) -> Cell:
 
 
 def seconds_cell(interval: Interval) -> Cell:
-    """Print a time in the unit that suits it."""
+    """Print a time in the unit that suits it; one without end is that of an error that is not reached."""
+    if math.isinf(interval.value):
+        return Cell("not reached", note=interval.note, state="unknown")
     return _cell(interval, _time_unit(interval.value))
 
 
 def _cell(interval: Interval, unit: _Unit) -> Cell:
     """Print an interval; one that is not trusted becomes its reason, without a number."""
-    if math.isinf(interval.value):
-        return Cell("never", note=interval.note, state="unknown")
-    if math.isnan(interval.value):
+    if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         return Cell("not trusted", note=interval.note or "no reason was recorded", state="untrusted")
