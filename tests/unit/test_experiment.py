@@ -154,10 +154,10 @@ def test_every_problem_is_told_with_file_and_keys(file: Callable[[str], Path]) -
         ({"strategies": [{"label": "a\nb", "strategy": "mis"}]}, "strategies[0].label: must be one line of text, "
          "found 'a\\nb'"),
         ({"strategies": [{"label": "x"}]}, "strategies[0]: give one of 'strategy', 'peer' and 'python'"),
-        ({"strategies": [{"peer": {"command": "render {spp} {seed}"}}]}, "strategies[0].peer.command: the command does not "
-         "use {out}"),
-        ({"strategies": [{"peer": {"command": "r {spp} {seed} {out}", "sampler": "x"}}]}, "strategies[0].peer.sampler: not "
-         "for a command"),
+        ({"strategies": [{"peer": {"command": "render {spp} {seed}"}}]}, "strategies[0].peer.command: the command "
+         "does not use {out}"),
+        ({"strategies": [{"peer": {"command": "r {spp} {seed} {out}", "sampler": "x"}}]}, "strategies[0].peer.sampler: "
+         "not for a command"),
         ({"strategies": [{"peer": {}, "label": "x"}]}, "strategies[0].peer: a peer has either 'renderer' or 'command'"),
         ({"scenes": [{"scene": {}, "define": {"a": 1}}]}, "scenes[0].define: only the variables of a file can be "
          "defined"),
