@@ -237,6 +237,16 @@ def test_a_strategy_with_a_reference_of_its_own_is_held_against_that(tmp_path: P
 
 
 @pytest.mark.usefixtures("without_figures")
+def test_crops_are_cut_at_the_border_of_the_image_and_left_out_beyond_it(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    scene = replace(value.scenes[0], crops=((30, 20, 12, 12), (36, 0, 5, 5)))
+    page, _ = written(replace(value, scenes=(scene,)), tmp_path)
+    crops = [str(image["alt"]) for image in page.all("img") if "pixels from" in str(image["alt"])]
+    assert len(crops) == 1 + len(CONSTANTS)
+    assert all(crop.endswith("pixels from 30, 20, 6 wide and 4 high") for crop in crops)
+
+
+@pytest.mark.usefixtures("without_figures")
 def test_curves_without_a_positive_number_are_left_out_without_fuss(tmp_path: Path) -> None:
     value = summary(tmp_path)
     strategies = tuple(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,8 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], 
     if not shown:
         return ()
     pixels = pictures.squares
-    crops = scene.crops or choose_crops(pixels, pictures.reference.mean.shape[:2])
+    shape = pictures.reference.mean.shape[:2]
+    crops = _inside(scene.crops, shape) or choose_crops(pixels, shape)
     errors = {label: error_map(own) for label, own in pixels.items()}
     spreads = {label: spread_map(runs, pictures.own[label]) for label, runs in pictures.runs.items()}
     found = [_images(scene, shown, pictures, looks, crops, longest)]
@@ -97,6 +99,13 @@ def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: in
     return tuple(chosen)
 
 
+def _inside(crops: Sequence[Window], shape: tuple[int, ...]) -> tuple[Window, ...]:
+    """Cut windows at the border of an image, and leave out those beyond it: an experiment's scenes differ in size."""
+    height, width = shape
+    cut = ((x, y, min(w, width - x), min(h, height - y)) for x, y, w, h in crops)
+    return tuple(window for window in cut if min(window[2:]) > 0)
+
+
 def _window_means(values: Floats, side: int) -> Floats:
     """Return the mean of every square window (H - side + 1, W - side + 1), by summed areas."""
     area = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
@@ -126,7 +135,7 @@ def _images(
     height, width = reference.shape[:2]
     caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
 
-    def frame(label: str, look: Look | None, image: Floats, alt: str, caption: str) -> Frame:
+    def frame(label: str, look: Look | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
         cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
         shown_crops = tuple(Crop(data_uri(exposed(part, pictures.stops)), window) for part, window in cut)
         uri = data_uri(exposed(reduced(image, longest), pictures.stops))

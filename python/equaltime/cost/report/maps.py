@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ _BLOCKS = 28
 _FEWEST = 3
 
 
-def squares(runs: Floats, reference: Reference) -> Floats:
+def squares(runs: NDArray[Any], reference: Reference) -> Floats:
     """Return the relative squared error of each pixel of each run, (K, H, W); noise may make one negative."""
     return np.stack([contributions(run, reference) for run in runs])
 
@@ -36,12 +37,12 @@ def error_map(pixels: Floats) -> Floats:
     return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
 
 
-def spread_map(runs: Floats, reference: Reference) -> Floats | None:
+def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
     """Return the relative standard error of one run's pixels (H, W), from how the runs (K, H, W, 3) differ."""
     if len(runs) < 2:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
-        relative = runs.var(axis=0, ddof=1) / reference.denominator
+        relative = runs.var(axis=0, ddof=1, dtype=np.float64) / reference.denominator
     return np.asarray(np.sqrt(np.nan_to_num(relative, posinf=0.0).mean(axis=2)))
 
 

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +24,19 @@ from equaltime.errors import EqualtimeError, ImageError
 __all__ = ["Pictures", "coloured", "data_uri", "exposed", "load_pictures", "reduced"]
 
 Floats = NDArray[np.float64]
+Images = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """All images of one scene, linear RGB in float64; what could not be read is left out and said."""
+    """All images of one scene, linear RGB; what could not be read is left out and said."""
 
     reference: Reference
     own: Mapping[str, Reference]
     """Label → what the strategy is held against: the reference, or one of its own."""
-    runs: Mapping[str, Floats]
-    """Label → final images of its repeats (K, H, W, 3)."""
+    runs: Mapping[str, Images]
+    """Label → final images of its repeats (K, H, W, 3), in float32: of large images they are much to hold."""
     samples: Mapping[str, Floats]
     """Label → samples of each pixel (H, W)."""
     stops: int
@@ -57,7 +59,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
     except EqualtimeError as error:
         return f"The reference cannot be shown: {error}"
     shape = reference.mean.shape
-    runs: dict[str, Floats] = {}
+    runs: dict[str, Images] = {}
     samples: dict[str, Floats] = {}
     own: dict[str, Reference] = {}
     missing = []
@@ -72,9 +74,9 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
     return Pictures(reference, own, runs, samples, _stops(reference.mean), tuple(missing))
 
 
-def exposed(image: Floats, stops: int) -> Bytes:
+def exposed(image: NDArray[Any], stops: int) -> Bytes:
     """Return the bytes in which a linear image is shown."""
-    return preview.srgb_bytes(image * 2.0**stops)
+    return preview.srgb_bytes(image.astype(np.float64) * 2.0**stops)
 
 
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
@@ -85,7 +87,7 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
     return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
 
 
-def reduced(values: Floats, longest: int) -> Floats:
+def reduced(values: NDArray[Any], longest: int) -> Floats:
     """Average whole blocks of pixels of (H, W, …) so that no side is longer than this; small ones stay as they are."""
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
@@ -103,7 +105,7 @@ def data_uri(pixels: Bytes) -> str:
         return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
-def _read_runs(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
+def _read_runs(strategy: StrategyResult, shape: tuple[int, ...]) -> Images:
     paths = strategy.images or ((strategy.image,) if strategy.image else ())
     if not paths:
         raise ImageError("the records name none")
@@ -113,17 +115,17 @@ def _read_runs(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
 def _read_samples(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
     if strategy.samples is None:
         return np.full(shape, float(strategy.curve.spp[-1]) if strategy.curve.spp else math.nan)
-    return _read_image(strategy.samples, shape)
+    return _read_image(strategy.samples, shape).astype(np.float64)
 
 
-def _read_image(path: Path, shape: tuple[int, ...]) -> Floats:
+def _read_image(path: Path, shape: tuple[int, ...]) -> Images:
     try:
         image = images.read(path).image if path.suffix != ".npy" else np.load(path, allow_pickle=False)
     except (OSError, ValueError) as error:
         raise ImageError(f"{path}: {error}") from error
     if image.shape != shape:
         raise ImageError(f"{path}: has shape {image.shape}, not {shape}")
-    return np.asarray(image, np.float64)
+    return np.asarray(image, np.float32)
 
 
 def _stops(mean: Floats) -> int:
