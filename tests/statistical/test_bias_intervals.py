@@ -19,7 +19,7 @@ from equaltime.cost.statistics import Interval, geometric_interval, mean_interva
 
 Array = NDArray[np.float64]
 
-SHAPE = (16, 16, 3)
+SHAPE = (12, 12, 3)
 TRUTH = np.random.default_rng(0).uniform(0.2, 2.0, SHAPE)
 WEIGHT = 1.0 / (TRUTH**2 + (0.1 * TRUTH.mean()) ** 2)
 SIGMA, REFERENCE_SIGMA = 0.1, 0.01
@@ -33,9 +33,9 @@ def parts(bias: float, renders: int = 8) -> tuple[Parts, ...]:
     """Return what is found in 600 sets of renders, each against a noisy reference."""
     found = []
     for seed in range(600):
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng([BIASES.index(bias), seed])
         images = TRUTH + bias * SHADE + SIGMA * rng.standard_normal((renders, *SHAPE))
-        reference = TRUTH + REFERENCE_SIGMA * rng.standard_normal(SHAPE)
+        reference = TRUTH + REFERENCE_SIGMA * rng.standard_normal((*SHAPE[:2], 1))  # grey, as it is taken to be
         found.append(relmse_of_parts(images, Reference(reference, np.full(SHAPE, REFERENCE_SIGMA**2))))
     return tuple(found)
 
@@ -49,23 +49,24 @@ def held(interval: Interval, value: float, narrow: float = 1.0) -> bool:
     return abs(value - middle) <= half
 
 
-def bias_coverage(narrow: float = 1.0) -> float:
-    return float(np.mean([held(one.bias2, truth(bias), narrow) for bias in BIASES for one in parts(bias)]))
+def bias_coverage(narrow: float = 1.0, biases: tuple[float, ...] = BIASES) -> float:
+    return float(np.mean([held(one.bias2, truth(bias), narrow) for bias in biases for one in parts(bias)]))
 
 
-def variance_coverage(narrow: float = 1.0) -> float:
+def variance_coverage(narrow: float = 1.0, renders: int = 8) -> float:
     expected = float(np.mean(SIGMA**2 * WEIGHT))
-    return float(np.mean([held(one.variance, expected, narrow) for bias in BIASES for one in parts(bias)]))
+    return float(np.mean([held(one.variance, expected, narrow) for bias in BIASES for one in parts(bias, renders)]))
 
 
 def test_the_interval_of_bias_holds_it_whether_there_is_one_or_not() -> None:
     assert 0.93 <= bias_coverage() <= 0.97
-    assert bias_coverage(0.85) < 0.93
+    assert bias_coverage(0.85, BIASES[2:]) < 0.93, "where there is next to none it is on the safe side"
 
 
 def test_the_interval_of_variance_holds_it() -> None:
     assert 0.93 <= variance_coverage() <= 0.97
-    assert variance_coverage(0.85) < 0.93
+    assert 0.93 <= variance_coverage(renders=16) <= 0.97
+    assert variance_coverage(0.85, renders=16) < 0.93
 
 
 def test_few_renders_err_on_the_safe_side() -> None:
