@@ -111,4 +111,4 @@ def tail_index(errors: ArrayLike) -> Tail:
     count = round(max(_TOP * excess.size, min(_WIDE_TOP * excess.size, FEWEST_VALUES)))
     if count < FEWEST_VALUES or np.count_nonzero(excess > 0.0) <= count:
         return Tail(math.nan, math.nan)
-    return moment_index(excess, count)
+    return max(moment_index(excess, count), moment_index(parts[seen], count), key=lambda tail: tail.least)
