@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
+import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from equaltime.cost.core_subject import CoreSubject
@@ -66,13 +70,28 @@ def _own(label: str, place: str) -> Subject:
     file, colon, name = place.rpartition(":")
     if not colon or not name.isidentifier():
         raise ExperimentError((Problem("python", f"expected FILE.py:NAME, found '{place}'"),))
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
-    if spec is None or spec.loader is None or not Path(file).is_file():
-        raise ExperimentError((Problem("python", f"no such Python file: {file}"),))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    make: Any = getattr(module, name, None)
+    make: Any = getattr(_module(Path(file)), name, None)
     if make is None:
         raise ExperimentError((Problem("python", f"{file} has no '{name}'"),))
     subject: Subject = make(label)
     return subject
+
+
+def _module(file: Path) -> ModuleType:
+    """Import a file by its path, once; what goes wrong in it is told with its line."""
+    name = f"equaltime_subject_{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise ExperimentError((Problem("python", f"no such Python file: {file}"),))
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before it runs: dataclasses look their module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+        place = f"{file}:{lines[-1]}" if lines else str(file)
+        raise ExperimentError((Problem(place, f"{type(error).__name__}: {error}"),)) from error
+    return module

@@ -1,0 +1,44 @@
+"""Subjects of one's own: Python files that an experiment names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import equaltime as et
+from equaltime.cost.experiment_reader import read_experiment
+from equaltime.cost.subjects import make_subjects
+
+FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"
+
+
+def experiment(folder: Path, code: str, name: str = "Mine") -> Path:
+    (folder / "own.py").write_text(code)
+    file = folder / "own.toml"
+    file.write_text(
+        f'scenes = [{{ path = "{(FOLDER / "constant.toml").as_posix()}" }}]\n'
+        f'strategies = [{{ label = "own", python = "own.py:{name}" }}, "best"]\n'
+    )
+    return file
+
+
+def test_the_shipped_subjects_can_be_made() -> None:
+    for file in ("x9-bias.toml", "x10-estimator.toml"):
+        subjects = make_subjects(read_experiment(FOLDER / file))
+        assert all(subject.renderer == "command" for subject in subjects)
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "message"),
+    [
+        ("x = 1\ny = 1 / 0\n", "Mine", "own.py:2: ZeroDivisionError"),
+        ("def broken(:\n", "Mine", "own.py: SyntaxError"),
+        ("class Other: pass\n", "Mine", "has no 'Mine'"),
+    ],
+)
+def test_what_is_wrong_in_an_own_file_is_told_with_its_place(
+    tmp_path: Path, code: str, name: str, message: str
+) -> None:
+    with pytest.raises(et.EqualtimeError, match=message.replace(".", r"\.")):
+        make_subjects(read_experiment(experiment(tmp_path, code, name)))
