@@ -84,6 +84,8 @@ class Case:
 
     def holds(self, narrow: float = 1.0) -> bool:
         """Tell whether the interval, made narrower about its value, holds the truth."""
+        if narrow == 1.0:
+            return self.interval.low <= self.truth <= self.interval.high
         ends = np.array([self.interval.low, self.interval.value, self.interval.high])
         low, value, high = np.log(ends) if self.logarithmic else ends
         truth = np.log(self.truth) if self.logarithmic else self.truth

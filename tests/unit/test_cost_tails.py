@@ -40,6 +40,12 @@ def test_noise_that_differs_from_place_to_place_is_no_heavy_tail() -> None:
     assert tail_index(block_errors(noisy_images(None))).doubt == ""
 
 
+@pytest.mark.parametrize("repeats", [5, 6])
+def test_few_repeats_do_not_make_one(repeats: int) -> None:
+    assert tail_index(block_errors(noisy_images(None, 128)[:repeats])).doubt == ""
+    assert tail_index(block_errors(noisy_images(2.5, 128)[:repeats])).doubt != ""
+
+
 def test_errors_without_a_fourth_moment_are_seen() -> None:
     found = tail_index(block_errors(noisy_images(2.5)))
     assert found.index < 2.0

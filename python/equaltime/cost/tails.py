@@ -24,6 +24,8 @@ FEWEST_REPEATS = 4
 FEWEST_VALUES = 200
 """From k values the inverse of the index has a standard error of about 1 / sqrt(k): with fewer, Gaussian noise would
 often not be told from a tail. They are there in 8 images of 32x32 pixels."""
+# Of the variance that a block's error is compared with; a ratio of variances has a tail with half the index.
+_DEGREES = 24
 _TOP, _WIDE_TOP = 0.05, 0.1
 _ONE_SIDED = 1.645
 
@@ -68,7 +70,7 @@ def moment_index(values: ArrayLike, count: int) -> Tail:
     return Tail(*(1.0 / g if g > 0.0 else math.inf for g in (inverse, most)))
 
 
-def block_errors(images: Iterable[ArrayLike], block: int = 2) -> Floats:
+def block_errors(images: Iterable[ArrayLike], block: int | None = None) -> Floats:
     """Return each image's squared deviation from the mean image, relative, as means over square blocks of pixels.
 
     Parameters
@@ -76,7 +78,8 @@ def block_errors(images: Iterable[ArrayLike], block: int = 2) -> Floats:
     images
         (H, W, 3) each, with independent seeds. What is left over at the ends is dropped.
     block
-        Width in pixels: small, that one pixel may stand out; more than one, that ordinary noise does not.
+        Width in pixels: small, that one pixel may stand out; so large, that ordinary noise does not even if the other
+        repeats of a block say little of it. If not given, 2 for eight images, and up to 4 for fewer.
 
     Returns
     -------
@@ -84,6 +87,8 @@ def block_errors(images: Iterable[ArrayLike], block: int = 2) -> Floats:
 
     """
     stack = np.stack([np.asarray(image, np.float64) for image in images])
+    if block is None:
+        block = max(2, math.ceil(math.sqrt(_DEGREES / max(len(stack) - 2, 1))))
     mean = stack.mean(axis=0)
     denominator = mean**2 + (0.1 * mean.mean()) ** 2
     parts = (stack - mean) ** 2 / np.where(denominator > 0.0, denominator, 1.0)
@@ -111,4 +116,4 @@ def tail_index(errors: ArrayLike) -> Tail:
     count = round(max(_TOP * excess.size, min(_WIDE_TOP * excess.size, FEWEST_VALUES)))
     if count < FEWEST_VALUES or np.count_nonzero(excess > 0.0) <= count:
         return Tail(math.nan, math.nan)
-    return max(moment_index(excess, count), moment_index(parts[seen], count), key=lambda tail: tail.least)
+    return moment_index(excess, count)

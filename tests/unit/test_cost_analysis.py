@@ -1,0 +1,249 @@
+"""From records to a summary: made-up runs of strategies whose speed, bias and tails are known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.cost.analysis import summarise
+from equaltime.cost.experiment import Experiment
+from equaltime.cost.folder import Folder
+from equaltime.cost.metrics import Reference, measure
+from equaltime.cost.record import Row
+from equaltime.cost.reference import KnownReference, write
+from equaltime.cost.statistics import Interval
+from equaltime.cost.summary import StrategyResult, Summary
+from equaltime.cost.verdict import pick_standard, product_mean
+
+Array = NDArray[np.float64]
+
+SIZE, REPEATS, TARGETS = 64, 6, (0.2, 0.1, 0.01)
+SPP = (2, 4, 8, 16, 32, 64)
+TRUTH = np.ones((SIZE, SIZE, 3))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A strategy: its error is 1 / sqrt(spp), plus a bias; a sample takes 1 / speed seconds."""
+
+    name: str
+    speed: float = 1.0
+    bias: float = 0.0
+    heavy: bool = False
+    estimate: bool = True
+
+    def image(self, seed: int) -> list[Array]:
+        """Return the images at all checkpoints."""
+        rng = np.random.default_rng(seed)
+        shape = (SPP[-1], SIZE, SIZE, 1)
+        noise = (rng.pareto(2.2, shape) - 1.0 / 1.2) / 5.0 if self.heavy else rng.standard_normal(shape)
+        return [TRUTH * (1.0 + self.bias + noise[:spp].mean(axis=0)) for spp in SPP]
+
+
+KINDS = {
+    "naive": Kind("naive,sampler=independent", speed=0.1),
+    "best": Kind("best"),
+    "cut": Kind("best,truncate=2", speed=4.0, bias=0.2),
+    "fireflies": Kind("best,technique=bsdf", heavy=True, estimate=False),
+}
+
+
+def rows_of(label: str, kind: Kind, folder: Folder, reference: Reference) -> list[Row]:
+    rows = []
+    for repeat in range(REPEATS):
+        pictures = kind.image(1000 * list(KINDS).index(label) + repeat)
+        path = folder.image("box", label, repeat)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.save(path, pictures[-1].astype(np.float32))
+        drift = 1.0 + 0.02 * repeat
+        for number, (spp, picture) in enumerate(zip(SPP, pictures, strict=True)):
+            last = number == len(SPP) - 1
+            rows.append(
+                Row(
+                    scene="box",
+                    digest="abc",
+                    width=SIZE,
+                    height=SIZE,
+                    crop=(0, 0, SIZE, SIZE),
+                    max_depth=8,
+                    strategy=label,
+                    name=kind.name,
+                    renderer="core",
+                    biased="truncate" in kind.name,
+                    repeat=repeat,
+                    seed=repeat,
+                    checkpoint=number,
+                    spp=spp,
+                    wall_s=drift * spp / kind.speed,
+                    cpu_s=2.0 * spp,
+                    setup_s=0.1,
+                    threads=2,
+                    paths=None,
+                    rays=None,
+                    shadow_rays=None,
+                    relmse=measure(picture, reference, ["relmse"])["relmse"].value,
+                    mse=None,
+                    mare=None,
+                    flip=None,
+                    reference_relmse=reference.relmse,
+                    estimate=spp**-0.5 if kind.estimate else None,
+                    estimate_low=0.9 * spp**-0.5 if kind.estimate else None,
+                    estimate_high=1.1 * spp**-0.5 if kind.estimate else None,
+                    last=last,
+                    image=path.relative_to(folder.path).as_posix() if last else None,
+                    machine="m",
+                    build="b",
+                    started="2024-01-01T00:00:00Z",
+                )
+            )
+    return rows
+
+
+def experiment(labels: tuple[str, ...] = tuple(KINDS), baseline: str = "naive") -> Experiment:
+    scene = {"name": "box", "path": "box.toml"}
+    strategies = [{"label": label, "strategy": "best"} for label in labels]
+    return Experiment.model_validate(
+        {"scenes": [scene], "strategies": strategies, "baseline": baseline, "targets": list(TARGETS), "budget": 20.0}
+    )
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Row]]:
+    folder = Folder(tmp_path_factory.mktemp("cost"))
+    rng = np.random.default_rng(99)
+    halves = (TRUTH + 0.01 * rng.standard_normal(TRUTH.shape), TRUTH + 0.01 * rng.standard_normal(TRUTH.shape))
+    reference = Reference(0.5 * (halves[0] + halves[1]), np.full(TRUTH.shape, 0.5e-4), halves)
+    write(folder.reference("box"), KnownReference(reference, {}))
+    return folder.path, [row for label, kind in KINDS.items() for row in rows_of(label, kind, folder, reference)]
+
+
+@pytest.fixture(scope="module")
+def summary(recorded: tuple[Path, list[Row]]) -> Summary:
+    return summarise(experiment(), recorded[1], recorded[0])
+
+
+@pytest.fixture(scope="module")
+def strategies(summary: Summary) -> Mapping[str, StrategyResult]:
+    return {strategy.label: strategy for strategy in summary.scenes[0].strategies}
+
+
+def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:
+    (scene,) = summary.scenes
+    assert (scene.name, scene.digest, scene.size, scene.max_depth) == ("box", "abc", (SIZE, SIZE), 8)
+    assert (scene.baseline, scene.standard, scene.budget_s) == ("naive", "best", 20.0)
+    assert [strategy.label for strategy in scene.strategies] == list(KINDS)
+    assert scene.reference_error == pytest.approx(math.sqrt(0.5e-4 / 1.01), rel=0.02)
+    assert summary.targets == (0.2, 0.1, 0.01)
+    assert summary.provenance["runs"] == len(KINDS) * REPEATS
+
+
+def holds(interval: Interval, value: float) -> bool:
+    return interval.trusted and interval.low < value < interval.high
+
+
+def test_times_and_ratios_are_found(strategies: Mapping[str, StrategyResult]) -> None:
+    expected = 1.0 / (0.2**2 * 1.01)
+    assert holds(strategies["best"].time_to[0.2], 1.05 * expected)
+    assert holds(strategies["best"].ratio[0.2], 10.0)
+    assert strategies["naive"].ratio[0.2] == Interval(1.0, 1.0, 1.0)
+    assert holds(strategies["best"].curve.slope, -0.5)
+    assert strategies["best"].error_at_budget.value == pytest.approx((20.0 / 1.05) ** -0.5, rel=0.1)
+
+
+def test_curves_have_all_checkpoints(strategies: Mapping[str, StrategyResult]) -> None:
+    curve = strategies["best"].curve
+    assert curve.spp == SPP
+    for error, spp in zip(curve.error, SPP, strict=True):
+        assert error.value == pytest.approx((spp * 1.01) ** -0.5, rel=0.05)
+        assert 0.0 < error.high - error.low < 0.1 * error.value
+    assert curve.own_estimate[1] == Interval(0.5, pytest.approx(0.45), pytest.approx(0.55))  # type: ignore[arg-type]
+    assert not strategies["fireflies"].curve.own_estimate[1].known
+
+
+def test_independent_samples_are_extrapolated_by_their_law(strategies: Mapping[str, StrategyResult]) -> None:
+    assert "slope -1/2" in strategies["naive"].time_to[0.01].note
+    assert "slope -1/2" not in strategies["best"].time_to[0.01].note
+
+
+def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -> None:
+    cut = strategies["cut"]
+    assert cut.bias is not None
+    assert cut.bias.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.05)
+    assert cut.bias.low > 0.19
+    assert cut.equality_p is not None
+    assert cut.equality_p < 1e-6
+    assert cut.time_to[0.1].value == math.inf
+    assert any("biased by name" in note for note in cut.notes)
+    assert any("do not have the expectation of those of best" in note for note in cut.notes)
+
+
+def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:
+    naive = strategies["naive"]
+    assert naive.bias is not None
+    assert naive.bias.low < 0.0 < naive.bias.high
+    assert naive.equality_p is not None
+    assert naive.equality_p > 0.001
+    assert naive.notes == ()
+    assert strategies["best"].equality_p is None
+
+
+def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, StrategyResult]) -> None:
+    fireflies = strategies["fireflies"]
+    assert any("heavy tail" in note for note in fireflies.notes)
+    numbers = (*fireflies.time_to.values(), *fireflies.ratio.values(), *fireflies.curve.error, fireflies.curve.slope)
+    assert not any(number.trusted for number in numbers)
+
+
+def test_images_are_those_of_the_first_repeat(strategies: Mapping[str, StrategyResult]) -> None:
+    image = strategies["best"].image
+    assert image is not None
+    np.testing.assert_allclose(np.load(image), KINDS["best"].image(1000)[-1], rtol=1e-6)
+
+
+def test_the_verdict_is_one_sentence_with_intervals(summary: Summary) -> None:
+    assert summary.verdict.startswith("best: 20 % in 2")
+    assert "faster than naive" in summary.verdict
+    assert summary.verdict.count("[") == 2
+
+
+def test_runs_that_have_not_ended_do_not_count(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    torn = [row for row in rows if not (row.strategy == "best" and row.repeat == 5 and row.last)]
+    best = summarise(experiment(), torn, folder).scenes[0].strategies[1]
+    assert best.repeats == 5
+
+
+def test_without_images_and_references_the_curves_remain(recorded: tuple[Path, list[Row]], tmp_path: Path) -> None:
+    summary = summarise(experiment(), recorded[1], tmp_path)
+    best = summary.scenes[0].strategies[1]
+    assert best.bias is None
+    assert best.time_to[0.2].trusted
+    assert summary.scenes[0].reference_error > 0.0
+
+
+def test_two_repeats_are_said_to_be_too_few(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    summary = summarise(experiment(), [row for row in rows if row.repeat < 2], folder)
+    best = summary.scenes[0].strategies[1]
+    assert not best.time_to[0.2].trusted
+    assert any("2 of 3 repeats" in note for note in best.notes)
+    assert "no strategy's time" in summary.verdict
+
+
+def test_without_best_the_unbiased_strategy_that_errs_least_is_the_standard() -> None:
+    assert pick_standard(("a", "best"), (False, False), (0.1, 0.2)) == "best"
+    assert pick_standard(("a", "b", "c"), (True, False, False), (0.1, 0.3, 0.2)) == "c"
+    assert pick_standard(("a", "b"), (False, False), (math.nan, 0.2)) == "b"
+    assert pick_standard(("a",), (True,), (0.1,)) is None
+
+
+def test_scenes_are_joined_by_the_geometric_mean() -> None:
+    joined = product_mean([Interval(2.0, 1.0, 4.0), Interval(8.0, 4.0, 16.0)])
+    half = 2.0 ** (math.sqrt(2.0) / 2.0)
+    assert (joined.value, joined.low, joined.high) == pytest.approx((4.0, 4.0 / half, 4.0 * half))
