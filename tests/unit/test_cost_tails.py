@@ -46,6 +46,19 @@ def test_few_repeats_do_not_make_one(repeats: int) -> None:
     assert tail_index(block_errors(noisy_images(2.5, 128)[:repeats])).doubt != ""
 
 
+def test_rare_samples_that_are_bounded_are_no_heavy_tail() -> None:
+    """As of a small light that is found by chance: a pixel in ten has seen it in any one image."""
+    found = np.random.default_rng(4).binomial(16, 0.007, (8, 64, 64, 1)) / 16.0
+    assert tail_index(block_errors(0.1 + found * np.ones(3))).doubt == ""
+
+
+def test_an_outlier_does_not_hide_behind_itself() -> None:
+    images = 1.0 + 0.1 * np.random.default_rng(4).standard_normal((8, 64, 64, 3))
+    hits = np.random.default_rng(5).random((8, 64, 64)) < 0.02
+    images[hits] += 10.0 ** np.random.default_rng(6).uniform(1.0, 4.0, (int(hits.sum()), 1))
+    assert tail_index(block_errors(images)).doubt
+
+
 def test_errors_without_a_fourth_moment_are_seen() -> None:
     found = tail_index(block_errors(noisy_images(2.5)))
     assert found.index < 2.0

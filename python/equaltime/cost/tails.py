@@ -90,7 +90,8 @@ def block_errors(images: Iterable[ArrayLike], block: int | None = None) -> Float
     if block is None:
         block = max(2, math.ceil(math.sqrt(_DEGREES / max(len(stack) - 2, 1))))
     mean = stack.mean(axis=0)
-    denominator = mean**2 + (0.1 * mean.mean()) ** 2
+    # by the median, or an outlier would divide itself away
+    denominator = np.median(stack, axis=0) ** 2 + (0.1 * mean.mean()) ** 2
     parts = (stack - mean) ** 2 / np.where(denominator > 0.0, denominator, 1.0)
     rows, columns = stack.shape[1] // block, stack.shape[2] // block
     cut = parts[:, : rows * block, : columns * block]
@@ -103,7 +104,9 @@ def tail_index(errors: ArrayLike) -> Tail:
 
     What varies from place to place by the picture is no tail, so every block's error is seen as its excess over that of
     the other repeats there: the squared distance from *their* mean over *their* variance, or an outlier would hide
-    behind itself. The moment estimator looks at the top 5 % of all, or up to 10 % while these are under 200.
+    behind itself. Where samples are rare but bounded, that ratio has a tail that the errors have not: of the index
+    found so and that of the errors as they are, the larger counts. The moment estimator looks at the top 5 % of all, or
+    up to 10 % while these are under 200.
     """
     parts = np.asarray(errors, np.float64)
     repeats = len(parts)
@@ -116,4 +119,4 @@ def tail_index(errors: ArrayLike) -> Tail:
     count = round(max(_TOP * excess.size, min(_WIDE_TOP * excess.size, FEWEST_VALUES)))
     if count < FEWEST_VALUES or np.count_nonzero(excess > 0.0) <= count:
         return Tail(math.nan, math.nan)
-    return moment_index(excess, count)
+    return max(moment_index(excess, count), moment_index(parts[seen], count), key=lambda tail: tail.least)
