@@ -23,6 +23,14 @@ double emitted_power(const Spectrum& radiance, double area) noexcept {
   return std::numbers::pi * area * static_cast<double>(radiance.mean());
 }
 
+/// Of a flat light: the middle of the box that holds it, and how far its corners are from there.
+EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& normal, double power) noexcept {
+  EmitterBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
+  for (const Vec3d& p : corners) bounds.box.include(p);
+  for (const Vec3d& p : corners) bounds.radius = std::max(bounds.radius, length(p - bounds.box.center()));
+  return bounds;
+}
+
 }  // namespace
 
 // --- Triangle -----------------------------------------------------------------------------------------------------
@@ -65,6 +73,11 @@ float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
 
 double TriangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
 
+EmitterBounds TriangleLight::bounds() const noexcept {
+  const Vec3d v0(v0_);
+  return flat_bounds({v0, v0 + Vec3d(e1_), v0 + Vec3d(e2_)}, normal_, power());
+}
+
 // --- Rectangle ----------------------------------------------------------------------------------------------------
 
 RectangleLight::RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
@@ -101,6 +114,11 @@ float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept 
 }
 
 double RectangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
+
+EmitterBounds RectangleLight::bounds() const noexcept {
+  const Vec3d corner(corner_), x(edge_x_), y(edge_y_);
+  return flat_bounds({corner, corner + x, corner + y, corner + x + y}, normal_, power());
+}
 
 // --- Sphere -------------------------------------------------------------------------------------------------------
 
@@ -164,6 +182,11 @@ float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
 
 double SphereLight::power() const noexcept { return emitted_power(radiance_, 4 * std::numbers::pi * square(radius_)); }
 
+EmitterBounds SphereLight::bounds() const noexcept {
+  const Vec3d half{radius_, radius_, radius_};
+  return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
+}
+
 // --- Disk ---------------------------------------------------------------------------------------------------------
 
 DiskLight::DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
@@ -190,5 +213,16 @@ float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
 }
 
 double DiskLight::power() const noexcept { return emitted_power(radiance_, area_); }
+
+EmitterBounds DiskLight::bounds() const noexcept {
+  const Vec3d &u = axis_u_, &v = axis_v_;
+  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);
+  const double longest_axis_squared = 0.5 * (uu + vv + std::hypot(uu - vv, 2 * uv));  // of the ellipse
+  return {{center_ - half, center_ + half},
+          std::sqrt(longest_axis_squared),
+          {Vec3d(normal_), 0},
+          power() * std::numbers::inv_pi};
+}
 
 }  // namespace equaltime

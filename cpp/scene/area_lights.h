@@ -9,6 +9,7 @@
 #include "math/optional.h"
 #include "sampling/spherical_rectangle.h"
 #include "sampling/spherical_triangle.h"
+#include "scene/emitter_bounds.h"
 #include "scene/light_types.h"
 
 namespace equaltime {
@@ -51,6 +52,7 @@ class TriangleLight {
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - v0_); }
@@ -81,6 +83,7 @@ class RectangleLight {
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - corner_); }
@@ -104,6 +107,7 @@ class SphereLight {
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
   /// Whether a receiver at that distance from the centre is on the side that radiance leaves to.
@@ -124,6 +128,7 @@ class DiskLight {
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - Vec3f(center_)); }

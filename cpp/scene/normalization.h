@@ -6,18 +6,10 @@
 
 #include <optional>
 
-#include "math/vector.h"
+#include "math/bounds.h"
 #include "scene/description.h"
 
 namespace equaltime {
-
-struct Bounds {
-  Vec3d lo{1e308, 1e308, 1e308}, hi{-1e308, -1e308, -1e308};
-
-  void include(const Vec3d& p) noexcept { lo = min(lo, p), hi = max(hi, p); }
-  [[nodiscard]] bool empty() const noexcept { return lo.x > hi.x; }
-  [[nodiscard]] Vec3d extent() const noexcept { return hi - lo; }
-};
 
 class Normalization {
  public:

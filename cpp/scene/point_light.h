@@ -2,6 +2,7 @@
 #pragma once
 
 #include "math/numeric.h"
+#include "scene/emitter_bounds.h"
 #include "scene/light_types.h"
 
 namespace equaltime {
@@ -18,6 +19,9 @@ struct PointLight {
     return {wi, intensity * (inv * inv), pmf, distance, {position, -wi, 0}, false, true};
   }
   [[nodiscard]] double power() const noexcept { return 4 * std::numbers::pi * static_cast<double>(intensity.mean()); }
+  [[nodiscard]] EmitterBounds bounds() const noexcept {
+    return {{Vec3d(position), Vec3d(position)}, 0, {}, static_cast<double>(intensity.mean())};
+  }
 };
 
 }  // namespace equaltime
