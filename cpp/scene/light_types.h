@@ -1,12 +1,24 @@
 // What every light gives and takes. A light is sampled as seen from a receiving point; pdfs are per solid angle there.
-// Radiance leaves a surface light from its front side only. The pick probability is not in these pdfs: LightTable adds
-// it.
+// Radiance leaves a surface light from its front side only. The pick probability is not in these pdfs: Lights adds it.
 #pragma once
 
 #include "math/spectrum.h"
 #include "scene/interaction.h"
 
 namespace equaltime {
+
+/// A point that gathers light. Only the light tree looks beyond the point.
+struct Receiver {
+  Vec3f p;
+  Vec3f n;      // unit, as shaded, on the side that the point is seen from
+  bool opaque;  // light from behind n counts for nothing
+};
+
+/// One of many lights, and the probability of this choice.
+struct LightPick {
+  std::uint32_t light;
+  float pmf;
+};
 
 struct LightSample {
   Vec3f wi;           // unit, from the receiver
