@@ -39,7 +39,9 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
   set(s.technique, {{"bsdf", Technique::bsdf}, {"light", Technique::light}, {"mis", Technique::mis}}, technique,
       "technique");
   set(s.heuristic, {{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
-  set(s.lights, {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}}, lights, "lights");
+  set(s.lights,
+      {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}, {"tree", LightSelection::tree}}, lights,
+      "lights");
   set(s.roulette,
       {{"none", Roulette::none},
        {"constant", Roulette::constant},

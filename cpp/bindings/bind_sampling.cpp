@@ -87,41 +87,63 @@ py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, con
                   "delta"_a = delta);
 }
 
-LightSelection selection(const std::string& name) {
-  require(name == "uniform" || name == "power", "lights are picked \"uniform\" or \"power\"");
-  return name == "uniform" ? LightSelection::uniform : LightSelection::power;
+LightSelection selection(const Scene& scene, const std::string& name) {
+  require(name == "uniform" || name == "power" || name == "tree",
+          "lights are picked by \"uniform\", \"power\" or \"tree\"");
+  const LightSelection select = name == "uniform" ? LightSelection::uniform
+                                : name == "power" ? LightSelection::power
+                                                  : LightSelection::tree;
+  scene.lights.prepare(select);
+  return select;
 }
 
+/// Points that gather light, in the scene's own space: opaque where they have a normal.
+struct Receivers {
+  Receivers(const Scene& in, const Array& at, const std::optional<Array>& facing)
+      : scene(in), points(at), normals(facing), size(count(at, 3, "receivers")) {
+    require(!normals || count(*normals, 3, "normals") == size, "as many normals as receivers");
+  }
+  [[nodiscard]] Receiver operator[](py::ssize_t i) const {
+    const double* p = points.data(i, 0);
+    const Vec3f point(scene.normalization.point({p[0], p[1], p[2]}));
+    return {point, normals ? row(*normals, i) : Vec3f(), normals.has_value()};
+  }
+  const Scene& scene;
+  const Array& points;
+  const std::optional<Array>& normals;
+  py::ssize_t size;
+};
+
 /// As a path does at bounce 0: `seed` and the row make the numbers.
-py::dict sample_lights(const Scene& scene, const std::string& lights, const Array& receivers, std::uint64_t seed) {
-  const LightSelection select = selection(lights);
-  const py::ssize_t n = count(receivers, 3, "receivers");
-  Columns out(n);
+py::dict sample_lights(const Scene& scene, const std::string& lights, const Array& places, std::uint64_t seed,
+                       const std::optional<Array>& normals) {
+  const LightSelection select = selection(scene, lights);
+  const Receivers receivers(scene, places, normals);
+  Columns out(receivers.size);
   const double scale = scene.normalization.world_radiance_scale();
-  for (py::ssize_t i = 0; i < n; ++i) {
-    const double* p = receivers.data(i, 0);
-    const Vec3f receiver(scene.normalization.point({p[0], p[1], p[2]}));
+  for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
-    const auto s = scene.lights.sample<kAllEffects>(select, receiver, sampler, 0, sampler.vertex(0).light_point);
+    const auto s = scene.lights.sample<kAllEffects>(select, receivers[i], sampler, 0, sampler.vertex(0).light_point);
     if (s) out.set(i, s->wi, s->radiance * static_cast<float>(scale), s->pdf);
   }
   return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
 }
 
 /// What a ray from each receiver meets of the lights, and the density of `sample_lights` for its direction.
-py::dict eval_lights(const Scene& scene, const std::string& lights, const Array& receivers, const Array& wi) {
-  const LightSelection select = selection(lights);
-  const py::ssize_t n = count(receivers, 3, "receivers");
-  require(count(wi, 3, "wi") == n, "as many wi as receivers");
-  Columns out(n);
+py::dict eval_lights(const Scene& scene, const std::string& lights, const Array& places, const Array& wi,
+                     const std::optional<Array>& normals) {
+  const LightSelection select = selection(scene, lights);
+  const Receivers receivers(scene, places, normals);
+  require(count(wi, 3, "wi") == receivers.size, "as many wi as receivers");
+  Columns out(receivers.size);
   const auto scale = static_cast<float>(scene.normalization.world_radiance_scale());
-  for (py::ssize_t i = 0; i < n; ++i) {
-    const double* p = receivers.data(i, 0);
-    const Vec3f receiver(scene.normalization.point({p[0], p[1], p[2]})), d = row(wi, i);
-    const auto it = scene.intersect<kAllEffects>({receiver, d});
+  for (py::ssize_t i = 0; i < receivers.size; ++i) {
+    const Receiver receiver = receivers[i];
+    const Vec3f d = row(wi, i);
+    const auto it = scene.intersect<kAllEffects>({receiver.p, d});
     if (!it) {
       if (!scene.lights.environment()) continue;
-      const LightValue v = scene.lights.environment_towards(select, d);
+      const LightValue v = scene.lights.environment_towards(select, receiver, d);
       out.set(i, d, v.radiance * scale, v.pdf);
     } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
       const float pdf = scene.lights.area_pdf<kAllEffects>(select, scene.light_of(*it), receiver, d, it->anchor.p);
@@ -165,8 +187,8 @@ void bind_sampling(py::module_& m) {
   py::module_ parts = m.def_submodule("parts", "The parts of the estimator by themselves, over arrays, for tests.");
   parts.def("eval_bsdf", &eval_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "wi"_a, "front"_a = true);
   parts.def("sample_bsdf", &sample_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
-  parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a);
-  parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a);
+  parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none());
+  parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none());
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);
   parts.def(

@@ -11,6 +11,7 @@ namespace equaltime {
 
 struct Conductor {
   static constexpr bool is_delta = true;
+  static constexpr bool transmits = false;
   Spectrum eta, k, specular_reflectance;
 
   explicit Conductor(const ConductorDescription& d) noexcept;

@@ -10,6 +10,7 @@ namespace equaltime {
 
 struct Diffuse {
   static constexpr bool is_delta = false;
+  static constexpr bool transmits = false;
   Spectrum reflectance;
 
   explicit Diffuse(const DiffuseDescription& d) noexcept;

@@ -1,6 +1,9 @@
 // Lights: all that emits, and how one of it is picked. An emissive triangle is a light of its own.
 #pragma once
 
+#include <atomic>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -10,6 +13,7 @@
 #include "sampling/sampler.h"
 #include "scene/area_lights.h"
 #include "scene/environment.h"
+#include "scene/light_tree.h"
 #include "scene/point_light.h"
 
 namespace equaltime {
@@ -17,7 +21,8 @@ namespace equaltime {
 using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
 
-enum class LightSelection : std::uint8_t { uniform, power };
+/// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
+enum class LightSelection : std::uint8_t { uniform, power, tree };
 
 /// Calls f with the kind of area light held. E prunes what the scene cannot hold.
 template <auto E, class F>
@@ -43,57 +48,81 @@ class Lights {
   [[nodiscard]] bool has_points() const noexcept { return !points_.empty(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
+  /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
+  void prepare(LightSelection selection) const;
+
   /// One light, picked, then sampled at u as seen from the receiver; pdf includes the pick. Nothing if that light shows
   /// the receiver no front, which is a sample of value 0.
   template <auto E>
-  [[nodiscard]] Optional<LightSample> sample(LightSelection selection, Vec3f receiver, const Sampler& sampler,
+  [[nodiscard]] Optional<LightSample> sample(LightSelection selection, const Receiver& receiver, const Sampler& sampler,
                                              std::uint32_t bounce, Point2f u) const noexcept;
 
   /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
   template <auto E>
-  [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, Vec3f receiver, Vec3f wi,
+  [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, const Receiver& receiver, Vec3f wi,
                                Vec3f point) const noexcept {
-    return pick_pmf(selection, light) *
-           visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf(receiver, wi, point); });
+    return pick_pmf(selection, light, receiver) *
+           visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf(receiver.p, wi, point); });
   }
 
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
-  [[nodiscard]] LightValue environment_towards(LightSelection selection, Vec3f wi) const noexcept {
+  [[nodiscard]] LightValue environment_towards(LightSelection selection, const Receiver& receiver,
+                                               Vec3f wi) const noexcept {
     LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi); }, *environment_);
-    value.pdf *= pick_pmf(selection, size_ - 1);
+    value.pdf *= pick_pmf(selection, size_ - 1, receiver);
     return value;
   }
 
  private:
   [[nodiscard]] Optional<LightSample> sample_environment(const Sampler& sampler, std::uint32_t bounce,
                                                          float pmf) const noexcept;
-  [[nodiscard]] float pick_pmf(LightSelection selection, std::uint32_t light) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
+                                                const Receiver& receiver) const noexcept {
+    if (selection == LightSelection::tree) return tree_pmf(light, receiver);
     return tables_[static_cast<std::size_t>(selection)].pmf(light);
   }
+  [[nodiscard]] Optional<LightPick> pick_by_tree(const Receiver& receiver, std::uint64_t bits) const noexcept;
+  [[nodiscard]] float tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept;
+  [[nodiscard]] const LightTree& tree() const noexcept { return *lazy_tree_->made.load(std::memory_order_acquire); }
+
+  /// The tree of the area and point lights, for those strategies that ask for it.
+  struct LazyTree {
+    std::once_flag once;
+    LightTree tree;
+    std::atomic<const LightTree*> made{nullptr};
+  };
 
   std::vector<AreaLight> area_;
   std::vector<PointLight> points_;
   std::optional<Environment> environment_;
   AliasTable tables_[2];  // by LightSelection
+  std::unique_ptr<LazyTree> lazy_tree_ = std::make_unique<LazyTree>();
   std::uint32_t points_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
 template <auto E>
-EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightSelection selection, Vec3f receiver, const Sampler& sampler,
-                                                      std::uint32_t bounce, Point2f u) const noexcept {
-  const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
-  if (table.empty()) return std::nullopt;
-  std::uint32_t light = 0;
-  float pmf = 1;
+EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightSelection selection, const Receiver& receiver,
+                                                      const Sampler& sampler, std::uint32_t bounce,
+                                                      Point2f u) const noexcept {
+  if (!any_power()) return std::nullopt;
+  LightPick pick{0, 1};
   if (size_ > 1) {
-    light = table.sample(sampler.bits(slot(BounceDimension::light_pick, bounce)));
-    pmf = table.pmf(light);
+    const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
+    if (selection == LightSelection::tree) {
+      const auto by_tree = pick_by_tree(receiver, bits);
+      if (!by_tree) return std::nullopt;
+      pick = *by_tree;
+    } else {
+      const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
+      pick.light = table.sample(bits);
+      pick.pmf = table.pmf(pick.light);
+    }
   }
   if constexpr (E.environment)
-    if (light >= environment_begin_) return sample_environment(sampler, bounce, pmf);
+    if (pick.light >= environment_begin_) return sample_environment(sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
-    if (light >= points_begin_) return points_[light - points_begin_].sample(receiver, pmf);
-  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.sample(receiver, u, pmf); });
+    if (pick.light >= points_begin_) return points_[pick.light - points_begin_].sample(receiver.p, pick.pmf);
+  return visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
 }
 
 }  // namespace equaltime

@@ -11,6 +11,7 @@ namespace equaltime {
 
 struct RoughConductor {
   static constexpr bool is_delta = false;
+  static constexpr bool transmits = false;
   Microfacet distribution;
   Spectrum eta, k, specular_reflectance;
 

@@ -6,6 +6,7 @@
 #include "math/optional.h"
 #include "scene/bsdf.h"
 #include "scene/interaction.h"
+#include "scene/light_types.h"
 
 namespace equaltime {
 
@@ -68,6 +69,18 @@ template <auto E>
 template <auto E>
 [[nodiscard]] bool is_delta(const Bsdf& bsdf) noexcept {
   return visit<E>(bsdf, [](const auto& model) noexcept { return model.is_delta; });
+}
+
+/// Whether the BSDF scatters to the other side of the surface too.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE bool transmits(const Bsdf& bsdf) noexcept {
+  return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
+}
+
+/// The point as lights see it.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE Receiver receiver_at(const Interaction& it, const Bsdf& bsdf) noexcept {
+  return {it.anchor.p, it.frame.n, !transmits<E>(bsdf)};
 }
 
 }  // namespace equaltime

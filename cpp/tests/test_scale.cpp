@@ -20,21 +20,25 @@ Moments rescaled(Moments moments, double s) {
   return moments;
 }
 
+const Settings kByTree{.lights = LightSelection::tree};
+
 TEST("lengths times a power of two change no bit, with point light intensities scaled by its square") {
-  for (const SceneDescription& d : {room(), full_room(), clipped(full_room())}) {
-    const Moments reference = rendered(built(d), kSamples);
-    CHECK(mean(reference) > 0.01);
-    for (const double s : {0x1p-20, 0x1p-7, 2.0, 0x1p20})
-      CHECK(same_bits(rendered(built(with_lengths(d, s)), kSamples), reference));
-  }
+  for (const SceneDescription& d : {room(), full_room(), clipped(full_room())})
+    for (const Settings& settings : {Settings{}, kByTree}) {
+      const Moments reference = rendered(built(d), kSamples, settings);
+      CHECK(mean(reference) > 0.01);
+      for (const double s : {0x1p-20, 0x1p-7, 2.0, 0x1p20})
+        CHECK(same_bits(rendered(built(with_lengths(d, s)), kSamples, settings), reference));
+    }
 }
 
 TEST("light times a power of two scales the image exactly") {
-  for (const SceneDescription& d : {room(), full_room()}) {
-    const Moments reference = rendered(built(d), kSamples);
-    for (const double s : {0x1p-40, 0x1p-1, 0x1p40})
-      CHECK(same_bits(rescaled(rendered(built(with_light(d, s)), kSamples), s), reference));
-  }
+  for (const SceneDescription& d : {room(), full_room()})
+    for (const Settings& settings : {Settings{}, kByTree}) {
+      const Moments reference = rendered(built(d), kSamples, settings);
+      for (const double s : {0x1p-40, 0x1p-1, 0x1p40})
+        CHECK(same_bits(rescaled(rendered(built(with_light(d, s)), kSamples, settings), s), reference));
+    }
 }
 
 TEST("both at once, at their extremes, change no bit either") {

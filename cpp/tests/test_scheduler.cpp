@@ -128,6 +128,26 @@ TEST("scenes are built at the same time, each for itself") {
   CHECK(same == 3);
 }
 
+TEST("renderers that ask for the light tree at the same time share the one that is made") {
+  Settings by_tree = shallow();
+  by_tree.lights = LightSelection::tree;
+  const Moments image = rendered(scene(), kSamples, by_tree, {.seed = 3, .threads = 1, .tile = 64});
+  CHECK(!same_bits(image, reference()));
+  const auto shared = built(full_room());
+  const std::size_t without = shared->memory_bytes();
+  std::vector<std::thread> threads;
+  std::atomic<int> same{0};
+  for (int i = 0; i < 3; ++i)
+    threads.emplace_back([&] {
+      if (same_bits(rendered(shared, kSamples, by_tree, kMany), image)) ++same;
+    });
+  for (std::thread& t : threads) t.join();
+  CHECK(same == 3);
+  const std::size_t with = shared->memory_bytes();
+  (void)rendered(shared, 1, by_tree, kMany);
+  CHECK(with > without && shared->memory_bytes() == with);
+}
+
 TEST("samples that are not numbers are counted and logged, and do not enter the film") {
   SceneDescription d = room();
   d.bsdfs[1] = DiffuseDescription{{std::numeric_limits<double>::quiet_NaN(), 0.5, 0.5}};

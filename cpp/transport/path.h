@@ -12,7 +12,7 @@ namespace equaltime {
 
 /// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
 struct Arrival {
-  Vec3f from;         // the vertex that it left
+  Receiver from{};    // the vertex that it left
   float pdf = 0;      // per solid angle
   bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
 };
@@ -41,7 +41,7 @@ template <Effects E>
                                const Arrival& made) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
-    const LightValue value = scene.lights.environment_towards(settings.lights, ray.direction);
+    const LightValue value = scene.lights.environment_towards(settings.lights, made.from, ray.direction);
     return value.radiance * emitter_weight(settings, made, value.pdf);
   }
   return {};
@@ -54,7 +54,7 @@ template <Effects E, class Probe>
                                                      std::uint32_t bounce, Point2f u, Probe& probe) noexcept {
   // With only BSDF sampling, all that it cannot find are point lights.
   if (!E.point_lights && settings.technique == Technique::bsdf) return {};
-  auto light = scene.lights.sample<E>(settings.lights, it.anchor.p, sampler, bounce, u);
+  auto light = scene.lights.sample<E>(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce, u);
   if (!light || (settings.technique == Technique::bsdf && !light->delta)) return {};
   auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
   if (value.f.is_black()) return {};
@@ -98,7 +98,7 @@ template <Effects E, class Probe>
       if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
       beta *= 1 / survival;
     }
-    made = {it->anchor.p, scattered->pdf, scattered->delta};
+    made = {receiver_at<E>(*it, *bsdf), scattered->pdf, scattered->delta};
     ray = it->spawn(scattered->wi, scattered->above);
   }
 }

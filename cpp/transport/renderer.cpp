@@ -60,7 +60,9 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
       kernel_(choose_kernel(derive_effects(*scene_))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
-      blocks_(blocks()) {}
+      blocks_(blocks()) {
+  scene_->lights.prepare(settings_.lights);
+}
 
 std::vector<PixelBlock> Renderer::blocks() const {
   std::vector<PixelBlock> list;
