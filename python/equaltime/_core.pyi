@@ -126,7 +126,7 @@ class Settings:
         *,
         technique: Literal["bsdf", "light", "mis"] = "mis",
         heuristic: Literal["balance", "power"] | None = "power",
-        lights: Literal["uniform", "power"] = "power",
+        lights: Literal["uniform", "power", "tree"] = "power",
         roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput",
         roulette_depth: int | None = 5,
         survival: float | None = 0.75,

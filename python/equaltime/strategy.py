@@ -43,8 +43,10 @@ class Strategy(BaseModel):
     """Directions from the BSDF alone, light sources alone (where that is possible), or both combined."""
     heuristic: Literal["balance", "power"] | None = None
     """Weights of the combination; ``power`` unless given. None but for ``mis``."""
-    lights: Literal["uniform", "power"] = "power"
-    """How a light source is picked: all alike, or in proportion to the power that it emits."""
+    lights: Literal["uniform", "power", "tree"] = "power"
+    """How a light source is picked: all alike; in proportion to the power that it emits; or by a tree of lights, in
+    proportion to a bound of what it may send to the point, which takes longer the more lights there are (Conty Estevez
+    & Kulla 2018, without splitting)."""
     roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput. Unbiased."""

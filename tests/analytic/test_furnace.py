@@ -120,7 +120,7 @@ def test_scattered_paths_without_roulette_see_it_without_any_noise(shape: Callab
 
 
 @pytest.mark.parametrize("heuristic", ["balance", "power"])
-@pytest.mark.parametrize("lights", ["uniform", "power"])
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
 def test_every_heuristic_and_choice_of_lights_is_unbiased(heuristic: str, lights: str) -> None:
     """In a room with one wall brighter than the others."""
     rho = np.array([0.3, 0.5, 0.7])

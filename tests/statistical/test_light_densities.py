@@ -56,7 +56,7 @@ def receivers(seed: int = 3) -> Array:
     return away * 2.0 ** rng.uniform(-1, 7, (RECEIVERS, 1))
 
 
-@pytest.mark.parametrize("lights", ["uniform", "power"])
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
 @pytest.mark.parametrize("add", [add_triangle, add_rectangle, add_disk, add_sphere, add_ball])
 def test_a_sample_and_a_ray_in_its_direction_state_one_density(
     add: Callable[[_core.SceneBuilder], None], lights: str

@@ -152,11 +152,11 @@ SUBJECTS = [
     *sphere(1.0, (0.0, 0.0, 0.0), (0.3, 0.5, 0.7), inward=True),
     *(
         Subject(f"ball of triangles, {lights}", add_ball, lambda p: ConeChart(-p, 1.0), (1.5, 0.5, 1.0), lights)
-        for lights in ("uniform", "power")
+        for lights in ("uniform", "power", "tree")
     ),
     *(
         Subject(f"all kinds, {lights}", add_everything, lambda p: SphereChart(), (0.0, 0.0, 0.0), lights)
-        for lights in ("uniform", "power")
+        for lights in ("uniform", "power", "tree")
     ),
 ]
 EACH = share(LEVEL, len(SUBJECTS))

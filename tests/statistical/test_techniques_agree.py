@@ -28,11 +28,13 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "light": {"technique": "light"},
     "balance": {"heuristic": "balance"},
     "lights alike": {"lights": "uniform"},
+    "lights by the tree": {"lights": "tree"},
     "independent": {"sampler": "independent"},
     "no roulette": {"roulette": "none"},
     "early roulette": {"roulette_depth": 1},
     "bsdf, independent, early roulette": {"technique": "bsdf", "sampler": "independent", "roulette_depth": 1},
     "light, lights alike": {"technique": "light", "lights": "uniform"},
+    "light, lights by the tree": {"technique": "light", "lights": "tree"},
     "constant roulette": {"roulette": "constant", "survival": 0.9, "roulette_depth": 1},
     "albedo roulette": {"roulette": "albedo", "roulette_depth": 1},
 }

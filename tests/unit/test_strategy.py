@@ -11,7 +11,7 @@ from equaltime.strategy import PRESETS, Strategy
 CHOICES: dict[str, list[object]] = {
     "technique": ["bsdf", "light", "mis"],
     "heuristic": [None, "balance", "power"],
-    "lights": ["uniform", "power"],
+    "lights": ["uniform", "power", "tree"],
     "roulette": ["none", "constant", "albedo", "throughput"],
     "roulette_depth": [None, 1, 5],
     "survival": [None, 0.75, 0.95],
@@ -73,7 +73,7 @@ def test_only_truncation_is_biased() -> None:
         ("bets", "did you mean 'best'?"),
         ("best,smapler=sobol", "unknown key 'smapler'; did you mean 'sampler'?"),
         ("best,sampler=sobl", "unknown sampler 'sobl'; did you mean 'sobol'?"),
-        ("best,lights=tree", "known are uniform, power"),
+        ("best,lights=cluster", "known are uniform, power, tree"),
         ("best,truncate=0", "truncate must be a whole number of at least 1 or none, found '0'"),
         ("best,roulette_depth=2.5", "roulette_depth must be a whole number of at least 1, found '2.5'"),
         ("best,roulette_depth=none", "roulette_depth must be a whole number of at least 1, found 'none'"),

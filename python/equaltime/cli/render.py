@@ -117,7 +117,7 @@ def render(
 
     Strategies: the presets best (MIS, Sobol points, lights by power, roulette), mis, bsdf and light (each plain), and
 
-    * technique=bsdf|light|mis, heuristic=balance|power, lights=uniform|power, sampler=independent|sobol
+    * technique=bsdf|light|mis, heuristic=balance|power, lights=uniform|power|tree, sampler=independent|sobol
 
     * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
 
