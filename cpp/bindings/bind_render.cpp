@@ -18,10 +18,10 @@ namespace {
 
 /// The value that a word names, or an error that lists the words; without a word, the value is left as it is.
 template <class T>
-void set(T& value, const std::map<std::string, T>& words, const std::optional<std::string>& word, const char* what) {
+void set(T& target, const std::map<std::string, T>& words, const std::optional<std::string>& word, const char* what) {
   if (!word) return;
   if (const auto it = words.find(*word); it != words.end()) {
-    value = it->second;
+    target = it->second;
     return;
   }
   std::string known;
@@ -36,8 +36,13 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
                        std::optional<int> roulette_depth, std::optional<float> survival, int truncate,
                        const Word& sampler, int max_depth) {
   Settings s;
-  set(s.technique, {{"bsdf", Technique::bsdf}, {"light", Technique::light}, {"mis", Technique::mis}}, technique,
-      "technique");
+  set(s.technique,
+      {{"uniform", Technique::uniform},
+       {"bsdf", Technique::bsdf},
+       {"light", Technique::light},
+       {"mis", Technique::mis},
+       {"mixture", Technique::mixture}},
+      technique, "technique");
   set(s.heuristic, {{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
   set(s.lights,
       {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}, {"tree", LightSelection::tree}}, lights,

@@ -34,6 +34,13 @@ namespace equaltime {
 }
 inline constexpr float kUniformSpherePdf = kInvPi / 4;
 
+[[nodiscard]] inline Vec3f square_to_uniform_hemisphere(Point2f u) noexcept {
+  const float r = safe_sqrt(u.x * (2 - u.x));
+  const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+  return {r * cos_phi, r * sin_phi, 1 - u.x};
+}
+inline constexpr float kUniformHemispherePdf = kInvPi / 2;
+
 /// Uniform direction of the cone round +z with 1 - cosθ_max = `one_minus_cos_max`, which keeps thin cones accurate.
 [[nodiscard]] inline Vec3f square_to_uniform_cone(Point2f u, float one_minus_cos_max) noexcept {
   const float one_minus_cos = u.x * one_minus_cos_max;

@@ -58,6 +58,24 @@ template <auto E>
   return Scattering{wi, s->wi.z > 0, s->weight, s->pdf, s->delta, s->radiance_scale};
 }
 
+/// Whether the BSDF scatters to the other side of the surface too.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE bool transmits(const Bsdf& bsdf) noexcept {
+  return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
+}
+
+/// A direction that knows nothing of the BSDF: uniform over the hemisphere of the shading normal, or over the sphere if
+/// the BSDF transmits. Not for BSDFs of discrete directions, which it never meets.
+template <auto E>
+[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, const Bsdf& bsdf, Point2f u) noexcept {
+  const bool sphere = transmits<E>(bsdf);
+  const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));
+  const float pdf = sphere ? kUniformSpherePdf : kUniformHemispherePdf;
+  const auto [value, above] = eval_bsdf<E>(it, bsdf, wi);
+  if (value.f.is_black()) return std::nullopt;
+  return Scattering{wi, above, value.f * (1 / pdf), pdf, false, 1};
+}
+
 /// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.
 template <auto E>
 [[nodiscard]] Spectrum albedo(const Interaction& it, const Bsdf& bsdf) noexcept {
@@ -69,12 +87,6 @@ template <auto E>
 template <auto E>
 [[nodiscard]] bool is_delta(const Bsdf& bsdf) noexcept {
   return visit<E>(bsdf, [](const auto& model) noexcept { return model.is_delta; });
-}
-
-/// Whether the BSDF scatters to the other side of the surface too.
-template <auto E>
-[[nodiscard]] EQUALTIME_INLINE bool transmits(const Bsdf& bsdf) noexcept {
-  return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
 }
 
 /// The point as lights see it.

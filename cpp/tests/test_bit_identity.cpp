@@ -1,6 +1,7 @@
 // One build, one image: no bit of it depends on threads, tiles, passes, crop, interruption or the kernel that was
 // chosen.
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <thread>
 
@@ -11,6 +12,8 @@ namespace {
 
 using namespace scenes;
 
+constexpr Technique kTechniques[] = {Technique::uniform, Technique::bsdf, Technique::light, Technique::mis,
+                                     Technique::mixture};
 constexpr std::uint64_t kSamples = 21;  // more than one internal pass, and odd: replicates of different counts
 
 Settings deep() {
@@ -44,7 +47,7 @@ TEST("another seed, or one sample more, does change bits") {
 TEST("both samplers and every technique repeat their bits") {
   const auto scene = built(full_room());
   for (const SamplerKind sampler : {SamplerKind::independent, SamplerKind::sobol})
-    for (const Technique technique : {Technique::bsdf, Technique::light, Technique::mis}) {
+    for (const Technique technique : kTechniques) {
       Settings settings = deep();
       settings.sampler = sampler, settings.technique = technique;
       CHECK(same_bits(rendered(scene, 5, settings, {.threads = 3, .tile = 3}), rendered(scene, 5, settings)));
@@ -66,23 +69,24 @@ TEST("a crop has the bits of the whole") {
 
 TEST("every kernel that covers a scene gives the same bits") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
-    for (const SceneDescription& description : {room(), full_room()}) {
-      const auto scene = built(description);
-      Settings settings = deep();
-      settings.lights = lights;
-      const Moments reference = rendered(scene, 6, settings);
-      int covering = 0;
-      for (const KernelRow& row : kernel_rows()) {
-        if (!row.effects.covers(derive_effects(*scene))) continue;
-        ++covering;
-        Film film(scene->film.crop_width, scene->film.crop_height, 2);
-        RayCounter probe;
-        std::vector<NonFinite> nonfinite;
-        row.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
-        CHECK(same_bits(film.moments(), reference));
+    for (const Technique technique : kTechniques)
+      for (const SceneDescription& description : {room(), full_room()}) {
+        const auto scene = built(description);
+        Settings settings = deep();
+        settings.lights = lights, settings.technique = technique;
+        const Moments reference = rendered(scene, 6, settings);
+        int covering = 0;
+        for (const KernelRow& row : kernel_rows()) {
+          if (!row.effects.covers(derive_effects(*scene))) continue;
+          ++covering;
+          Film film(scene->film.crop_width, scene->film.crop_height, 2);
+          RayCounter probe;
+          std::vector<NonFinite> nonfinite;
+          row.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
+          CHECK(same_bits(film.moments(), reference));
+        }
+        CHECK(covering >= 1);
       }
-      CHECK(covering >= 1);
-    }
 }
 
 TEST("a cheaper kernel is chosen for the plain room than for the full one") {
@@ -98,6 +102,25 @@ TEST("counters count: a path a sample, and no ray without need") {
   CHECK(renderer.counters().paths == paths);
   CHECK(renderer.counters().rays > paths && renderer.counters().rays <= 8 * paths);
   CHECK(renderer.counters().shadow_rays > 0 && renderer.counters().nonfinite == 0);
+}
+
+TEST("a mixture sends one ray a vertex, and rays of uniform directions look for no light") {
+  const auto scene = built(room());
+  const auto count = [&](Technique technique) {
+    Settings settings;
+    settings.technique = technique, settings.max_depth = 2;
+    Renderer renderer(scene, settings, {});
+    renderer.advance(16);
+    return renderer.counters();
+  };
+  const Counters mis = count(Technique::mis), mixture = count(Technique::mixture), uniform = count(Technique::uniform);
+  CHECK(uniform.shadow_rays == 0);
+  // Of one vertex a path, half scatter and half look for light; 13,728 paths, within five standard deviations.
+  const auto paths = static_cast<double>(mis.paths);
+  const double scattered = static_cast<double>(mixture.rays) - paths, all = static_cast<double>(mis.rays) - paths;
+  CHECK(std::abs(scattered / all - 0.5) < 2.5 / std::sqrt(all));
+  const auto looked = static_cast<double>(mixture.shadow_rays), ever = static_cast<double>(mis.shadow_rays);
+  CHECK(std::abs(looked / ever - 0.5) < 2.5 / std::sqrt(ever));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// THE estimator: one path from the camera, with next-event estimation and BSDF sampling combined by MIS.
+// THE estimator: one path from the camera, with next-event estimation and BSDF sampling combined by MIS, or as the
+// settings have it.
 // Radiance is unbiased for any settings but a finite max_depth, which belongs to the problem. It never clamps, never
 // drops a sample, never draws a number whose meaning depends on the order of calls.
 #pragma once
@@ -17,11 +18,16 @@ struct Arrival {
   bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
 };
 
+/// One-sample MIS divides by the density of the mixture, ½(p + q): p's own share ½p of it is the balance heuristic.
+[[nodiscard]] inline Heuristic weighting(const Settings& s) noexcept {
+  return s.technique == Technique::mixture ? Heuristic::balance : s.heuristic;
+}
+
 /// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
 [[nodiscard]] inline float emitter_weight(const Settings& s, const Arrival& ray, float light_pdf) noexcept {
-  if (ray.alone || s.technique == Technique::bsdf) return 1;
+  if (ray.alone || !aims_at_lights(s.technique)) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
-  return mis_weight(s.heuristic, ray.pdf, light_pdf);
+  return mis_weight(weighting(s), ray.pdf, light_pdf);
 }
 
 /// Radiance that the surface itself sends back along the ray.
@@ -31,7 +37,7 @@ template <Effects E>
   const Surface& surface = scene.surfaces[it.shape];
   if (surface.first_light == kNone || !it.front) return {};
   float light_pdf = 0;
-  if (!ray.alone && settings.technique != Technique::bsdf)
+  if (!ray.alone && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, scene.light_of(it), ray.from, -it.wo, it.anchor.p);
   return surface.radiance * emitter_weight(settings, ray, light_pdf);
 }
@@ -52,17 +58,41 @@ template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
                                                      const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
                                                      std::uint32_t bounce, Point2f u, Probe& probe) noexcept {
-  // With only BSDF sampling, all that it cannot find are point lights.
-  if (!E.point_lights && settings.technique == Technique::bsdf) return {};
+  // Where only scattered rays look for light, all that they cannot find are point lights.
+  const bool aims = aims_at_lights(settings.technique);
+  if (!E.point_lights && !aims) return {};
   auto light = scene.lights.sample<E>(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce, u);
-  if (!light || (settings.technique == Technique::bsdf && !light->delta)) return {};
+  if (!light || (!aims && !light->delta)) return {};
   auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
   if (value.f.is_black()) return {};
-  const bool shared = settings.technique == Technique::mis && !light->delta;
-  const float weight = shared ? mis_weight(settings.heuristic, light->pdf, value.pdf) : 1.0F;
+  const bool shared = settings.technique != Technique::light && !light->delta;
+  const float weight = shared ? mis_weight(weighting(settings), light->pdf, value.pdf) : 1.0F;
   Spectrum unoccluded = value.f * light->radiance * (weight / light->pdf);
   Ray shadow = light->infinite ? it.spawn(light->wi, above) : it.spawn_to(light->target, light->distance, above);
   return probe.occluded(scene.accel, shadow) ? Spectrum() : unoccluded;
+}
+
+/// What a vertex sends back by itself, and how the path goes on.
+struct Vertex {
+  Spectrum direct;
+  Optional<Scattering> scattered;
+};
+
+/// The techniques that do not look for direct light at every vertex and go on by the BSDF. `mixture` does one of the
+/// two, each with probability ½ and at double weight: a path whose turn is light ends there. Out of line: inlined, what
+/// others do not use cost them 4 %.
+template <Effects E, class Probe>
+[[nodiscard, gnu::noinline]] Vertex uncommon_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
+                                                    const Bsdf& bsdf, const Sampler& sampler, std::uint32_t bounce,
+                                                    const VertexNumbers& u, Probe& probe) noexcept {
+  const auto direct = [&]() noexcept {
+    return direct_light<E>(scene, settings, it, bsdf, sampler, bounce, u.light_point, probe);
+  };
+  if (settings.technique == Technique::uniform) return {direct(), sample_uniform<E>(it, bsdf, u.bsdf_direction)};
+  if (sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F) return {2 * direct(), std::nullopt};
+  auto scattered = sample_bsdf<E>(it, bsdf, 0, u.bsdf_direction);
+  if (scattered) scattered->weight *= 2;
+  return {{}, scattered};
 }
 
 template <Effects E, class Probe>
@@ -84,6 +114,10 @@ template <Effects E, class Probe>
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)), {});
+    } else if (is_uncommon(settings.technique)) [[unlikely]] {
+      const auto [direct, next] = uncommon_vertex<E>(scene, settings, *it, *bsdf, sampler, bounce, u, probe);
+      L += beta * direct;
+      scattered = next;
     } else {
       scattered = sample_bsdf<E>(*it, *bsdf, 0, u.bsdf_direction);
       L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);

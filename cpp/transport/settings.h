@@ -10,14 +10,22 @@
 
 namespace equaltime {
 
-/// How direct light is found: by the rays that the BSDF scatters, by rays sent to lights, or by both, weighted (MIS).
-enum class Technique : std::uint8_t { bsdf, light, mis };
+/// How light is found: by scattered rays alone, in directions that are uniform or the BSDF's; or also by rays sent to
+/// lights, which then find all direct light (light), or share it with the scattered rays: with both rays at every
+/// vertex (mis), or with one of the two at random (mixture).
+enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
+
+[[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
+/// Whether a vertex does anything else than looking for direct light and going on by the BSDF.
+[[nodiscard]] constexpr bool is_uncommon(Technique technique) noexcept {
+  return technique == Technique::uniform || technique == Technique::mixture;
+}
 
 inline constexpr int kUnlimitedDepth = 0x7fffffff;
 
 struct Settings {
   Technique technique = Technique::mis;
-  Heuristic heuristic = Heuristic::power;
+  Heuristic heuristic = Heuristic::power;  // of mis; mixture has its own density, which is the balance heuristic
   LightSelection lights = LightSelection::power;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::sobol;

@@ -124,7 +124,7 @@ class Settings:
     def __init__(
         self,
         *,
-        technique: Literal["bsdf", "light", "mis"] = "mis",
+        technique: Literal["uniform", "bsdf", "light", "mis", "mixture"] = "mis",
         heuristic: Literal["balance", "power"] | None = "power",
         lights: Literal["uniform", "power", "tree"] = "power",
         roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput",

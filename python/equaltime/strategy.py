@@ -39,8 +39,11 @@ class Strategy(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    technique: Literal["bsdf", "light", "mis"] = "mis"
-    """Directions from the BSDF alone, light sources alone (where that is possible), or both combined."""
+    technique: Literal["uniform", "bsdf", "light", "mis", "mixture"] = "mis"
+    """How light is found: by rays in directions that are uniform, or drawn from the BSDF; or by rays to light sources
+    besides, which then find all direct light (``light``) or share it: with both rays at every vertex (``mis``), or with
+    one of the two at random, divided by the mixture of their densities (``mixture``). Perfect mirrors and glass are
+    followed, and point lights aimed at, by all of them. The weights of ``mixture`` double with every bounce."""
     heuristic: Literal["balance", "power"] | None = None
     """Weights of the combination; ``power`` unless given. None but for ``mis``."""
     lights: Literal["uniform", "power", "tree"] = "power"
@@ -147,7 +150,7 @@ class _Condition:
 
 
 _CONDITIONS: Mapping[str, _Condition] = {
-    "heuristic": _Condition("technique", ("mis",), "power", "only mis weights two samples"),
+    "heuristic": _Condition("technique", ("mis",), "power", "only mis weights the samples of two techniques"),
     "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
@@ -181,8 +184,10 @@ PRESETS: Mapping[str, Strategy] = {
     "mis": Strategy(technique="mis", heuristic="balance", lights="uniform", roulette="none", sampler="independent"),
     "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent"),
     "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent"),
+    "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent"),
 }
-"""``best``, and the textbook techniques with nothing else switched on, for comparisons."""
+"""``best``; the textbook techniques with nothing else switched on, for comparisons; and ``naive``, which knows nothing
+of lights and BSDFs and is what speed-ups are measured against."""
 
 
 def _text_as_variation(strategy: Strategy, preset: str) -> str:

@@ -17,7 +17,7 @@ from ..statistical.worlds import affine, build, estimate, looking, render, turne
 from .test_microfacets import MIRROR, value
 
 Array = NDArray[np.float64]
-TECHNIQUES = ["bsdf", "light", "mis"]
+TECHNIQUES = ["uniform", "bsdf", "light", "mis", "mixture"]
 EACH = share(LEVEL, 60)
 RHO, SKY = np.array([0.8, 0.5, 0.2]), np.array([1.0, 2.0, 0.5])
 HUGE = np.diag([1e3, 1e3, 1.0, 1.0])

@@ -22,6 +22,8 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "independent": {"sampler": "independent"},
     "bsdf": {"technique": "bsdf"},
     "light": {"technique": "light", "lights": "uniform", "roulette": "none"},
+    "naive": {"technique": "uniform", "roulette": "albedo", "sampler": "independent"},
+    "mixture": {"technique": "mixture", "roulette": "constant"},
 }
 
 

@@ -23,6 +23,8 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "best": {},
     "bsdf": {"technique": "bsdf"},
     "light": {"technique": "light"},
+    "naive": {"technique": "uniform", "roulette": "albedo", "sampler": "independent"},
+    "mixture": {"technique": "mixture", "roulette": "constant"},
 }
 
 

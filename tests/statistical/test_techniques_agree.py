@@ -37,8 +37,12 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "light, lights by the tree": {"technique": "light", "lights": "tree"},
     "constant roulette": {"roulette": "constant", "survival": 0.9, "roulette_depth": 1},
     "albedo roulette": {"roulette": "albedo", "roulette_depth": 1},
+    "uniform": {"technique": "uniform"},
+    "naive": {"technique": "uniform", "lights": "uniform", "roulette": "albedo", "sampler": "independent"},
+    "mixture": {"technique": "mixture"},
+    "mixture, lights alike": {"technique": "mixture", "lights": "uniform", "sampler": "independent"},
 }
-NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith("bsdf"))
+NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith(("bsdf", "uniform", "naive")))
 """These never aim at a light; they get more samples and a coarser twin."""
 
 

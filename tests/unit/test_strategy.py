@@ -9,7 +9,7 @@ from equaltime.errors import StrategyError
 from equaltime.strategy import PRESETS, Strategy
 
 CHOICES: dict[str, list[object]] = {
-    "technique": ["bsdf", "light", "mis"],
+    "technique": ["uniform", "bsdf", "light", "mis", "mixture"],
     "heuristic": [None, "balance", "power"],
     "lights": ["uniform", "power", "tree"],
     "roulette": ["none", "constant", "albedo", "throughput"],
@@ -59,6 +59,12 @@ def test_a_name_mentions_only_what_differs_from_the_nearest_preset() -> None:
     assert Strategy.parse("mis, sampler=sobol , truncate=3").name == "mis,truncate=3,sampler=sobol"
 
 
+def test_naive_knows_nothing_of_lights_and_bsdfs() -> None:
+    naive = Strategy.parse("naive")
+    assert (naive.technique, naive.roulette, naive.sampler) == ("uniform", "albedo", "independent")
+    assert not naive.biased
+
+
 def test_values_may_be_given_without_a_preset() -> None:
     assert Strategy.parse("technique=light") == Strategy(technique="light")
 
@@ -96,6 +102,8 @@ def test_a_wrong_strategy_is_refused_with_the_nearest_name(text: str, message: s
     [
         ("bsdf,heuristic=balance", "heuristic=balance has no meaning with technique=bsdf"),
         ("best,technique=light,heuristic=power", "heuristic=power has no meaning with technique=light"),
+        ("naive,heuristic=power", "heuristic=power has no meaning with technique=uniform"),
+        ("best,technique=mixture,heuristic=balance", "heuristic=balance has no meaning with technique=mixture"),
         ("mis,roulette_depth=3", "roulette_depth=3 has no meaning with roulette=none"),
         ("best,survival=0.9", "survival=0.9 has no meaning with roulette=throughput"),
     ],

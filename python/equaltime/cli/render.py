@@ -115,9 +115,12 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, Sobol points, lights by power, roulette), mis, bsdf and light (each plain), and
+    Strategies: the presets best (MIS, Sobol points, lights by power, roulette), mis, bsdf and light (each plain), naive
+    (uniform directions, roulette by albedo), and
 
-    * technique=bsdf|light|mis, heuristic=balance|power, lights=uniform|power|tree, sampler=independent|sobol
+    * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
+
+    * lights=uniform|power|tree, sampler=independent|sobol
 
     * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
 
