@@ -32,15 +32,21 @@ light fills 2 % to 5 % of each of four pixels: where one as bright grazes a pixe
 def load_scene(name: str, albedo: float = 1.0) -> et.Scene:
     """Return a scene in the size of its golden image, with all its reflectances times `albedo`."""
     path, size, max_depth = SCENES[name]
-    tables = _scaled(tomllib.loads(path.read_text()), albedo)
+    tables = tomllib.loads(path.read_text())
+    tables = _scaled(tables, albedo, tables.pop("default", {}))
     return et.load_dict({"type": "scene", **tables}).with_(size=size, max_depth=max_depth)
 
 
-def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
+def _scaled(table: dict[str, Any], factor: float, variables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scene's tables with other reflectances, and with the variables' values in their places."""
     scaled = {}
     for key, value in table.items():
         if isinstance(value, dict):
-            scaled[key] = _scaled(value, factor)
+            scaled[key] = _scaled(value, factor, variables)
+        elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+            scaled[key] = [_scaled(item, factor, variables) for item in value]
+        elif isinstance(value, str) and value.startswith("$"):
+            scaled[key] = variables[value[1:]]
         elif key in ("reflectance", "specular_reflectance") and factor != 1.0:
             scaled[key] = (np.multiply(value, factor)).tolist()
         else:
