@@ -128,7 +128,7 @@ def test_a_scene_needs_no_experiment(folder: Path, monkeypatch: pytest.MonkeyPat
     assert main(["cost", str(CORNELL), "-o", str(folder), *options, "--strategies", "bsdf,best"]) == 0
     rows = load(folder / "records.csv")
     assert {row.strategy for row in rows} == {"bsdf", "best"}
-    assert all(row.wall_s < 0.2 for row in rows if row.last)
+    assert all(row.wall_s < 5.0 for row in rows if row.last), "the budget of an experiment without one is 10 s"
 
 
 def test_a_wrong_experiment_is_told_line_by_line(
