@@ -156,10 +156,39 @@ def test_roughness_is_one_number_or_both_of_two() -> None:
             m.RoughConductor(**wrong)
 
 
-def test_a_named_metal_is_refused_except_the_perfect_mirror() -> None:
-    assert m.Conductor(material="none") == m.Conductor(material="none", eta=0.0, k=1.0)
-    with pytest.raises(ValidationError, match="named materials"):
-        m.Conductor(material="Au")
+def test_a_metal_may_be_given_by_name() -> None:
+    gold = m.RoughConductor(material="au")
+    assert gold.material == "Au"
+    assert gold.ior == m.METALS["Au"]
+    assert m.Conductor(material="none").ior == ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    with pytest.raises(ValidationError, match="did you mean 'Au'"):
+        m.Conductor(material="Aux")
+
+
+def test_a_texture_may_stand_for_a_colour_or_a_number() -> None:
+    board = m.Checkerboard()
+    assert m.Diffuse(reflectance=board).reflectance is board
+    assert m.RoughConductor(alpha=board).alphas == (board, board)
+    assert m.Mask(opacity=board, bsdf=m.Diffuse()).opacity is board
+    assert m.BlendBsdf(weight=m.Spectrum(0.25), bsdf=(m.Diffuse(), m.Plastic())).weight == 0.25
+    with pytest.raises(ValidationError, match="one number, not a colour"):
+        m.Mask(opacity=(0.1, 0.2, 0.3), bsdf=m.Diffuse())
+
+
+def test_the_parameters_that_take_a_texture_are_known() -> None:
+    texture = frozenset({"texture"})
+    assert m.Diffuse.slots() == {"reflectance": texture}
+    assert m.RoughConductor.slots().keys() == {"eta", "k", "specular_reflectance", "alpha", "alpha_u", "alpha_v"}
+    assert m.Sphere.slots() == {"interior": frozenset({"medium"}), "exterior": frozenset({"medium"})}
+    assert m.BumpMap.slots() == {}
+    assert m.NormalMap.slots() == {"normalmap": texture}
+
+
+def test_light_comes_from_where_a_transform_takes_it() -> None:
+    down = ((1, 0, 0, 5), (0, 0, 1, 6), (0, -2, 0, 7), (0, 0, 0, 1))
+    assert m.Directional(to_world=down).world_direction == pytest.approx((0.0, 1.0, 0.0))
+    assert m.Directional(direction=(0, 0, -3)).world_direction == (0.0, 0.0, -1.0)
+    assert m.Spot(cutoff_angle=40).beam == 30.0
 
 
 def test_an_index_of_refraction_may_be_a_name() -> None:

@@ -149,8 +149,8 @@ def test_an_unknown_integrator_from_a_variable_says_how_to_choose_another(tmp_pa
     assert problems(tmp_path, body) == [
         "scene.xml:3: unknown integrator 'path_guiding_integrator', the value of $which; choose one with -D which=path"
     ]
-    assert "'volpath', the value of $which, is known to Mitsuba 3" in problems(tmp_path, body, which="volpath")[0]
-    assert read(tmp_path, body, which="path").max_depth == -1
+    assert "'stokes', the value of $which, is known to Mitsuba 3" in problems(tmp_path, body, which="stokes")[0]
+    assert read(tmp_path, body, which="volpath").max_depth == -1
 
 
 # -- what is wrong ---------------------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ IN_THE_SCENE = [
     ('<include filename="x.xml"/>', "<include> is known to Mitsuba 3 but not supported by equaltime yet"),
     ('<shape type="shpere"/>', "unknown shape 'shpere'; did you mean 'sphere'?"),
     ('<shape type="diffuse"/>', "'diffuse' is a bsdf, not a shape"),
-    ('<shape type="cylinder"/>', "the shape 'cylinder' is known to Mitsuba 3 but not supported by equaltime yet"),
+    ('<shape type="sdfgrid"/>', "the shape 'sdfgrid' is known to Mitsuba 3 but not supported by equaltime yet"),
     ('<emitter type="spott"/>', "unknown emitter 'spott'; did you mean 'spot'?"),
     ("<shape/>", "<shape> needs the attribute 'type'"),
     ('<shape type="sphere" nam="x"/>', "unknown attribute 'nam' of <shape>; did you mean 'name'?"),
@@ -198,7 +198,16 @@ IN_A_DIFFUSE = [
     ('<spectrum name="reflectance" filename="x.spd"/>', "reflectance: spectra that vary with wavelength are known"),
     ('<spectrum name="reflectance" value="1 2 3"/>', "reflectance: expected one number, found 3; use <rgb>"),
     ('<spectrum type="d65" name="reflectance"/>', "the texture 'd65' is known to Mitsuba 3"),
-    ('<texture type="bitmap" name="reflectance"/>', "the texture 'bitmap' is known to Mitsuba 3"),
+    ('<texture type="volume" name="reflectance"/>', "the texture 'volume' is known to Mitsuba 3"),
+    ('<texture type="bitmap" name="reflectance"/>', "'bitmap' needs 'filename'"),
+    (
+        '<texture type="checkerboard" name="reflectanse"/>',
+        "'diffuse' cannot contain a texture ('checkerboard') as 'reflectanse'; did you mean 'reflectance'?",
+    ),
+    (
+        '<texture type="checkerboard"/>',
+        "'diffuse' cannot contain a texture ('checkerboard') without a name; expected 'reflectance'",
+    ),
 ]
 IN_A_PATH = [
     ('<float name="max_depth" value="5"/>', "max_depth: expected an integer, found 5.0"),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from equaltime.crosscheck.refusal import constant
 from equaltime.crosscheck.vectors import Array, Mask, dot, normalize
 from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor
 
@@ -86,7 +87,7 @@ def _draw_cosine(count: int, rng: np.random.Generator) -> Array:
 
 def microfacets(bsdf: RoughConductor, m: Array) -> Array:
     """Return the density D of microfacet normals m, per solid angle of m and projected area of the surface (N,)."""
-    alpha_u, alpha_v = bsdf.alphas
+    alpha_u, alpha_v = map(constant, bsdf.alphas)
     across, z2 = (m[:, 0] / alpha_u) ** 2 + (m[:, 1] / alpha_v) ** 2, m[:, 2] ** 2
     if bsdf.distribution == "ggx":
         return 1.0 / (math.pi * alpha_u * alpha_v * (across + z2) ** 2)
@@ -99,7 +100,7 @@ def smith(bsdf: RoughConductor, v: Array) -> Array:
 
     Walter et al. 2007, eq. 27 and 34. Both directions are taken as independent: G = G1(wo) G1(wi).
     """
-    alpha_u, alpha_v = bsdf.alphas
+    alpha_u, alpha_v = map(constant, bsdf.alphas)
     slope = np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]) / v[:, 2]  # roughness times the tangent of the angle
     if bsdf.distribution == "ggx":
         return 2.0 / (1.0 + np.sqrt(1.0 + slope**2))
@@ -122,13 +123,14 @@ def _draw_microfacet(bsdf: RoughConductor, count: int, rng: np.random.Generator)
     """Return normals with density D times their cosine: round slopes, stretched by the roughness."""
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))
-    alpha_u, alpha_v = bsdf.alphas
+    alpha_u, alpha_v = map(constant, bsdf.alphas)
     return normalize(np.stack([alpha_u * r * np.cos(phi), alpha_v * r * np.sin(phi), np.ones(count)], axis=1))
 
 
 def fresnel_conductor(cosine: Array, metal: Conductor | RoughConductor) -> Array:
     """Return the reflectance (N, 3) of a metal for unpolarised light, from Fresnel's equations with a complex index."""
-    index = np.array(metal.eta) + 1j * np.array(metal.k)
+    eta, k = map(constant, metal.ior)
+    index = np.array(eta) + 1j * np.array(k)
     c = cosine[:, None]
     refracted = np.sqrt(index**2 - (1.0 - c**2))  # index times the complex cosine of refraction
     with np.errstate(invalid="ignore"):

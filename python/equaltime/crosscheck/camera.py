@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from equaltime.crosscheck.vectors import Array, normalize
-from equaltime.scene.model import Box, Filter, Perspective, Tent, as_array
+from equaltime.errors import RenderError
+from equaltime.scene.model import Box, Filter, Gaussian, Perspective, Tent, as_array
 
 __all__ = ["Camera", "filter_offsets"]
 
@@ -64,6 +65,8 @@ def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Arr
         return rng.uniform(-0.5, 0.5, (count, 2))
     if isinstance(rfilter, Tent):  # the sum of two uniform numbers has this density
         return rfilter.radius * (rng.random((count, 2)) - rng.random((count, 2)))
+    if not isinstance(rfilter, Gaussian):
+        raise RenderError(f"the cross-check cannot sample the filter '{rfilter.type}'")
     return rfilter.stddev * _cut_gaussian(2 * count, rng).reshape(count, 2)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from equaltime.crosscheck.camera import Camera
+from equaltime.crosscheck.refusal import camera_of
 from equaltime.crosscheck.vectors import Array, Index
 from equaltime.crosscheck.world import World
 from equaltime.scene import Scene
@@ -30,7 +31,7 @@ class PrimaryHits:
 
 def primary_hits(scene: Scene) -> PrimaryHits:
     """Return what stands behind the middles of the pixels, between the clip planes."""
-    camera, world = Camera(scene.model.sensor), World(scene.model, scene.assets)
+    camera, world = Camera(camera_of(scene.model)), World(scene.model, scene.assets)
     directions, near, far = camera.rays(camera.pixels() + 0.5)
     origins = camera.origin + near[:, None] * directions
     t, patch = world.intersect(origins, directions, np.full(len(directions), -1))

@@ -12,6 +12,7 @@ import numpy as np
 from equaltime.crosscheck import bsdfs
 from equaltime.crosscheck.camera import Camera, filter_offsets
 from equaltime.crosscheck.lights import Lights
+from equaltime.crosscheck.refusal import camera_of, check
 from equaltime.crosscheck.vectors import Array, Frames, Index, Mask, dot
 from equaltime.crosscheck.world import Hits, World
 from equaltime.errors import RenderError
@@ -95,8 +96,9 @@ class Tracer:
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model
+        check(model)
         surfaces = tuple(geometry.surfaces(model, scene.assets))
-        self.camera = Camera(model.sensor)
+        self.camera = Camera(camera_of(model))
         self.world = World(model, scene.assets)
         self.film_shape = model.sensor.film.crop[3], model.sensor.film.crop[2]
         self._filter = model.sensor.film.rfilter

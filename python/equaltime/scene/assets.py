@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from equaltime import _core
 from equaltime.images import one_line
-from equaltime.scene.model import EnvMap, MeshFile, Ply
+from equaltime.scene.model import EnvMap, MeshFile, Obj, Ply
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Assets"]
 
@@ -36,6 +37,8 @@ class Assets:
     def mesh(self, shape: MeshFile) -> _core.MeshData:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
         path = self.path(shape.filename)
+        if not isinstance(shape, Ply | Obj):
+            raise Unsupported(shape)
         if path not in self._meshes:
             try:
                 mesh = _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)

@@ -29,15 +29,21 @@ from equaltime.scene.model import (
     Diffuse,
     Disk,
     MeshFile,
+    Obj,
+    Plugin,
+    Ply,
     Rectangle,
     SceneModel,
-    Shape,
+    Solid,
     Sphere,
-    TwoSided,
+    Texture,
+    TexturePlugin,
     as_array,
     linear_scale,
     mirrors,
 )
+from equaltime.scene.sides import sides
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface", "Surface", "surface", "surfaces"]
 
@@ -50,7 +56,7 @@ class Sides:
 
     front: Bsdf | None
     back: Bsdf | None
-    radiance: Color | None
+    radiance: Texture | Color | None
     """Emitted from the front side; None if it emits nothing."""
 
 
@@ -114,20 +120,22 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
     return (surface(shape, assets) for shape in model.shapes)
 
 
-def surface(shape: Shape, assets: Assets) -> Surface:
-    """Return `shape` in world space; raises ValueError if its file cannot be used."""
-    sides, to_world = _sides(shape), as_array(shape.to_world)
+def surface(shape: Plugin, assets: Assets) -> Surface:
+    """Return `shape` in world space; raises ValueError if its file cannot be used, `Unsupported` if it cannot."""
+    if not isinstance(shape, Rectangle | Disk | Sphere | Cube | Ply | Obj):
+        raise Unsupported(shape)
+    both, to_world = _sides(shape), as_array(shape.to_world)
     if isinstance(shape, Rectangle):
-        return QuadSurface(sides, to_world, shape.flip_normals)
+        return QuadSurface(both, to_world, shape.flip_normals)
     if isinstance(shape, Disk):
-        return DiskSurface(sides, to_world, shape.flip_normals)
+        return DiskSurface(both, to_world, shape.flip_normals)
     if isinstance(shape, Sphere):
-        return _sphere(shape, sides, to_world)
+        return _sphere(shape, both, to_world)
     if isinstance(shape, Cube):
         turned = mirrors(to_world) != shape.flip_normals
         faces = meshes.flip(meshes.CUBE_FACES) if turned else meshes.CUBE_FACES
-        return MeshSurface(sides, meshes.place(meshes.CUBE_VERTICES, to_world), faces, uvs=meshes.CUBE_UVS)
-    return _mesh(shape, sides, to_world, assets)
+        return MeshSurface(both, meshes.place(meshes.CUBE_VERTICES, to_world), faces, uvs=meshes.CUBE_UVS)
+    return _mesh(shape, both, to_world, assets)
 
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
@@ -157,19 +165,13 @@ def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> Mes
     return MeshSurface(sides, vertices, faces, normals, uvs)
 
 
-def _sides(shape: Shape) -> Sides:
-    """Return what the front and the back of `shape` do; wrappers are taken apart here."""
-    radiance = shape.emitter.radiance if shape.emitter is not None and any(shape.emitter.radiance) else None
+def _sides(shape: Solid) -> Sides:
+    """Return what the front and the back of `shape` do."""
+    radiance = shape.emitter.radiance if shape.emitter is not None else None
+    if radiance is not None and not isinstance(radiance, TexturePlugin) and not any(radiance):
+        radiance = None
     bsdf = shape.bsdf
     if bsdf is None:
         grey = 0.5 if shape.emitter is None else 0.0
         bsdf = Diffuse(reflectance=(grey, grey, grey))
-    if isinstance(bsdf, TwoSided):
-        return Sides(_unless_black(bsdf.bsdf[0]), _unless_black(bsdf.bsdf[-1]), radiance)
-    front = _unless_black(bsdf)
-    return Sides(front, front if bsdf.transmits else None, radiance)
-
-
-def _unless_black(bsdf: Bsdf | None) -> Bsdf | None:
-    """Return None for a BSDF that reflects nothing, so that no time is spent on it."""
-    return None if isinstance(bsdf, Diffuse) and not any(bsdf.reflectance) else bsdf
+    return Sides(*sides(bsdf), radiance)

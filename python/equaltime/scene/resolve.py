@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest, suggestion
-from equaltime.scene.model import NOT_YET, PLUGINS, Area, FreeEmitter, Kind, Perspective, Plugin, SceneModel, Shape
+from equaltime.scene.model import NOT_YET, PLUGINS, Area, FreeEmitter, Kind, Plugin, SceneModel, Shape, ShapeGroup
 from equaltime.scene.tree import Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
@@ -17,11 +17,12 @@ __all__ = ["Resolved", "resolve"]
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model, if it is valid, and all valid shapes and free emitters with the objects that they came from."""
+    """The model, if it is valid, and all valid parts with the objects that they came from."""
 
     model: SceneModel | None
-    shapes: list[tuple[Object, Shape]]
-    emitters: list[tuple[Object, FreeEmitter]]
+    shapes: list[Object]
+    """Where the shapes of the model came from, in their order."""
+    parts: list[tuple[Object, Plugin]]
 
 
 @dataclass(slots=True)
@@ -64,14 +65,17 @@ class _Resolver:
             node = self._target(child, self._root)
             if node is not None and (part := self.plugin(node)) is not None:
                 parts.setdefault(part.kind, []).append((node, part))
-        shapes, emitters = parts.get("shape", []), self._free(parts.get("emitter", []))
-        return Resolved(self._model(parts, shapes, emitters), shapes, emitters)
+        shapes = [(node, part) for node, part in parts.get("shape", []) if not isinstance(part, ShapeGroup)]
+        emitters = self._free(parts.get("emitter", []))
+        model = self._model(parts, [shape for _, shape in shapes], [emitter for _, emitter in emitters])
+        valid = [(node, part) for node, part in self._built.items() if part is not None]
+        return Resolved(model, [node for node, _ in shapes], valid)
 
     def _model(
         self,
         parts: dict[Kind, list[tuple[Object, Any]]],
-        shapes: list[tuple[Object, Shape]],
-        emitters: list[tuple[Object, FreeEmitter]],
+        shapes: list[Shape],
+        emitters: list[FreeEmitter],
     ) -> SceneModel | None:
         """Return the scene with these parts, or None if it lacks something or is wrong as a whole."""
         fields: dict[str, Any] = {}
@@ -84,9 +88,7 @@ class _Resolver:
                 fields[kind] = part
             if kind == "sensor" and not nodes:
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
-        if not isinstance(fields.get("sensor"), Perspective):
-            return None
-        return SceneModel(shapes=tuple(s for _, s in shapes), emitters=tuple(e for _, e in emitters), **fields)
+        return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
 
     def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
         """Return the emitters that stand on their own, with one environment at most; report those that cannot."""
@@ -167,7 +169,8 @@ class _Resolver:
             nested = None if target is None else self.plugin(target)
             if target is None or nested is None:
                 role = plugin.roles.get(kind) if target is not None and (kind := self._kind(target)) else None
-                result.failed |= {role} if role else {*plugin.roles.values(), child.name or ""}
+                slot = child.name if child.name in plugin.slots() else role
+                result.failed |= {slot} if slot else {*plugin.roles.values(), child.name or ""}
             else:
                 self._used.add(target)
                 self._set_object(result, plugin, child, nested)
@@ -182,16 +185,24 @@ class _Resolver:
             fields.values[name] = value.data
 
     def _set_object(self, fields: _Fields, plugin: type[Plugin], child: Child, nested: Plugin) -> None:
-        """Put `nested` where objects of its family belong; their names do not matter, as in Mitsuba."""
+        """Put `nested` where it belongs: by its name if that is a slot for its family, else by its family."""
         place, role = child.node.place, plugin.roles.get(nested.kind)
         title = plugin.model_fields["type"].default
+        if nested.kind in plugin.slots().get(child.name or "", ()):
+            role = child.name
         if role is None:
-            self._report.add(place, f"'{title}' cannot contain {_a(nested.kind)} ({shown(nested)})")
+            names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
+            message = f"'{title}' cannot contain {_a(nested.kind)} ({shown(nested)})"
+            if names:
+                called = f" as '{child.name}'" if child.name else " without a name"
+                message += f"{called}{suggestion(child.name or '', names)}"
+            self._report.add(place, message)
             fields.failed.add(child.name or "")
         elif role in plugin.lists:
             fields.values[role] = (*fields.values.get(role, ()), nested)
         elif role in fields.values:
-            self._report.add(place, f"'{title}' can have only one {nested.kind}; {shown(nested)} is another")
+            what = f"'{role}'" if role in plugin.slots() else nested.kind
+            self._report.add(place, f"'{title}' can have only one {what}; {shown(nested)} is another")
         else:
             fields.values[role] = nested
 
@@ -200,7 +211,7 @@ class _Resolver:
     def _is_reference(self, child: Child, plugin: type[Plugin]) -> bool:
         """Tell whether a string stands where an object is expected: then it is the object's name."""
         data = child.node.data if isinstance(child.node, Value) else None
-        return isinstance(data, str) and child.name in plugin.roles.values()
+        return isinstance(data, str) and (child.name in plugin.roles.values() or child.name in plugin.slots())
 
     def _target(self, child: Child, parent: Object) -> Object | None:
         """Return the object that `child` is or refers to; anything else is reported."""
@@ -213,8 +224,17 @@ class _Resolver:
             return None
         name = node.id if isinstance(node, Reference) else str(node.data)
         if name not in self._by_id:
-            self._report.add(node.place, f"no object has the name '{name}'{suggestion(name, self._by_id)}")
+            hint = suggestion(name, self._by_id)
+            if isinstance(node, Value) and "did you mean" not in hint and child.name in _texture_slots(parent):
+                hint = "; expected a number, a colour, or the name of a texture"
+            self._report.add(node.place, f"no object has the name '{name}'{hint}")
         return self._by_id.get(name)
+
+
+def _texture_slots(node: Object) -> list[str]:
+    """Return the parameters of `node` that take a texture by its name."""
+    plugin = PLUGINS.get(node.type)
+    return [] if plugin is None else [name for name, kinds in plugin.slots().items() if "texture" in kinds]
 
 
 def _a(noun: str) -> str:

@@ -20,11 +20,13 @@ from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
 from equaltime.scene.geometry import Surface
-from equaltime.scene.model import EnvMap, MeshFile, Plugin, SceneModel
+from equaltime.scene.model import Aov, Bitmap, EnvMap, Integrator, MeshFile, Moment, Plugin, SceneModel, Solid
 from equaltime.scene.model import Path as PathIntegrator
+from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Object, Place, Report
+from equaltime.scene.tree import Object, Report
+from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.validate import explain
 from equaltime.scene.xml_reader import read_xml
 
@@ -50,7 +52,7 @@ class Scene:
     """The meshes and images that it names."""
     warnings: tuple[str, ...] = ()
     """What is odd about its files but does no harm."""
-    _places: tuple[Place, ...] = field(default=(), repr=False)
+    _places: Places = field(default=NOWHERE, repr=False)
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
 
     @property
@@ -90,6 +92,9 @@ class Scene:
         started = perf_counter()
         try:
             core = compile_scene(self.model, self.assets, _core.SceneBuilder())
+        except Unsupported as error:
+            place = self._places.of(error.node) or self.source or ""
+            raise SceneError((Problem(str(place), str(error)),)) from error
         except ValueError as error:
             raise SceneError((self._problem(str(error)),)) from error
         self.assets.release()
@@ -99,8 +104,8 @@ class Scene:
     def _problem(self, message: str) -> Problem:
         """Return the core's complaint with the place of the shape that it is about, if it is about one."""
         about = _SHAPE.match(message)
-        if about and int(about[1]) < len(self._places):
-            return Problem(str(self._places[int(about[1])]), about[2])
+        if about and int(about[1]) < len(self._places.shapes):
+            return Problem(str(self._places.shapes[int(about[1])]), about[2])
         return Problem(str(self.source or ""), message)
 
     def with_(
@@ -125,8 +130,7 @@ class Scene:
         if changes:
             model = _changed(model, sensor=_changed(model.sensor, film=_changed(film, **changes)))
         if max_depth is not None:
-            integrator = model.integrator if isinstance(model.integrator, PathIntegrator) else PathIntegrator()
-            model = _changed(model, integrator=_changed(integrator, max_depth=max_depth))
+            model = _changed(model, integrator=_deep(model.integrator, max_depth))
         seconds = {"load": self._seconds.get("load", 0.0)}
         return Scene(model, self.source, self.assets, self.warnings, self._places, seconds)
 
@@ -190,28 +194,40 @@ def _finish(root: Object | None, report: Report, source: Path | None, folder: Pa
     warnings = _check_files(resolved, assets, report)
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
-    places = tuple(node.place for node, _ in resolved.shapes)
+    places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
     return Scene(resolved.model, source, assets, warnings, places, {"load": perf_counter() - started})
 
 
 def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
     """Read all files that the scene names, report what is wrong with them, and return their readers' warnings."""
     warnings: dict[str, None] = {}
-    for node, shape in resolved.shapes:
+    for node, part in resolved.parts:
         try:
-            if isinstance(shape, MeshFile):
-                warnings |= dict.fromkeys(f"{shape.filename}: {text}" for text in assets.mesh(shape).warnings)
-            else:
-                geometry.surface(shape, assets)
-        except ValueError as error:
-            report.add(node.place_of("filename"), str(error))
-    for node, emitter in resolved.emitters:
-        try:
-            if isinstance(emitter, EnvMap):
-                assets.image(emitter)
+            warnings |= dict.fromkeys(_check_part(part, assets))
+        except Unsupported:
+            continue  # it is refused when it is compiled; until then it can be looked at and converted
         except ValueError as error:
             report.add(node.place_of("filename"), str(error))
     return tuple(warnings)
+
+
+def _check_part(part: Plugin, assets: Assets) -> Iterator[str]:
+    """Read the file that `part` names, if any, and iterate over its reader's warnings."""
+    if isinstance(part, MeshFile):
+        yield from (f"{part.filename}: {text}" for text in assets.mesh(part).warnings)
+    elif isinstance(part, Solid):
+        geometry.surface(part, assets)
+    elif isinstance(part, EnvMap):
+        assets.image(part)
+    elif isinstance(part, Bitmap):
+        assets.path(part.filename)
+
+
+def _deep(integrator: Integrator, max_depth: int) -> Integrator:
+    """Return `integrator` with paths of another length; one that knows no depth becomes one that does."""
+    if isinstance(integrator, Moment | Aov) and integrator.integrators:
+        return _changed(integrator, integrators=(_deep(integrator.integrators[0], max_depth),))
+    return _changed(integrator if isinstance(integrator, PathIntegrator) else PathIntegrator(), max_depth=max_depth)
 
 
 def _changed(plugin: P, **changes: object) -> P:

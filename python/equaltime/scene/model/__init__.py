@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
-from equaltime.scene.model.bsdfs import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor, TwoSided
-from equaltime.scene.model.emitters import Area, Constant, EnvMap, FreeEmitter, Point
-from equaltime.scene.model.films import Box, Filter, Gaussian, HdrFilm, Tent
-from equaltime.scene.model.integrators import Direct, Integrator, Path
+from equaltime.scene.model.bsdfs import (
+    BsdfPlugin,
+    Conductor,
+    Dielectric,
+    Diffuse,
+    Null,
+    Plastic,
+    RoughConductor,
+    RoughDielectric,
+    RoughPlastic,
+    ThinDielectric,
+)
+from equaltime.scene.model.emitters import Area, Constant, Directional, EnvMap, FreeEmitter, Point, Spot
+from equaltime.scene.model.films import Box, CatmullRom, Filter, Gaussian, HdrFilm, Lanczos, Mitchell, Tent
+from equaltime.scene.model.integrators import Aov, Depth, Direct, Integrator, Moment, Path, VolPath, VolPathMis
+from equaltime.scene.model.media import HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase
+from equaltime.scene.model.metals import METALS
+from equaltime.scene.model.principled import Principled
 from equaltime.scene.model.scene import SceneModel
 from equaltime.scene.model.sensors import (
     MOST_SAMPLES,
@@ -14,57 +28,118 @@ from equaltime.scene.model.sensors import (
     LdSampler,
     MultiJitter,
     Orthogonal,
+    Orthographic,
     Perspective,
+    Projective,
     Sampler,
+    Sensor,
     Stratified,
+    ThinLens,
 )
-from equaltime.scene.model.shapes import Cube, Disk, MeshFile, Obj, Ply, Rectangle, Shape, Sphere
+from equaltime.scene.model.shapes import (
+    Cube,
+    Cylinder,
+    Disk,
+    Instance,
+    MeshFile,
+    Obj,
+    Ply,
+    Rectangle,
+    Serialized,
+    Shape,
+    ShapeGroup,
+    Solid,
+    Sphere,
+)
+from equaltime.scene.model.textures import Bitmap, Checkerboard, MeshAttribute, Texture, TexturePlugin
 from equaltime.scene.model.values import Color, Matrix, Spectrum, as_array, linear_scale, mirrors
+from equaltime.scene.model.wrappers import BlendBsdf, Bsdf, BumpMap, Mask, NormalMap, TwoSided
 
 __all__ = [
+    "METALS",
     "MOST_SAMPLES",
     "NOT_YET",
     "PLUGINS",
+    "Aov",
     "Area",
+    "Bitmap",
+    "BlendBsdf",
     "Box",
     "Bsdf",
+    "BsdfPlugin",
+    "BumpMap",
+    "CatmullRom",
+    "Checkerboard",
     "Color",
     "Conductor",
     "Constant",
     "Cube",
+    "Cylinder",
+    "Depth",
     "Dielectric",
     "Diffuse",
     "Direct",
+    "Directional",
     "Disk",
     "EnvMap",
     "Filter",
     "FreeEmitter",
     "Gaussian",
     "HdrFilm",
+    "HenyeyGreenstein",
+    "Homogeneous",
     "Independent",
+    "Instance",
     "Integrator",
+    "Isotropic",
     "Kind",
+    "Lanczos",
     "LdSampler",
+    "Mask",
     "Matrix",
+    "Medium",
+    "MeshAttribute",
     "MeshFile",
+    "Mitchell",
+    "Moment",
     "MultiJitter",
+    "NormalMap",
+    "Null",
     "Obj",
     "Orthogonal",
+    "Orthographic",
     "Path",
     "Perspective",
+    "Phase",
+    "Plastic",
     "Plugin",
     "Ply",
     "Point",
+    "Principled",
+    "Projective",
     "Rectangle",
     "RoughConductor",
+    "RoughDielectric",
+    "RoughPlastic",
     "Sampler",
     "SceneModel",
+    "Sensor",
+    "Serialized",
     "Shape",
+    "ShapeGroup",
+    "Solid",
     "Spectrum",
     "Sphere",
+    "Spot",
     "Stratified",
     "Tent",
+    "Texture",
+    "TexturePlugin",
+    "ThinDielectric",
+    "ThinLens",
     "TwoSided",
+    "VolPath",
+    "VolPathMis",
     "as_array",
     "linear_scale",
     "mirrors",
@@ -73,12 +148,16 @@ __all__ = [
 PLUGINS: dict[str, type[Plugin]] = {
     plugin.model_fields["type"].default: plugin
     for plugin in (
-        *(Diffuse, Conductor, RoughConductor, Dielectric, TwoSided),
-        *(Rectangle, Disk, Cube, Sphere, Ply, Obj),
-        *(Area, Point, Constant, EnvMap),
-        *(Perspective, HdrFilm, Box, Tent, Gaussian),
+        *(Diffuse, Conductor, RoughConductor, Dielectric, ThinDielectric, RoughDielectric, Plastic, RoughPlastic),
+        *(Principled, Null, TwoSided, BlendBsdf, Mask, BumpMap, NormalMap),
+        *(Bitmap, Checkerboard, MeshAttribute),
+        *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, ShapeGroup, Instance),
+        *(Area, Point, Spot, Directional, Constant, EnvMap),
+        *(Homogeneous, Isotropic, HenyeyGreenstein),
+        *(Perspective, ThinLens, Orthographic),
+        *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
         *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),
-        *(Path, Direct),
+        *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),
     )
 }
-"""The supported plugins by their type."""
+"""The plugins that can be described, by their type. One that the core cannot use yet is refused when it is compiled."""

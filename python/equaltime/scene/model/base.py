@@ -6,8 +6,9 @@ scene's own units, in double precision.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, ClassVar, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict
 
@@ -43,7 +44,7 @@ class Plugin(BaseModel):
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
-    """For each kind of object that may be nested here, the field that takes it (Mitsuba matches them by kind)."""
+    """For each kind of object that is taken by its kind, whatever its name, the field that takes it; see `slots`."""
     lists: ClassVar[frozenset[str]] = frozenset()
     """Those of these fields that take several objects, in order."""
     later: ClassVar[frozenset[str]] = frozenset()
@@ -54,7 +55,32 @@ class Plugin(BaseModel):
     id: str | None = None
     """Name of this object in its file."""
 
+    @classmethod
+    @cache
+    def slots(cls) -> Mapping[str, frozenset[Kind]]:
+        """Return the fields that take an object by its name, as Mitsuba takes textures, with the kinds that fit."""
+        by_kind = set(cls.roles.values())
+        kinds = {name: frozenset(_kinds(field.annotation)) for name, field in cls.model_fields.items()}
+        return {name: found for name, found in kinds.items() if found and name not in by_kind}
+
+    def nodes(self) -> Iterator[Plugin]:
+        """Iterate over this and everything nested in it, depth first; what is used twice comes twice."""
+        yield self
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            for item in value if isinstance(value, tuple) else (value,):
+                if isinstance(item, Plugin):
+                    yield from item.nodes()
+
     def replace(self, **changes: object) -> Self:
         """Return the same with some parameters changed, checked anew; raises pydantic's ValidationError."""
         given: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**(given | changes))
+
+
+def _kinds(annotation: object) -> Iterator[Kind]:
+    """Iterate over the kinds of the plugins that `annotation` mentions."""
+    if isinstance(annotation, type) and issubclass(annotation, Plugin):
+        yield annotation.kind
+    for argument in get_args(annotation):
+        yield from _kinds(argument)

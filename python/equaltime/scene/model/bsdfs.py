@@ -1,64 +1,81 @@
-"""Surface scattering: the BSDF plugins and what they look like on each side of a surface."""
+"""Surface scattering: the BSDFs that wrap no other. Those that do are in `wrappers`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, PositiveFloat, model_validator
+from pydantic import BeforeValidator, PositiveFloat, model_validator
 
-from equaltime.scene.model.base import NOT_YET, Kind, Plugin
+from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.ior import as_ior
-from equaltime.scene.model.values import Coefficient, Reflectance
+from equaltime.scene.model.metals import METALS, Metal, as_metal
+from equaltime.scene.model.textures import CoefficientTexture, ReflectanceTexture, Roughness, Texture
+from equaltime.scene.model.values import Color
 
-__all__ = ["Bsdf", "Conductor", "Dielectric", "Diffuse", "RoughConductor", "TwoSided"]
+__all__ = [
+    *("BsdfPlugin", "Conductor", "Dielectric", "Diffuse", "Null", "Plastic"),
+    *("RoughConductor", "RoughDielectric", "RoughPlastic", "ThinDielectric"),
+]
 
 Ior = Annotated[PositiveFloat, BeforeValidator(as_ior)]
 """An index of refraction: a positive number or one of Mitsuba's names."""
+Distribution = Literal["beckmann", "ggx"]
+WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class BsdfPlugin(Plugin):
     """Base of the BSDFs."""
 
     kind: ClassVar[Kind] = "bsdf"
-    transmits: ClassVar[bool] = False
-    """Whether light passes through, so that one description serves both sides of the surface."""
+
+    @property
+    def transmits(self) -> bool:
+        """Whether light passes through, so that one description serves both sides of the surface."""
+        return False
 
 
 class Diffuse(BsdfPlugin):
     """Lambertian reflection from the front side; the back side absorbs."""
 
     type: Literal["diffuse"] = "diffuse"
-    reflectance: Reflectance = (0.5, 0.5, 0.5)
-
-
-def _no_preset(material: str) -> str:
-    if material != "none":
-        raise ValueError(f"named materials are {NOT_YET}: give eta and k, or 'none' for a perfect mirror")
-    return material
+    reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
 
 
 class Conductor(BsdfPlugin):
-    """A smooth metal, seen from the front side; without eta and k a perfect mirror."""
+    """A smooth metal, seen from the front side; without material, eta and k a perfect mirror."""
 
     type: Literal["conductor"] = "conductor"
-    material: Annotated[str, AfterValidator(_no_preset)] = "none"
-    eta: Coefficient = (0.0, 0.0, 0.0)
-    """Real part of the index of refraction relative to the outside."""
-    k: Coefficient = (1.0, 1.0, 1.0)
-    """Extinction, the imaginary part."""
-    specular_reflectance: Reflectance = (1.0, 1.0, 1.0)
+    material: Annotated[str, BeforeValidator(as_metal)] = "none"
+    """A metal by name, instead of eta and k; ``none`` is a perfect mirror."""
+    eta: CoefficientTexture = (0.0, 0.0, 0.0)
+    """Real part of the index of refraction relative to the outside; see `ior`."""
+    k: CoefficientTexture = WHITE
+    """Extinction, the imaginary part; see `ior`."""
+    specular_reflectance: ReflectanceTexture = WHITE
+
+    @model_validator(mode="after")
+    def _one_metal(self) -> Self:
+        given = {"eta", "k"} & self.model_fields_set
+        if self.material != "none" and given:
+            raise ValueError(f"give either material or eta and k (found material and {' and '.join(sorted(given))})")
+        return self
+
+    @property
+    def ior(self) -> tuple[Texture | Color, Texture | Color]:
+        """Real part and extinction of the index of refraction, from ``material`` or from ``eta`` and ``k``."""
+        metal: Metal | None = METALS.get(self.material)
+        return (self.eta, self.k) if metal is None else (metal.eta, metal.k)
 
 
-class RoughConductor(Conductor):
-    """A metal with a microfacet surface; ``alpha`` is the root mean square slope."""
+class Rough(BsdfPlugin):
+    """Base of the BSDFs with a microfacet surface whose roughness may differ along tangent and bitangent."""
 
-    type: Literal["roughconductor"] = "roughconductor"  # type: ignore[assignment]  # narrows the tag of Conductor
-    distribution: Literal["beckmann", "ggx"] = "beckmann"
-    alpha: PositiveFloat = 0.1
-    alpha_u: PositiveFloat | None = None
+    distribution: Distribution = "beckmann"
+    alpha: Roughness = 0.1
+    """Root mean square slope."""
+    alpha_u: Roughness | None = None
     """Roughness along the tangent; with ``alpha_v`` instead of ``alpha``."""
-    alpha_v: PositiveFloat | None = None
+    alpha_v: Roughness | None = None
     """Roughness along the bitangent."""
     sample_visible: bool = True
     """A sampling hint of Mitsuba; visible normals are always sampled here."""
@@ -73,11 +90,17 @@ class RoughConductor(Conductor):
         return self
 
     @property
-    def alphas(self) -> tuple[float, float]:
+    def alphas(self) -> tuple[Texture | float, Texture | float]:
         """Roughness along the tangent and the bitangent."""
         if self.alpha_u is None or self.alpha_v is None:
             return self.alpha, self.alpha
         return self.alpha_u, self.alpha_v
+
+
+class RoughConductor(Conductor, Rough):
+    """A metal with a microfacet surface."""
+
+    type: Literal["roughconductor"] = "roughconductor"  # type: ignore[assignment]  # narrows the tag of Conductor
 
 
 class Dielectric(BsdfPlugin):
@@ -86,25 +109,58 @@ class Dielectric(BsdfPlugin):
     type: Literal["dielectric"] = "dielectric"
     int_ior: Ior = 1.5046
     ext_ior: Ior = 1.000277
-    specular_reflectance: Reflectance = (1.0, 1.0, 1.0)
-    specular_transmittance: Reflectance = (1.0, 1.0, 1.0)
+    specular_reflectance: ReflectanceTexture = WHITE
+    specular_transmittance: ReflectanceTexture = WHITE
 
-    transmits: ClassVar[bool] = True
-
-
-Opaque = Annotated[Diffuse | Conductor | RoughConductor, Field(discriminator="type")]
-
-
-class TwoSided(BsdfPlugin):
-    """Makes a one-sided BSDF work on both sides, or puts one on each side (front, back)."""
-
-    type: Literal["twosided"] = "twosided"
-    bsdf: Annotated[tuple[Opaque, ...], Field(min_length=1, max_length=2)]
-    """One or two opaque, one-sided BSDFs."""
-
-    roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
-    lists: ClassVar[frozenset[str]] = frozenset({"bsdf"})
+    @property
+    def transmits(self) -> bool:
+        """Always."""
+        return True
 
 
-Bsdf = Annotated[Diffuse | Conductor | RoughConductor | Dielectric | TwoSided, Field(discriminator="type")]
-"""Any BSDF that a shape may carry."""
+class ThinDielectric(Dielectric):
+    """A pane of glass as one surface: light passes straight on, reflections between its two sides are summed."""
+
+    type: Literal["thindielectric"] = "thindielectric"  # type: ignore[assignment]  # narrows the tag of Dielectric
+
+
+class RoughDielectric(Dielectric, Rough):
+    """A microfacet interface between two transparent media."""
+
+    type: Literal["roughdielectric"] = "roughdielectric"  # type: ignore[assignment]  # narrows the tag of Dielectric
+
+
+class Plastic(BsdfPlugin):
+    """A diffuse base under a smooth clear coat, seen from the front side."""
+
+    type: Literal["plastic"] = "plastic"
+    diffuse_reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
+    specular_reflectance: ReflectanceTexture = WHITE
+    int_ior: Ior = 1.49
+    ext_ior: Ior = 1.000277
+    nonlinear: bool = False
+    """Whether light that is reflected inside takes the colour of the base each time."""
+
+
+class RoughPlastic(Plastic):
+    """A diffuse base under a microfacet clear coat, seen from the front side."""
+
+    type: Literal["roughplastic"] = "roughplastic"  # type: ignore[assignment]  # narrows the tag of Plastic
+    distribution: Distribution = "beckmann"
+    alpha: PositiveFloat = 0.1
+    """Root mean square slope."""
+    sample_visible: bool = True
+    """A sampling hint of Mitsuba; visible normals are always sampled here."""
+
+    hints: ClassVar[frozenset[str]] = frozenset({"sample_visible"})
+
+
+class Null(BsdfPlugin):
+    """Nothing: light passes as if there were no surface."""
+
+    type: Literal["null"] = "null"
+
+    @property
+    def transmits(self) -> bool:
+        """Always."""
+        return True

@@ -1,15 +1,17 @@
-"""Light sources: attached to a shape (area), at a point, or all around."""
+"""Light sources: attached to a shape (area), at a point, from one direction, or all around."""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.textures import RadianceTexture, Texture
 from equaltime.scene.model.values import IDENTITY, Radiance, RigidTransform, Transform, Vec3
 
-__all__ = ["Area", "Constant", "EnvMap", "FreeEmitter", "Point"]
+__all__ = ["Area", "Constant", "Directional", "EnvMap", "FreeEmitter", "Point", "Spot"]
 
 
 class EmitterPlugin(Plugin):
@@ -28,7 +30,7 @@ class Area(EmitterPlugin):
     """Diffuse emission from the front side of the shape that it is nested in."""
 
     type: Literal["area"] = "area"
-    radiance: Radiance = (1.0, 1.0, 1.0)
+    radiance: RadianceTexture = (1.0, 1.0, 1.0)
     """W/(m^2 sr) per channel."""
 
 
@@ -54,6 +56,62 @@ class Point(EmitterPlugin):
         if self.to_world is not None:
             return (self.to_world[0][3], self.to_world[1][3], self.to_world[2][3])
         return self.position or (0.0, 0.0, 0.0)
+
+
+class Spot(EmitterPlugin):
+    """Light from a point into a cone about +z, full inside ``beam_width``, falling linearly to the ``cutoff_angle``."""
+
+    type: Literal["spot"] = "spot"
+    intensity: Radiance = (1.0, 1.0, 1.0)
+    """W/sr per channel, in the middle of the cone."""
+    cutoff_angle: Annotated[float, Field(gt=0.0, le=90.0)] = 20.0
+    """Half the opening of the cone in degrees; beyond it there is no light."""
+    beam_width: NonNegativeFloat | None = None
+    """Where the light begins to fall, in degrees; without it three quarters of ``cutoff_angle``. See `beam`."""
+    texture: Texture | None = None
+    """An image that the light projects, as wide as the cone."""
+    to_world: Transform = IDENTITY
+
+    @model_validator(mode="after")
+    def _beam_in_cone(self) -> Self:
+        if self.beam > self.cutoff_angle:
+            raise ValueError(f"beam_width ({self.beam:g}) must not exceed cutoff_angle ({self.cutoff_angle:g})")
+        return self
+
+    @property
+    def beam(self) -> float:
+        """Where the light begins to fall, in degrees."""
+        return 0.75 * self.cutoff_angle if self.beam_width is None else self.beam_width
+
+
+class Directional(EmitterPlugin):
+    """Parallel light from infinitely far away."""
+
+    type: Literal["directional"] = "directional"
+    irradiance: Radiance = (1.0, 1.0, 1.0)
+    """W/m^2 per channel, on a plane that faces the light."""
+    direction: Vec3 | None = None
+    """Where the light travels; see `world_direction`."""
+    to_world: Transform | None = None
+    """Another way to give the direction: where this takes +z."""
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> Self:
+        if self.direction is not None and self.to_world is not None:
+            raise ValueError("give either direction or to_world, not both")
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("the direction has no length")
+        return self
+
+    @property
+    def world_direction(self) -> tuple[float, float, float]:
+        """Where the light travels in world space, as a unit vector."""
+        if self.to_world is not None:
+            x, y, z = (row[2] for row in self.to_world[:3])
+        else:
+            x, y, z = self.direction or (0.0, 0.0, 1.0)
+        length = math.hypot(x, y, z)
+        return x / length, y / length, z / length
 
 
 class Constant(EmitterPlugin):
@@ -84,5 +142,5 @@ class EnvMap(EmitterPlugin):
     later: ClassVar[frozenset[str]] = frozenset({"bitmap", "data"})
 
 
-FreeEmitter = Annotated[Point | Constant | EnvMap, Field(discriminator="type")]
+FreeEmitter = Annotated[Point | Spot | Directional | Constant | EnvMap, Field(discriminator="type")]
 """The emitters that stand on their own in a scene."""

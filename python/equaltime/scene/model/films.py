@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, NonNegativeInt, PositiveFloat, Posi
 
 from equaltime.scene.model.base import Kind, Plugin
 
-__all__ = ["Box", "Filter", "Gaussian", "HdrFilm", "Tent"]
+__all__ = ["Box", "CatmullRom", "Filter", "Gaussian", "HdrFilm", "Lanczos", "Mitchell", "Tent"]
 
 MAX_SIDE = 1_000_000
 """What libpng takes; the preview of an image is a PNG file."""
@@ -43,7 +43,31 @@ class Gaussian(Plugin):
     """In pixels."""
 
 
-Filter = Annotated[Box | Tent | Gaussian, Field(discriminator="type")]
+class Mitchell(Plugin):
+    """A cubic spline of radius 2 that is negative at its rim (Mitchell and Netravali 1988)."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["mitchell"] = "mitchell"
+    B: float = 1.0 / 3.0
+    C: float = 1.0 / 3.0
+
+
+class CatmullRom(Plugin):
+    """The cubic spline of radius 2 with B = 0 and C = 1/2: the sharpest of its family."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["catmullrom"] = "catmullrom"
+
+
+class Lanczos(Plugin):
+    """A sinc under the middle of another, ``lobes`` pixels to each side."""
+
+    kind: ClassVar[Kind] = "rfilter"
+    type: Literal["lanczos"] = "lanczos"
+    lobes: PositiveInt = 3
+
+
+Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Field(discriminator="type")]
 """Any reconstruction filter."""
 
 

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+import re
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, PositiveInt
+from pydantic import AfterValidator, Field, PositiveInt, model_validator
 
+from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 
-__all__ = ["Direct", "Integrator", "Path"]
+__all__ = ["Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
+
+AOVS = (
+    *("albedo", "depth", "position", "uv", "geo_normal", "sh_normal"),
+    *("dp_du", "dp_dv", "duv_dx", "duv_dy", "prim_index", "shape_index"),
+)
+"""What Mitsuba can write beside the image."""
 
 
 def _shown(hide: bool) -> bool:
@@ -43,12 +52,28 @@ class Path(IntegratorPlugin):
     """From where on Russian roulette may end a path; a default that the strategy may override."""
 
 
+class VolPath(Path):
+    """Paths that may pass through media; where there are none, the same as `Path`."""
+
+    type: Literal["volpath"] = "volpath"  # type: ignore[assignment]  # narrows the tag of Path
+
+
+class VolPathMis(Path):
+    """The same as `VolPath`: how colours in a medium are sampled is the strategy's business."""
+
+    type: Literal["volpathmis"] = "volpathmis"  # type: ignore[assignment]  # narrows the tag of Path
+
+
 class Direct(IntegratorPlugin):
     """Emitted and direct light only: a path integrator of depth 2."""
 
-    later: ClassVar[frozenset[str]] = frozenset({"shading_samples", "emitter_samples", "bsdf_samples"})
+    hints: ClassVar[frozenset[str]] = frozenset({"shading_samples", "emitter_samples", "bsdf_samples"})
 
     type: Literal["direct"] = "direct"
+    shading_samples: PositiveInt | None = None
+    """A sampling hint of Mitsuba, not used; the next two as well."""
+    emitter_samples: Annotated[int, Field(ge=0)] | None = None
+    bsdf_samples: Annotated[int, Field(ge=0)] | None = None
 
     @property
     def max_depth(self) -> int:
@@ -56,5 +81,65 @@ class Direct(IntegratorPlugin):
         return 2
 
 
-Integrator = Annotated[Path | Direct, Field(discriminator="type")]
+class Depth(IntegratorPlugin):
+    """The distance of what is seen, along the ray."""
+
+    type: Literal["depth"] = "depth"
+
+    @property
+    def max_depth(self) -> int:
+        """Paths of one segment see what the distance is of."""
+        return 1
+
+
+Light = Annotated[Path | VolPath | VolPathMis | Direct, Field(discriminator="type")]
+
+
+class Containing(IntegratorPlugin):
+    """Base of the integrators that add something to the image of another."""
+
+    roles: ClassVar[Mapping[Kind, str]] = {"integrator": "integrators"}
+    lists: ClassVar[frozenset[str]] = frozenset({"integrators"})
+
+    integrators: Annotated[tuple[Light, ...], Field(max_length=1)] = ()
+    """The integrator that makes the image."""
+
+    @property
+    def max_depth(self) -> int:
+        """That of the integrator inside; without one, what is seen directly."""
+        return self.integrators[0].max_depth if self.integrators else 1
+
+
+class Moment(Containing):
+    """The image and its second moment. Standard errors are in every output; so this adds nothing here."""
+
+    type: Literal["moment"] = "moment"
+    integrators: Annotated[tuple[Light, ...], Field(min_length=1, max_length=1)]
+
+
+class Aov(Containing):
+    """The image, if there is an integrator inside, and what is seen directly: depth, normals, ..."""
+
+    type: Literal["aov"] = "aov"
+    aovs: str
+    """Pairs ``name:what``, separated by commas; see `channels`."""
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        for _, what in self.channels:
+            if what not in AOVS:
+                raise ValueError(f"'{what}' cannot be written beside the image{suggestion(what, AOVS)}")
+        return self
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """The name of each output and what it is."""
+        pairs = [pair.partition(":") for pair in re.split(r"[\s,]+", self.aovs.strip(", \t\r\n"))]
+        return tuple((name, what) for name, _, what in pairs)
+
+
+Integrator = Annotated[
+    Path | VolPath | VolPathMis | Direct | Depth | Moment | Aov,
+    Field(discriminator="type"),
+]
 """Any integrator."""

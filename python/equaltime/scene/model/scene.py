@@ -9,7 +9,7 @@ from pydantic import model_validator
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.emitters import FreeEmitter
 from equaltime.scene.model.integrators import Integrator, Path
-from equaltime.scene.model.sensors import Perspective
+from equaltime.scene.model.sensors import Sensor
 from equaltime.scene.model.shapes import Shape
 
 __all__ = ["SceneModel"]
@@ -22,10 +22,10 @@ class SceneModel(Plugin):
 
     type: Literal["scene"] = "scene"
     integrator: Integrator = Path()
-    sensor: Perspective
+    sensor: Sensor
     shapes: tuple[Shape, ...] = ()
     emitters: tuple[FreeEmitter, ...] = ()
-    """Environment and point lights; area lights are in their shapes."""
+    """All lights but the area lights, which are in their shapes."""
 
     @model_validator(mode="after")
     def _one_environment(self) -> Self:

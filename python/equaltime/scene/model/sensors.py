@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, PositiveFloat, PositiveInt, model_validator
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.films import HdrFilm
-from equaltime.scene.model.values import IDENTITY, RigidTransform
+from equaltime.scene.model.media import Medium
+from equaltime.scene.model.values import IDENTITY, RigidTransform, Transform
 
 __all__ = [
-    *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Perspective", "Sampler", "Stratified"),
+    *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Sampler", "Stratified"),
+    *("Orthographic", "Perspective", "Projective", "Sensor", "ThinLens"),
 ]
 
 FILM_DIAGONAL = math.hypot(36.0, 24.0)
@@ -83,42 +85,46 @@ def _as_millimetres(value: object) -> object:
         raise ValueError("expected a length such as '50mm'") from None
 
 
-class Perspective(Plugin):
-    """A pinhole camera at the origin that looks along +z, with +x to the left of the image and +y up."""
+class SensorPlugin(Plugin):
+    """Base of the sensors: at the origin, they look along +z, with +x to the left of the image and +y up."""
 
     kind: ClassVar[Kind] = "sensor"
-    roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler"}
+    roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler", "medium": "medium"}
     later: ClassVar[frozenset[str]] = frozenset({"shutter_open", "shutter_close", "srf"})
-    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+    hints: ClassVar[frozenset[str]] = frozenset({"sampler"})
 
-    type: Literal["perspective"] = "perspective"
+    near_clip: PositiveFloat | None = None
+    """Nothing is seen nearer than this, measured along the axis; applies only when given."""
+    far_clip: PositiveFloat | None = None
+    """Nothing is seen farther than this, measured along the axis; applies only when given."""
+    film: HdrFilm = HdrFilm()
+    sampler: Sampler = Independent()
+    medium: Medium | None = None
+    """What the camera is in."""
+
+    @model_validator(mode="after")
+    def _clips_in_order(self) -> Self:
+        if self.near_clip is not None and self.far_clip is not None and self.near_clip >= self.far_clip:
+            raise ValueError(f"near_clip ({self.near_clip:g}) must be smaller than far_clip ({self.far_clip:g})")
+        return self
+
+
+class Projective(SensorPlugin):
+    """Base of the cameras with a field of view."""
+
     to_world: RigidTransform = IDENTITY
     fov: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
     """Field of view in degrees along ``fov_axis``, over the whole film."""
     fov_axis: Literal["x", "y", "diagonal", "smaller", "larger"] = "x"
     focal_length: Annotated[PositiveFloat, BeforeValidator(_as_millimetres)] | None = None
     """In mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
-    near_clip: PositiveFloat | None = None
-    """Nothing is seen nearer than this, measured along the axis; applies only when given."""
-    far_clip: PositiveFloat | None = None
-    """Nothing is seen farther than this, measured along the axis; applies only when given."""
-    focus_distance: PositiveFloat | None = None
-    """Accepted because Mitsuba does; a pinhole has no focus."""
-    principal_point_offset_x: float = 0.0
-    """Shift of the principal point from the middle of the film, in film widths."""
-    principal_point_offset_y: float = 0.0
-    """The same in film heights."""
-    film: HdrFilm = HdrFilm()
-    sampler: Sampler = Independent()
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _one_field_of_view(self) -> Self:
         if self.focal_length is not None and {"fov", "fov_axis"} & self.model_fields_set:
             raise ValueError("give either fov (with fov_axis) or focal_length, not both")
         if "fov_axis" in self.model_fields_set and self.fov is None:
             raise ValueError("fov_axis needs fov")
-        if self.near_clip is not None and self.far_clip is not None and self.near_clip >= self.far_clip:
-            raise ValueError(f"near_clip ({self.near_clip:g}) must be smaller than far_clip ({self.far_clip:g})")
         if not 0.0 < self.x_fov < 180.0:
             raise ValueError(f"the horizontal field of view, {self.x_fov:g} degrees, must lie between 0 and 180")
         return self
@@ -138,3 +144,48 @@ class Perspective(Plugin):
         elif self.fov is not None:
             return self.fov
         return math.degrees(2.0 * math.atan(half))
+
+
+class Perspective(Projective):
+    """A pinhole camera."""
+
+    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+
+    type: Literal["perspective"] = "perspective"
+    focus_distance: PositiveFloat | None = None
+    """Accepted because Mitsuba does; a pinhole has no focus."""
+    principal_point_offset_x: float = 0.0
+    """Shift of the principal point from the middle of the film, in film widths."""
+    principal_point_offset_y: float = 0.0
+    """The same in film heights."""
+
+
+class ThinLens(Projective):
+    """A camera with a round lens, sharp at one distance."""
+
+    type: Literal["thinlens"] = "thinlens"
+    aperture_radius: NonNegativeFloat
+    """Radius of the lens, in the scene's units of length; 0 is a pinhole."""
+    focus_distance: PositiveFloat | None = None
+    """Distance of the plane that is sharp, measured along the axis; see `focus`."""
+
+    @property
+    def focus(self) -> float:
+        """Distance of the plane that is sharp: without ``focus_distance`` the far clip, Mitsuba's being 10000."""
+        return self.focus_distance or self.far_clip or 1e4
+
+
+class Orthographic(SensorPlugin):
+    """Parallel rays: the image is two units wide, from -1 to 1 in x, before ``to_world``."""
+
+    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+
+    type: Literal["orthographic"] = "orthographic"
+    to_world: Transform = IDENTITY
+    """Its scale sets how much is seen."""
+    focus_distance: PositiveFloat | None = None
+    """Accepted because Mitsuba does; everything is sharp."""
+
+
+Sensor = Annotated[Perspective | ThinLens | Orthographic, Field(discriminator="type")]
+"""Any sensor."""

@@ -1,58 +1,74 @@
-"""Shapes: meshes from files and the analytic ones, with the material and the light that they carry."""
+"""Shapes: meshes from files, the analytic ones and instances, with the material and the light that they carry."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.bsdfs import Bsdf
 from equaltime.scene.model.emitters import Area
+from equaltime.scene.model.media import Medium
 from equaltime.scene.model.values import IDENTITY, Transform, Vec3, linear_scale
+from equaltime.scene.model.wrappers import Bsdf
 
-__all__ = ["Cube", "Disk", "MeshFile", "Obj", "Ply", "Rectangle", "Shape", "Sphere"]
+__all__ = [
+    *("Cube", "Cylinder", "Disk", "Instance", "MeshFile", "Obj", "Ply", "Rectangle"),
+    *("Serialized", "Shape", "ShapeGroup", "ShapePlugin", "Solid", "Sphere"),
+]
 
 
 class ShapePlugin(Plugin):
     """Base of the shapes."""
 
     kind: ClassVar[Kind] = "shape"
-    roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "emitter": "emitter"}
-    later: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight", "interior", "exterior"})
+    hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})
 
     to_world: Transform = IDENTITY
+    silhouette_sampling_weight: NonNegativeFloat = 1.0
+    """A hint for derivatives in Mitsuba, not used."""
+
+
+class Solid(ShapePlugin):
+    """Base of the shapes that have a surface of their own, all but instances."""
+
+    roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "emitter": "emitter"}
+
     flip_normals: bool = False
     """Turn the front side, which reflects and emits, to the other side."""
     bsdf: Bsdf | None = None
     """Without one: diffuse, reflectance 0.5, or 0 if the shape emits (Mitsuba's default)."""
     emitter: Area | None = None
+    interior: Medium | None = None
+    """What is behind the front side."""
+    exterior: Medium | None = None
+    """What is before the front side."""
 
 
-class Rectangle(ShapePlugin):
+class Rectangle(Solid):
     """The square [-1, 1]^2 in the plane z = 0, facing +z."""
 
     type: Literal["rectangle"] = "rectangle"
 
 
-class Disk(ShapePlugin):
+class Disk(Solid):
     """The unit disk in the plane z = 0, facing +z."""
 
     type: Literal["disk"] = "disk"
 
 
-class Cube(ShapePlugin):
+class Cube(Solid):
     """The cube [-1, 1]^3, facing outwards."""
 
     type: Literal["cube"] = "cube"
     face_normals: bool = False
     """Has no effect: the faces of a cube are flat either way."""
 
-    hints: ClassVar[frozenset[str]] = frozenset({"face_normals"})
+    hints: ClassVar[frozenset[str]] = frozenset({"face_normals", "silhouette_sampling_weight"})
 
 
-class Sphere(ShapePlugin):
+class Sphere(Solid):
     """A sphere, facing outwards; a reflection in ``to_world`` turns it inside out, as in Mitsuba."""
 
     type: Literal["sphere"] = "sphere"
@@ -66,7 +82,22 @@ class Sphere(ShapePlugin):
         return self
 
 
-class MeshFile(ShapePlugin):
+class Cylinder(Solid):
+    """A tube from ``p0`` to ``p1`` without caps, facing outwards."""
+
+    type: Literal["cylinder"] = "cylinder"
+    p0: Vec3 = (0.0, 0.0, 0.0)
+    p1: Vec3 = (0.0, 0.0, 1.0)
+    radius: PositiveFloat = 1.0
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        if self.p0 == self.p1:
+            raise ValueError("p0 and p1 are the same point: the cylinder has no length")
+        return self
+
+
+class MeshFile(Solid):
     """Base of the triangle meshes that are read from a file."""
 
     filename: str
@@ -90,5 +121,50 @@ class Obj(MeshFile):
     flip_tex_coords: bool = True
 
 
-Shape = Annotated[Rectangle | Disk | Cube | Sphere | Ply | Obj, Field(discriminator="type")]
-"""Any shape."""
+class Serialized(MeshFile):
+    """A mesh in Mitsuba's own binary format."""
+
+    type: Literal["serialized"] = "serialized"
+    shape_index: NonNegativeInt = 0
+    """Which of the meshes in the file."""
+
+
+class ShapeGroup(Plugin):
+    """Shapes that are not seen themselves, but wherever an `Instance` puts them."""
+
+    kind: ClassVar[Kind] = "shape"
+    roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapes"}
+    lists: ClassVar[frozenset[str]] = frozenset({"shapes"})
+
+    type: Literal["shapegroup"] = "shapegroup"
+    shapes: Annotated[tuple[InGroup, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _dark(self) -> Self:
+        if any(shape.emitter is not None for shape in self.shapes):
+            raise ValueError("the shapes of a group cannot emit, as in Mitsuba")
+        return self
+
+
+class Instance(ShapePlugin):
+    """A group of shapes, placed once more."""
+
+    roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapegroup"}
+
+    type: Literal["instance"] = "instance"
+    shapegroup: ShapeGroup
+
+
+InGroup = Annotated[
+    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized,
+    Field(discriminator="type"),
+]
+"""Any shape with a surface of its own."""
+Shape = Annotated[
+    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Instance,
+    Field(discriminator="type"),
+]
+"""Any shape that is seen."""
+
+ShapeGroup.model_rebuild()
+Instance.model_rebuild()

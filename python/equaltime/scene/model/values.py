@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator
 
 __all__ = [
+    "EQUAL_ENERGY",
     "IDENTITY",
     "Coefficient",
     "Color",
@@ -28,6 +29,10 @@ __all__ = [
     "Transform",
     "Vec3",
     "as_array",
+    "as_coefficient",
+    "as_number",
+    "as_radiance",
+    "as_reflectance",
     "linear_scale",
     "mirrors",
 ]
@@ -97,6 +102,36 @@ def _within_unit(color: Color) -> Color:
 def _not_negative(color: Color) -> Color:
     if not all(c >= 0.0 for c in color):
         raise ValueError("must not be negative")
+    return color
+
+
+def as_reflectance(value: object) -> Color:
+    """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else."""
+    return _within_unit(_finite(_as_color(value)))
+
+
+def as_coefficient(value: object) -> Color:
+    """Return `value` as non-negative numbers per channel; raises ValueError if it is something else."""
+    return _not_negative(_finite(_as_color(value)))
+
+
+def as_radiance(value: object) -> Color:
+    """Return `value` as emission per channel; raises ValueError if it is something else."""
+    return _not_negative(_finite(_as_radiance(value)))
+
+
+def as_number(value: object) -> float:
+    """Return `value` as one finite number, be it one or a grey; raises ValueError if it is something else."""
+    color = _finite(_as_color(value))
+    if len(set(color)) > 1:
+        raise ValueError("expected one number, not a colour")
+    return color[0]
+
+
+def _finite(color: object) -> Color:
+    assert isinstance(color, tuple)
+    if not all(math.isfinite(c) for c in color):
+        raise ValueError("expected finite numbers")
     return color
 
 

@@ -1,0 +1,45 @@
+"""What the cross-check traces; anything else it refuses by name, before the first ray."""
+
+from __future__ import annotations
+
+from typing import Final, TypeVar
+
+from equaltime.errors import RenderError
+from equaltime.scene import model as m
+from equaltime.scene.model import Perspective, SceneModel, Texture, TexturePlugin
+
+__all__ = ["camera_of", "check", "constant"]
+
+T = TypeVar("T")
+
+TRACED: Final = (
+    *(m.SceneModel, m.Perspective, m.HdrFilm, m.Box, m.Tent, m.Gaussian, m.Independent, m.Stratified, m.MultiJitter),
+    *(m.Orthogonal, m.LdSampler, m.Path, m.Direct, m.Moment, m.Rectangle, m.Disk, m.Cube, m.Sphere, m.Ply, m.Obj),
+    *(m.Diffuse, m.Conductor, m.RoughConductor, m.Dielectric, m.TwoSided, m.Area, m.Point, m.Constant, m.EnvMap),
+)
+NOT_TRACED: Final = (m.ThinDielectric, m.RoughDielectric)
+"""Those that share fields with one that is."""
+
+
+def check(model: SceneModel) -> None:
+    """Raise RenderError, with names, if there is anything in `model` that cannot be traced here."""
+    unknown = {
+        f"'{node.model_dump(include={'type'})['type']}'"
+        for node in model.nodes()
+        if not isinstance(node, TRACED) or isinstance(node, NOT_TRACED)
+    }
+    if unknown:
+        raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")
+
+
+def camera_of(model: SceneModel) -> Perspective:
+    """Return the camera, a pinhole."""
+    if not isinstance(model.sensor, Perspective):
+        raise RenderError(f"the cross-check cannot trace '{model.sensor.type}'")
+    return model.sensor
+
+
+def constant(value: Texture | T) -> T:
+    """Return a parameter that is the same everywhere, as `check` has made sure."""
+    assert not isinstance(value, TexturePlugin), "textures are refused before"
+    return value

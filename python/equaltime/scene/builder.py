@@ -1,0 +1,8 @@
+"""The core's builder, for whoever hands it something; see `equaltime._core.SceneBuilder` for its calls."""
+
+from __future__ import annotations
+
+from equaltime._core import Scene as CoreScene
+from equaltime._core import SceneBuilder as Builder
+
+__all__ = ["Builder", "CoreScene"]

@@ -1,0 +1,26 @@
+"""Hands the lights that are no shape to the core, unless they are dark."""
+
+from __future__ import annotations
+
+from equaltime.scene.assets import Assets
+from equaltime.scene.builder import Builder
+from equaltime.scene.compile_textures import Textures
+from equaltime.scene.model import Constant, EnvMap, FreeEmitter, Point, as_array
+from equaltime.scene.unsupported import Unsupported
+
+__all__ = ["add_emitter"]
+
+
+def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
+    """Add a light, unless it is dark; raises `Unsupported` if the core cannot use it yet."""
+    if isinstance(emitter, Point):
+        if any(emitter.intensity):
+            builder.add_point_light(emitter.world_position, emitter.intensity)
+    elif isinstance(emitter, Constant):
+        if any(emitter.radiance):
+            builder.add_constant_environment(emitter.radiance)
+    elif isinstance(emitter, EnvMap):
+        if emitter.scale > 0.0 and (pixels := assets.image(emitter)).any():
+            builder.add_image_environment(pixels, emitter.scale, as_array(emitter.to_world))
+    else:
+        raise Unsupported(emitter)

@@ -1,0 +1,56 @@
+"""What light passes through: media and their phase functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, NonNegativeFloat
+
+from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.values import Coefficient, Reflectance
+
+__all__ = ["HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase"]
+
+
+class Isotropic(Plugin):
+    """Scatters alike in all directions."""
+
+    kind: ClassVar[Kind] = "phase"
+    type: Literal["isotropic"] = "isotropic"
+
+
+class HenyeyGreenstein(Plugin):
+    """Scatters forwards or backwards with the mean cosine ``g`` (Henyey and Greenstein 1941)."""
+
+    kind: ClassVar[Kind] = "phase"
+    type: Literal["hg"] = "hg"
+    g: Annotated[float, Field(gt=-1.0, lt=1.0)] = 0.8
+
+
+Phase = Annotated[Isotropic | HenyeyGreenstein, Field(discriminator="type")]
+"""Any phase function."""
+
+
+class Homogeneous(Plugin):
+    """A medium that is the same everywhere."""
+
+    kind: ClassVar[Kind] = "medium"
+    roles: ClassVar[Mapping[Kind, str]] = {"phase": "phase"}
+    hints: ClassVar[frozenset[str]] = frozenset({"sample_emitters", "has_spectral_extinction"})
+
+    type: Literal["homogeneous"] = "homogeneous"
+    albedo: Reflectance = (0.75, 0.75, 0.75)
+    """How much of the light that meets a particle is scattered."""
+    sigma_t: Coefficient = (1.0, 1.0, 1.0)
+    """Extinction per unit of length."""
+    scale: NonNegativeFloat = 1.0
+    """Factor on the extinction."""
+    phase: Phase = Isotropic()
+    sample_emitters: bool = True
+    """A sampling hint of Mitsuba, not used; the next too."""
+    has_spectral_extinction: bool = True
+
+
+Medium = Homogeneous
+"""Any medium."""

@@ -1,0 +1,55 @@
+"""The principled BSDF: one material by intuitive parameters (Burley 2012, 2015)."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+
+from equaltime.scene.model.bsdfs import BsdfPlugin
+from equaltime.scene.model.textures import ReflectanceTexture, UnitTexture
+
+__all__ = ["Principled"]
+
+
+class Principled(BsdfPlugin):
+    """A mixture of diffuse, metallic, glassy and coated; seen from the front side unless ``spec_trans`` is used."""
+
+    type: Literal["principled"] = "principled"
+    base_color: ReflectanceTexture = (0.5, 0.5, 0.5)
+    roughness: UnitTexture = 0.5
+    """Square root of the microfacet distribution's alpha."""
+    anisotropic: UnitTexture = 0.0
+    metallic: UnitTexture = 0.0
+    spec_trans: UnitTexture = 0.0
+    """How much is glass."""
+    eta: PositiveFloat | None = None
+    """Index of refraction of the inside relative to the outside; instead of ``specular``."""
+    specular: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    """Reflection at normal incidence, 1 being 8 %; ignored where ``eta`` is given."""
+    spec_tint: UnitTexture = 0.0
+    sheen: UnitTexture = 0.0
+    sheen_tint: UnitTexture = 0.0
+    flatness: UnitTexture = 0.0
+    """How much the diffuse part looks like that of a subsurface material."""
+    clearcoat: UnitTexture = 0.0
+    clearcoat_gloss: UnitTexture = 0.0
+    diffuse_reflectance_sampling_rate: NonNegativeFloat = 1.0
+    """A sampling hint of Mitsuba, not used; the two below too."""
+    main_specular_sampling_rate: NonNegativeFloat = 1.0
+    clearcoat_sampling_rate: NonNegativeFloat = 1.0
+
+    hints: ClassVar[frozenset[str]] = frozenset(
+        {"diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"}
+    )
+
+    @model_validator(mode="after")
+    def _one_index(self) -> Self:
+        if {"eta", "specular"} <= self.model_fields_set and self.eta is not None:
+            raise ValueError("give either eta or specular, not both")
+        return self
+
+    @property
+    def transmits(self) -> bool:
+        """Whether any of it may be glass."""
+        return self.spec_trans != 0.0

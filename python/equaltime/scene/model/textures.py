@@ -1,0 +1,121 @@
+"""Textures: what varies over a surface, and the parameters that take one.
+
+A texture stands where a colour or a number may: a parameter of type ``ReflectanceTexture`` and the like holds either
+the constant, as a colour or a number, or the texture's node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field
+
+from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.values import (
+    IDENTITY,
+    Color,
+    Row,
+    Transform,
+    as_coefficient,
+    as_number,
+    as_radiance,
+    as_reflectance,
+)
+
+__all__ = [
+    *("Bitmap", "Checkerboard", "MeshAttribute", "Texture", "TexturePlugin"),
+    *("CoefficientTexture", "RadianceTexture", "ReflectanceTexture", "Roughness", "UnitTexture"),
+]
+
+
+class TexturePlugin(Plugin):
+    """Base of the textures."""
+
+    kind: ClassVar[Kind] = "texture"
+
+
+class OnUv(TexturePlugin):
+    """Base of the textures that are looked up by texture coordinates."""
+
+    to_uv: Transform = IDENTITY
+    """Applied to the texture coordinates before the lookup; of the 4x4 matrix, only u, v and the offset count."""
+
+    @property
+    def uv_rows(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """The 2x3 map of (u, v, 1)."""
+        return _plane(self.to_uv[0]), _plane(self.to_uv[1])
+
+
+def _plane(row: Row) -> tuple[float, float, float]:
+    return row[0], row[1], row[3]
+
+
+class Bitmap(OnUv):
+    """An image. The last row of the file is at v = 0."""
+
+    type: Literal["bitmap"] = "bitmap"
+    filename: str
+    """The image, relative to the scene file: anything that OpenImageIO reads."""
+    filter_type: Literal["bilinear", "nearest"] = "bilinear"
+    wrap_mode: Literal["repeat", "mirror", "clamp"] = "repeat"
+    raw: bool = False
+    """Take the file's numbers as they are: no sRGB decoding, for normals and roughness."""
+    format: Literal["variant", "auto", "fp16"] = "variant"
+    """Without effect: a texture keeps the precision of its file."""
+    accel: bool = True
+    """Without effect: a hint for GPUs."""
+
+    hints: ClassVar[frozenset[str]] = frozenset({"format", "accel"})
+    later: ClassVar[frozenset[str]] = frozenset({"bitmap", "data"})
+
+
+class Checkerboard(OnUv):
+    """Two colours in squares of half a unit of u and v."""
+
+    type: Literal["checkerboard"] = "checkerboard"
+    color0: CoefficientTexture = (0.4, 0.4, 0.4)
+    color1: CoefficientTexture = (0.2, 0.2, 0.2)
+
+
+class MeshAttribute(TexturePlugin):
+    """An attribute of the mesh, such as vertex colours, interpolated over its triangles."""
+
+    type: Literal["mesh_attribute"] = "mesh_attribute"
+    name: str
+    """``vertex_...`` or ``face_...``: the attribute's name in the mesh."""
+    scale: float = 1.0
+
+
+Texture = Annotated[Bitmap | Checkerboard | MeshAttribute, Field(discriminator="type")]
+"""Any texture."""
+
+
+def _or_texture(constant: Callable[[Any], object]) -> BeforeValidator:
+    """Return what lets textures pass and makes `constant` of anything else."""
+    return BeforeValidator(lambda value: value if isinstance(value, TexturePlugin) else constant(value))
+
+
+def _roughness(value: object) -> float:
+    if (number := as_number(value)) <= 0.0:
+        raise ValueError("must be more than 0")
+    return number
+
+
+def _unit(value: object) -> float:
+    if not 0.0 <= (number := as_number(value)) <= 1.0:
+        raise ValueError("must lie in [0, 1]")
+    return number
+
+
+ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
+"""A factor in [0, 1] per channel, or a texture of such."""
+CoefficientTexture = Annotated[Texture | Color, _or_texture(as_coefficient)]
+"""A non-negative number per channel, or a texture of such."""
+RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
+"""Emission per channel, or a texture of such."""
+UnitTexture = Annotated[Texture | float, _or_texture(_unit)]
+"""A number in [0, 1], or a texture of such."""
+Roughness = Annotated[Texture | float, _or_texture(_roughness)]
+"""A positive number, or a texture of such."""
+Checkerboard.model_rebuild()

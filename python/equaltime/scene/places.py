@@ -1,0 +1,27 @@
+"""Where the parts of a model stand in its file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from equaltime.scene.model import Plugin
+from equaltime.scene.tree import Place
+
+__all__ = ["NOWHERE", "Places"]
+
+
+class Places:
+    """The places of shapes by their index, and of all parts by what they are."""
+
+    def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
+        self.shapes = shapes
+        self._parts = tuple(parts)
+
+    def of(self, part: Plugin) -> Place | None:
+        """Return where `part`, or the first that is equal to it, stands; None if it was made later."""
+        return next((place for known, place in self._parts if known is part or known == part), None)
+
+
+NOWHERE: Final = Places((), ())
+"""For a model that was made by hand."""

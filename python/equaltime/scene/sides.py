@@ -1,0 +1,42 @@
+"""Takes ``twosided`` apart: what the front and the back of a surface do, each seen from its own side."""
+
+from __future__ import annotations
+
+from equaltime.scene.model import BlendBsdf, Bsdf, BumpMap, Diffuse, Mask, NormalMap, TwoSided
+
+__all__ = ["sides"]
+
+BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
+
+
+def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
+    """Return the BSDFs of the front and the back, free of ``twosided``; None absorbs everything.
+
+    What lets light through is the same on both sides, and knows which of them it is on. A wrapper is put around each
+    side of what it wraps: a hole is one on both sides, also where the back absorbs what does not pass.
+    """
+    if isinstance(bsdf, TwoSided):
+        return sides(bsdf.bsdf[0])[0], sides(bsdf.bsdf[-1])[0]
+    if isinstance(bsdf, Mask):
+        front, back = sides(bsdf.bsdf)
+        return _around(bsdf, front or BLACK), _around(bsdf, back or BLACK)
+    if isinstance(bsdf, BumpMap | NormalMap):
+        front, back = sides(bsdf.bsdf)
+        return front and _around(bsdf, front), back and _around(bsdf, back)
+    if isinstance(bsdf, BlendBsdf):
+        (front, back), (other_front, other_back) = map(sides, bsdf.bsdf)
+        return _blend(bsdf, front, other_front), _blend(bsdf, back, other_back)
+    if isinstance(bsdf, Diffuse) and bsdf.reflectance == BLACK.reflectance:
+        return None, None
+    return bsdf, bsdf if bsdf.transmits else None
+
+
+def _around(wrapper: Mask | BumpMap | NormalMap, inner: Bsdf) -> Bsdf:
+    return wrapper if inner is wrapper.bsdf else wrapper.replace(bsdf=inner)
+
+
+def _blend(blend: BlendBsdf, first: Bsdf | None, second: Bsdf | None) -> Bsdf | None:
+    if first is None and second is None:
+        return None
+    both = (first or BLACK, second or BLACK)
+    return blend if both == blend.bsdf else blend.replace(bsdf=both)

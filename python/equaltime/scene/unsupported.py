@@ -1,0 +1,27 @@
+"""What can be described and not yet be rendered."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from equaltime.scene.model import Plugin, Texture, TexturePlugin
+
+__all__ = ["Unsupported", "constant"]
+
+T = TypeVar("T")
+
+
+class Unsupported(ValueError):
+    """A node that the core cannot use yet; whoever knows where it stands adds the place."""
+
+    def __init__(self, node: Plugin, what: str = "") -> None:
+        self.node = node
+        title = node.model_dump(include={"type"})["type"]
+        super().__init__(what or f"the {node.kind} '{title}' is not supported yet")
+
+
+def constant(value: Texture | T) -> T:
+    """Return `value` where only a constant can be used yet; raises `Unsupported` if it is a texture."""
+    if isinstance(value, TexturePlugin):
+        raise Unsupported(value)
+    return value
