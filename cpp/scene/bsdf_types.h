@@ -1,6 +1,10 @@
 // What every BSDF gives and takes. Directions are unit, local to the shading frame and point away from the surface;
 // the frame's normal is on the side of wo, so wo.z > 0. Values include the cosine of wi; pdfs are per solid angle.
 // Besides eval and sample there is albedo(wo, front): how much is scattered in all, exact or nearly, 0 only if nothing.
+// Each model says whether it is_delta (scatters into discrete directions only), whether it transmits (to the other side
+// of the surface), and whether it picks_lobe (sample looks at u_lobe). One that scatters into discrete directions and
+// others has discrete_share(wo, front) too: the probability that sample takes a discrete one, which are those of the
+// smallest u_lobe; eval is of the others alone, and their density includes that of not taking a discrete one.
 #pragma once
 
 #include "math/spectrum.h"

@@ -12,6 +12,7 @@ namespace equaltime {
 struct Conductor {
   static constexpr bool is_delta = true;
   static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = false;
   Spectrum eta, k, specular_reflectance;
 
   explicit Conductor(const ConductorDescription& d) noexcept;

@@ -12,6 +12,7 @@ namespace equaltime {
 struct Dielectric {
   static constexpr bool is_delta = true;
   static constexpr bool transmits = true;
+  static constexpr bool picks_lobe = true;
   float ior;  // interior over exterior
   Spectrum specular_reflectance, specular_transmittance;
 

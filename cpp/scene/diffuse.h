@@ -11,6 +11,7 @@ namespace equaltime {
 struct Diffuse {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = false;
   Spectrum reflectance;
 
   explicit Diffuse(const DiffuseDescription& d) noexcept;

@@ -12,6 +12,7 @@ namespace equaltime {
 struct RoughConductor {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = false;
   Microfacet distribution;
   Spectrum eta, k, specular_reflectance;
 

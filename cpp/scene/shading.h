@@ -3,7 +3,10 @@
 // techniques integrate the same function.
 #pragma once
 
+#include <type_traits>
+
 #include "math/optional.h"
+#include "sampling/sampler.h"
 #include "scene/bsdf.h"
 #include "scene/interaction.h"
 #include "scene/light_types.h"
@@ -45,13 +48,19 @@ template <auto E>
   return {visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); }), local.z > 0};
 }
 
-/// A direction drawn from the BSDF; u_lobe chooses among discrete lobes, u within a continuous one.
+/// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
 template <auto E>
-[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, const Bsdf& bsdf, float u_lobe,
+[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, const Bsdf& bsdf,
+                                                                const Sampler& sampler, std::uint32_t bounce,
                                                                 Point2f u) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
-  auto s = visit<E>(bsdf, [&](const auto& model) noexcept { return model.sample(wo, it.front, u_lobe, u); });
+  auto s = visit<E>(bsdf, [&](const auto& model) noexcept {
+    float u_lobe = 0;
+    if constexpr (std::decay_t<decltype(model)>::picks_lobe)
+      u_lobe = sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce));
+    return model.sample(wo, it.front, u_lobe, u);
+  });
   if (!s) return std::nullopt;
   Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
@@ -64,13 +73,30 @@ template <auto E>
   return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
 }
 
-/// A direction that knows nothing of the BSDF: uniform over the hemisphere of the shading normal, or over the sphere if
-/// the BSDF transmits. Not for BSDFs of discrete directions, which it never meets.
+/// The probability that a sample of the BSDF is a discrete direction, if it has others too.
 template <auto E>
-[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, const Bsdf& bsdf, Point2f u) noexcept {
+[[nodiscard]] float discrete_share(const Interaction& it, const Bsdf& bsdf) noexcept {
+  const Vec3f wo = it.frame.to_local(it.wo);
+  return visit<E>(bsdf, [&](const auto& model) noexcept {
+    if constexpr (requires { model.discrete_share(wo, it.front); })
+      return model.discrete_share(wo, it.front);
+    else
+      return 0.0F;
+  });
+}
+
+/// A direction that knows nothing of the BSDF: uniform over the hemisphere of the shading normal, or over the sphere if
+/// the BSDF transmits. It never meets discrete directions: a BSDF that has some beside others draws those itself, and
+/// one that has no others must not come here.
+template <auto E>
+[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
+                                                  std::uint32_t bounce, Point2f u) noexcept {
+  const float discrete = discrete_share<E>(it, bsdf);
+  if (discrete > 0 && sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
+    return sample_bsdf<E>(it, bsdf, sampler, bounce, u);
   const bool sphere = transmits<E>(bsdf);
   const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));
-  const float pdf = sphere ? kUniformSpherePdf : kUniformHemispherePdf;
+  const float pdf = (sphere ? kUniformSpherePdf : kUniformHemispherePdf) * (1 - discrete);
   const auto [value, above] = eval_bsdf<E>(it, bsdf, wi);
   if (value.f.is_black()) return std::nullopt;
   return Scattering{wi, above, value.f * (1 / pdf), pdf, false, 1};

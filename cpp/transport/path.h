@@ -88,9 +88,10 @@ template <Effects E, class Probe>
   const auto direct = [&]() noexcept {
     return direct_light<E>(scene, settings, it, bsdf, sampler, bounce, u.light_point, probe);
   };
-  if (settings.technique == Technique::uniform) return {direct(), sample_uniform<E>(it, bsdf, u.bsdf_direction)};
+  if (settings.technique == Technique::uniform)
+    return {direct(), sample_uniform<E>(it, bsdf, sampler, bounce, u.bsdf_direction)};
   if (sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F) return {2 * direct(), std::nullopt};
-  auto scattered = sample_bsdf<E>(it, bsdf, 0, u.bsdf_direction);
+  auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
   if (scattered) scattered->weight *= 2;
   return {{}, scattered};
 }
@@ -113,13 +114,13 @@ template <Effects E, class Probe>
 
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
-      scattered = sample_bsdf<E>(*it, *bsdf, sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)), {});
+      scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
     } else if (is_uncommon(settings.technique)) [[unlikely]] {
       const auto [direct, next] = uncommon_vertex<E>(scene, settings, *it, *bsdf, sampler, bounce, u, probe);
       L += beta * direct;
       scattered = next;
     } else {
-      scattered = sample_bsdf<E>(*it, *bsdf, 0, u.bsdf_direction);
+      scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
       L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
     }
     if (!scattered) return L;
