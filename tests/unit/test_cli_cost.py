@@ -14,7 +14,7 @@ import pytest
 import equaltime as et
 from equaltime import cost as measure_cost
 from equaltime.cli import main
-from equaltime.cli.cost import _as_data
+from equaltime.cli.cost_output import as_data
 from equaltime.cli.cost_progress import describe, time_left
 from equaltime.cost import analysis, experiment_reader, making, report, single_run
 from equaltime.cost.making import make_experiment, split_strategies
@@ -237,7 +237,7 @@ def test_the_time_left_is_a_countdown() -> None:
 
 
 def test_data_are_plain() -> None:
-    assert _as_data({0.02: (float("nan"), 1, True, None, "x", Path("a"))}) == {"0.02": [None, 1, True, None, "x", "a"]}
+    assert as_data({0.02: (float("nan"), 1, True, None, "x", Path("a"))}) == {"0.02": [None, 1, True, None, "x", "a"]}
 
 
 def test_python_spells_the_same_words(experiment: Path, folder: Path) -> None:

@@ -7,6 +7,7 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from io import TextIOWrapper
@@ -58,9 +59,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; the console script passes it to the shell."""
     if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
         sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no failure
+    command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
         with sigterm_as_ctrl_c():
-            code = app(arguments, prog_name="equaltime", standalone_mode=False) or 0
+            code = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
         print(end="", flush=True)
         return code
     except KeyboardInterrupt:

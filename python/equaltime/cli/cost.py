@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,13 +12,13 @@ from rich.table import Table
 
 from equaltime import cost as measure_cost
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
+from equaltime.cli.cost_folder import cost_folder
+from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
 from equaltime.cli.messages import print_error
-from equaltime.cost.folder import Folder
+from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
-from equaltime.cost.record import load
 from equaltime.cost.summary import SceneResult, Summary
-from equaltime.errors import ExperimentError
 from equaltime.render import MOST_THREADS
 
 __all__ = ["cost"]
@@ -31,11 +28,13 @@ _MOST_TARGETS = 2
 
 
 def cost(
+    context: typer.Context,
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="SCENE|EXPERIMENT",
-            help="Scene file (TOML, or Mitsuba 3 XML), or experiment file (TOML with scenes and strategies).",
+            metavar="SCENE|EXPERIMENT|FOLDER",
+            help="Scene file (TOML, or Mitsuba 3 XML), experiment file (TOML with scenes and strategies), or a folder "
+            "of experiments.",
             show_default=False,
         ),
     ],
@@ -123,6 +122,11 @@ def cost(
 
     * `equaltime cost x3-light.toml -o x3`
 
+    * `equaltime cost scenes/experiments -o experiments --quick`
+
+    All experiments of a folder are run one after another, each into a folder of its own, and `index.html` shows them
+    all.
+
     An experiment file has these keys, and says of a mistake what is known instead:
 
     * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define }]`
@@ -132,8 +136,16 @@ def cost(
       { label = "any", peer = { command = "render {scene} {spp} {seed} {out}" } }]`
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
-      `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`
+      `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;
+      `theirs = { source, claim, figures, numbers }`
     """
+    if source.is_dir():
+        if strategies is not None or define:
+            raise typer.BadParameter(
+                "--strategies and --define are for one scene or experiment, not for a folder of them"
+            )
+        changes = Changes(quick, size, budget, repeats, threads)
+        return cost_folder(source, output, changes, context.obj, as_json)
     try:
         with cost_progress() as progress:
             summary = measure_cost(
@@ -147,39 +159,16 @@ def cost(
                 strategies=split_strategies(strategies) if strategies is not None else (),
                 define=parse_definitions(define or ()),
                 progress=progress,
+                command=context.obj,
             )
     except KeyboardInterrupt:
-        print_error(f"interrupted; {_recorded(output)}")
+        print_error(f"interrupted; {recorded(output)}")
         return 130
     if as_json:
-        print(json.dumps(_as_data(summary), indent=2, allow_nan=False))
+        print(json.dumps(as_data(summary), indent=2, allow_nan=False))
     else:
         _print(summary, output)
     return 0
-
-
-def _recorded(folder: Path) -> str:
-    """Say what an interruption has left."""
-    try:
-        runs = sum(row.last for row in load(Folder(folder).records))
-    except ExperimentError:
-        runs = 0
-    if runs == 0:
-        return "no run was finished"
-    return f"{runs} {'run is' if runs == 1 else 'runs are'} recorded in {folder}; the same command goes on from there"
-
-
-def _as_data(value: object) -> Any:
-    """Return JSON data; what is not finite is None."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {f"{key:g}" if isinstance(key, float) else str(key): _as_data(entry) for key, entry in value.items()}
-    if isinstance(value, tuple | list):
-        return [_as_data(entry) for entry in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if isinstance(value, str | int | bool | None) else str(value)
 
 
 def _print(summary: Summary, folder: Path) -> None:

@@ -32,6 +32,7 @@ def cost(
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
     progress: ProgressCallback | None = None,
+    command: str = "",
 ) -> Summary:
     """Measure what accuracy costs in time with several strategies, and write a report of it.
 
@@ -59,6 +60,8 @@ def cost(
         Values for the variables of a scene file.
     progress
         Called with an `equaltime.cost.runner.RunProgress` as the experiment goes on.
+    command
+        The command line that asked for it; the report's provenance has it.
 
     Returns
     -------
@@ -74,6 +77,7 @@ def cost(
     EqualtimeError
         If the packages of ``equaltime[report]`` are missing.
     """
+    from equaltime.cost.conclusion import conclude
     from equaltime.cost.making import check_installed, make_experiment  # of no use to those who only render
     from equaltime.cost.runner import run
 
@@ -88,18 +92,5 @@ def cost(
         strategies=strategies,
         define=define,
     )
-    run(experiment, Path(folder), progress)
-    return _conclude(experiment, Path(folder))
-
-
-def _conclude(experiment: Experiment, folder: Path) -> Summary:
-    """Say what the records say, and write the report."""
-    from equaltime.cost import record
-    from equaltime.cost.analysis import summarise
-    from equaltime.cost.folder import Folder
-    from equaltime.cost.report import write_report
-
-    rows = record.complete(record.load(Folder(folder).records))
-    summary = summarise(experiment, rows, folder)
-    write_report(summary, folder)
-    return summary
+    run(experiment, Path(folder), progress, command=command)
+    return conclude(experiment, Path(folder), command)

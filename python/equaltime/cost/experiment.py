@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -20,7 +18,9 @@ from pydantic import (
     model_validator,
 )
 
-from equaltime.cost.experiment_problems import crossed, explained, name_of_scene, name_of_strategy
+from equaltime.cost.experiment_problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
+from equaltime.cost.theirs import Theirs
+from equaltime.cost.value import Value
 from equaltime.durations import seconds_of
 from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
 from equaltime.render import MOST_SECONDS, MOST_THREADS
@@ -39,11 +39,7 @@ Window = Annotated[tuple[Natural, Natural, Positive, Positive], Field(strict=Fal
 File = Annotated[Path, Field(strict=False)]
 
 
-class _Value(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
-
-
-class SceneEntry(_Value):
+class SceneEntry(Value):
     """A scene, and what is different from its file."""
 
     path: File | None = None
@@ -70,7 +66,7 @@ class SceneEntry(_Value):
         return scene.with_(size=self.size, crop=self.crop, max_depth=self.max_depth) if changed else scene
 
 
-class Peer(_Value):
+class Peer(Value):
     """Another renderer: Mitsuba 3, or any command that writes an EXR file."""
 
     renderer: Literal["mitsuba"] | None = None
@@ -82,7 +78,7 @@ class Peer(_Value):
     """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
 
 
-class StrategyEntry(_Value):
+class StrategyEntry(Value):
     """Something that is compared: one of equaltime's strategies, a peer, or a subject of your own."""
 
     label: str = ""
@@ -106,7 +102,7 @@ class StrategyEntry(_Value):
         return {"renderer": value} if isinstance(value, str) else value
 
 
-class ReferenceWish(_Value):
+class ReferenceWish(Value):
     """How exact the references shall be."""
 
     error: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.005
@@ -119,12 +115,14 @@ class ReferenceWish(_Value):
     _duration = field_validator("seconds", mode="before")(lambda value: _seconds(value))
 
 
-class Experiment(_Value):
+class Experiment(Value):
     """What is compared on what, for how long and how often."""
 
     title: str = ""
     description: str = ""
     """A paragraph for students: what is compared, what to see, why."""
+    theirs: Theirs | None = None
+    """The claim that the experiment goes back to, with its figures; ours are shown beside them."""
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
@@ -136,7 +134,7 @@ class Experiment(_Value):
     ) = None
     """Or the sample counts of all checkpoints."""
     repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
-    targets: Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False)] = (0.10, 0.05, 0.02, 0.01)
+    targets: Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False)] = DEFAULT_TARGETS
     """Errors to which times are wanted (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows large."""
@@ -178,6 +176,8 @@ class Experiment(_Value):
         changed = fields | changes
         if "baseline" not in changes and self.baseline not in map(name_of_strategy, changed["strategies"]):
             changed["baseline"] = ""
+        if "theirs" not in changes and self.theirs is not None:
+            changed["theirs"] = self.theirs.of(map(name_of_strategy, changed["strategies"]))
         return Experiment.model_validate(changed)
 
     def load_scenes(self) -> tuple[Scene, ...]:

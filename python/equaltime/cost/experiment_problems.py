@@ -14,7 +14,9 @@ from pydantic_core import ErrorDetails
 from equaltime.errors import Problem
 from equaltime.scene.known import shortened, suggestion
 
-__all__ = ["crossed", "explained", "file_name", "name_of_scene", "name_of_strategy"]
+__all__ = ["DEFAULT_TARGETS", "crossed", "explained", "file_name", "name_of_scene", "name_of_strategy"]
+
+DEFAULT_TARGETS = (0.10, 0.05, 0.02, 0.01)
 
 _EXPECTED = {
     "bool_type": "true or false",
@@ -74,7 +76,7 @@ def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
     """Return what is wrong between the values, as far as they are there."""
     return tuple(
         Problem(place, message)
-        for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems)
+        for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems)
         for place, message in check(values)
     )
 
@@ -130,6 +132,22 @@ def _ladder_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 def _reference_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if _get(values.get("reference"), "file") is not None and len(_list(values.get("scenes"))) > 1:
         yield "reference.file", "one file cannot be the reference of several scenes"
+
+
+def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Find numbers of theirs that could have none of ours beside them."""
+    labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
+    names = [name_of_scene(entry, number) for number, entry in enumerate(_list(values.get("scenes")))]
+    targets = _list(values.get("targets")) or DEFAULT_TARGETS
+    for number, entry in enumerate(_list(_get(values.get("theirs"), "numbers"))):
+        place = f"theirs.numbers[{number}]"
+        for key, known in (("strategy", labels), ("scene", names)):
+            name = _get(entry, key)
+            if isinstance(name, str) and name and name not in known:
+                yield f"{place}.{key}", f"the experiment has no {key} '{name}'{suggestion(name, known)}"
+        target = _get(entry, "target")
+        if target is not None and target not in targets:
+            yield f"{place}.target", f"{target} is none of the targets {shortened(list(targets), 80)}"
 
 
 def _alike(place: str, key: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -54,7 +54,11 @@ ProgressCallback = Callable[[RunProgress], object]
 
 
 def run(
-    experiment: Experiment, folder: Path, progress: ProgressCallback | None = None, cache: Path | None = None
+    experiment: Experiment,
+    folder: Path,
+    progress: ProgressCallback | None = None,
+    cache: Path | None = None,
+    command: str = "",
 ) -> None:
     """Run an experiment, or what is left of it, and leave records and images in ``folder``.
 
@@ -64,6 +68,8 @@ def run(
     ----------
     cache
         Where references are kept for other experiments; `reference.cache_folder` if not given.
+    command
+        The command line that asked for the runs, for their provenance.
 
     Raises
     ------
@@ -80,7 +86,7 @@ def run(
     try:
         with Recorder(place.records) as recorder:
             place.tidy()
-            _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache).run()
+            _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
     finally:
         close_subjects(subjects)
 
@@ -106,6 +112,7 @@ class _Session:
     recorder: Recorder
     progress: ProgressCallback | None
     cache: Path | None
+    command: str
 
     def __post_init__(self) -> None:
         self._turns = tuple(self._all_turns())
@@ -130,7 +137,8 @@ class _Session:
             if left:
                 elapsed = time.perf_counter() - begin
                 facts = {"runs": len(self._seconds), "elapsed_s": elapsed, "rendering_s": self._rendering}
-                self.folder.note("sessions", started, {"load_average_before": load, **facts})
+                asked = {"command": self.command} if self.command else {}
+                self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
 
     def _all_turns(self) -> Iterator[_Turn]:
         for repeat in range(self.experiment.repeats):

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from equaltime.cost.statistics import Interval
+from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.theirs import Quantity, Theirs
 
-__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,21 @@ class SceneResult:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """A number of ours beside one that others gave."""
+
+    what: str
+    theirs: str
+    """What they say of it; empty if they give no figure."""
+    quantity: Quantity
+    strategy: str
+    scene: str
+    value: Interval = UNKNOWN
+    target: float | None = None
+    """The error to which a time is given."""
+
+
+@dataclass(frozen=True)
 class Summary:
     """What an experiment found on all its scenes."""
 
@@ -104,3 +120,7 @@ class Summary:
     """Machine, build, dates, counts of runs."""
     verdict: str
     """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""
+    theirs: Theirs | None = None
+    """What others say of it."""
+    beside: tuple[Beside, ...] = ()
+    """Our numbers beside theirs."""

@@ -14,6 +14,7 @@ from equaltime.cost.report.words import (
     factor_cell,
     percent,
     plain_cell,
+    probability_cell,
     seconds_cell,
 )
 from equaltime.cost.statistics import UNKNOWN, Interval
@@ -61,7 +62,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
             [error_cell(strategy.error_at_budget)],
             [_own_estimate(curve.own_estimate)],
             [error_cell(strategy.bias) if strategy.bias else _NOTHING],
-            [_probability(strategy.equality_p)],
+            [probability_cell(strategy.equality_p)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = "Law of the error and checks; a slope of \N{MINUS SIGN}0.5 is that of independent samples"
@@ -139,9 +140,3 @@ def _own_estimate(estimates: Sequence[Interval]) -> Cell:
     if not estimates or math.isnan(estimates[-1].value):
         return _NOTHING
     return error_cell(estimates[-1])
-
-
-def _probability(p: float | None) -> Cell:
-    if p is None:
-        return _NOTHING
-    return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001")

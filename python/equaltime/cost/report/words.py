@@ -10,7 +10,18 @@ from typing import Literal
 
 from equaltime.cost.statistics import Interval
 
-__all__ = ["Cell", "error_cell", "factor_cell", "percent", "plain_cell", "seconds", "seconds_cell", "slug"]
+__all__ = [
+    "Cell",
+    "error_cell",
+    "factor_cell",
+    "percent",
+    "plain_cell",
+    "probability_cell",
+    "samples_cell",
+    "seconds",
+    "seconds_cell",
+    "slug",
+]
 
 _MINUS = "\N{MINUS SIGN}"
 _THIN = "\N{NARROW NO-BREAK SPACE}"
@@ -44,6 +55,7 @@ class _Unit:
 _ERROR = _Unit(100.0, f"{_THIN}%")
 _FACTOR = _Unit(1.0, _TIMES)
 _PLAIN = _Unit(1.0, "")
+_SAMPLES = _Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
@@ -59,6 +71,20 @@ def factor_cell(interval: Interval) -> Cell:
 def plain_cell(interval: Interval) -> Cell:
     """Print a number without unit."""
     return _cell(interval, _PLAIN)
+
+
+def samples_cell(interval: Interval) -> Cell:
+    """Print a count of samples a pixel."""
+    if math.isinf(interval.value):
+        return Cell("not reached", note=interval.note, state="unknown")
+    return _cell(interval, _SAMPLES)
+
+
+def probability_cell(p: float | None, note: str = "") -> Cell:
+    """Print a p-value; a dash where there is none."""
+    if p is None:
+        return Cell("\N{EN DASH}", note=note, state="unknown")
+    return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001", note=note)
 
 
 def seconds_cell(interval: Interval) -> Cell:

@@ -1,0 +1,38 @@
+"""``equaltime cost FOLDER``: all experiments of a folder, and the page that shows them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from equaltime.cli.cost_output import as_data, recorded
+from equaltime.cli.cost_progress import cost_progress
+from equaltime.cli.messages import print_error
+from equaltime.cost.collection import Changes, run_all
+from equaltime.cost.making import check_installed
+from equaltime.cost.report.index import Card
+
+__all__ = ["cost_folder"]
+
+
+def cost_folder(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
+    """Run what is left of every experiment in ``source``; return 1 if one failed."""
+    check_installed()
+
+    def tell(card: Card) -> None:
+        if card.state == "failed":
+            print_error(f"{card.name}: {card.problem}")
+        elif not as_json:
+            print(f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}", flush=True)
+
+    try:
+        with cost_progress() as progress:
+            cards = run_all(source, output, changes, progress, tell, command)
+    except KeyboardInterrupt:
+        print_error(f"interrupted; {recorded(output)}")
+        return 130
+    if as_json:
+        print(json.dumps(as_data(cards), indent=2, allow_nan=False))
+    else:
+        print(f"wrote {output / 'index.html'}")
+    return 1 if any(card.state == "failed" for card in cards) else 0

@@ -1,0 +1,49 @@
+"""What ``equaltime cost`` says besides tables: data as JSON has them, and what an interruption has left."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from equaltime.cost.folder import Folder
+from equaltime.cost.record import load
+from equaltime.errors import ExperimentError
+
+__all__ = ["as_data", "recorded"]
+
+
+def recorded(folder: Path) -> str:
+    """Say what an interruption has left."""
+    runs = _runs(folder)
+    if runs == 0:
+        return "no run was finished"
+    return f"{runs} {'run is' if runs == 1 else 'runs are'} recorded in {folder}; the same command goes on from there"
+
+
+def _runs(folder: Path) -> int:
+    """Count the runs that are recorded in a folder, or in those in it."""
+    try:
+        records = [Folder(folder).records, *folder.glob("*/records.csv")]
+        return sum(row.last for path in records for row in load(path))
+    except ExperimentError:
+        return 0
+
+
+def as_data(value: object) -> Any:
+    """Return JSON data; what is not finite is None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if isinstance(value, Mapping):
+        return {f"{key:g}" if isinstance(key, float) else str(key): as_data(entry) for key, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [as_data(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, str | int | bool | None) else str(value)

@@ -1,0 +1,32 @@
+"""The end of an experiment: what its records say, beside what others say, and the report of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from equaltime.cost import analysis, record, report
+from equaltime.cost.beside import beside
+from equaltime.cost.experiment import Experiment
+from equaltime.cost.folder import Folder
+from equaltime.cost.summary import Summary
+
+__all__ = ["conclude"]
+
+
+def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary:
+    """Summarise the records in ``folder`` and write the report beside them.
+
+    Parameters
+    ----------
+    command
+        The command line that asked for it, for the report's provenance.
+    """
+    rows = record.complete(record.load(Folder(folder).records))
+    summary = analysis.summarise(experiment, rows, folder)
+    if command:
+        summary = replace(summary, provenance={"command": command, **summary.provenance})
+    if experiment.theirs is not None:
+        summary = replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
+    report.write_report(summary, folder)
+    return summary
