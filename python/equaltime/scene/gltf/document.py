@@ -1,0 +1,208 @@
+"""A glTF file that has been checked: its JSON through pygltflib, and the bytes that it refers to.
+
+Both containers are read (``.gltf`` with data URIs or files beside it, ``.glb``). Nothing is trusted: sizes are compared
+with what is there before anything is made of them, and no file outside the folder of the document is opened.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, Final
+from urllib.parse import unquote, unquote_to_bytes
+
+from equaltime.scene.gltf.rules import Problems
+from equaltime.scene.gltf.schema import DOCUMENT, SUPPORTED, UNREADABLE
+from equaltime.scene.known import shortened, suggestion
+
+__all__ = ["Document", "Malformed", "parse"]
+
+MAGIC: Final = b"glTF"
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+MOST_PROBLEMS: Final = 20
+"""As many are told; a file that has more is broken all over."""
+
+
+class Malformed(ValueError):
+    """A glTF file is wrong; ``problems`` are pairs of the place inside the file and what is the matter."""
+
+    def __init__(self, *problems: tuple[str, str]) -> None:
+        self.problems = problems
+        super().__init__("; ".join(f"{place}: {message}" if place else message for place, message in problems))
+
+
+@dataclass(eq=False)
+class Document:
+    """The checked content of one file."""
+
+    gltf: Any
+    """A `pygltflib.GLTF2`; every index in it is in range."""
+    name: str
+    """The file's own name, without its folder."""
+    locate: Callable[[str], Path]
+    """Returns where a file is that is named relative to the document; raises ValueError if there is none."""
+    binary: memoryview | None
+    """The binary chunk of a ``.glb``."""
+    notes: dict[str, dict[str, None]] = field(default_factory=dict)
+    """What the file asks for and does not get, in the order of being found, with the places that ask."""
+    _buffers: dict[int, memoryview] = field(default_factory=dict)
+
+    def note(self, message: str, place: str) -> None:
+        """Remember to tell `message`, once for all places."""
+        self.notes.setdefault(message, {})[place] = None
+
+    def view(self, index: int) -> memoryview:
+        """Return the bytes of a buffer view."""
+        view = self.gltf.bufferViews[index]
+        begin, length = int(view.byteOffset or 0), int(view.byteLength)
+        data = self._buffer(view.buffer)
+        if begin + length > len(data):
+            message = f"reaches to byte {begin + length} of buffer {view.buffer}, which has {len(data)}"
+            raise Malformed((f"bufferViews[{index}]", message))
+        return data[begin : begin + length]
+
+    def _buffer(self, index: int) -> memoryview:
+        if index not in self._buffers:
+            buffer = self.gltf.buffers[index]
+            place = f"buffers[{index}]"
+            if buffer.uri is not None:
+                data = memoryview(self.resource(buffer.uri, f"{place}.uri"))
+            elif index == 0 and self.binary is not None:
+                data = self.binary
+            else:
+                raise Malformed((place, "has no 'uri', and the file has no binary chunk for it"))
+            if len(data) < buffer.byteLength:
+                raise Malformed((place, f"declares {buffer.byteLength} bytes, but there are only {len(data)}"))
+            self._buffers[index] = data[: int(buffer.byteLength)]
+        return self._buffers[index]
+
+    def resource(self, uri: str, place: str) -> bytes:
+        """Return the content of a data URI or of a file beside the document."""
+        if uri.startswith("data:"):
+            return _decoded(uri, place)
+        try:
+            return self.locate(self.relative(uri, place)).read_bytes()
+        except OSError as error:
+            raise Malformed((place, f"{shortened(uri, 60)} cannot be read: {error.strerror or error}")) from error
+        except ValueError as error:
+            raise Malformed((place, str(error))) from error
+
+    def relative(self, uri: str, place: str) -> str:
+        """Return the name of the file that `uri` means, which must lie in the folder of the document or below."""
+        name = unquote(uri)
+        path = PurePosixPath(name)
+        if ":" in name.split("/")[0] or "\0" in name:
+            raise Malformed((place, f"expected a file beside this one or a data URI, found {shortened(uri, 60)}"))
+        if not name or path.is_absolute() or PureWindowsPath(name).is_absolute() or ".." in PureWindowsPath(name).parts:
+            raise Malformed((place, f"only files in this folder or below it are read, not {shortened(uri, 60)}"))
+        return str(path)
+
+
+def _decoded(uri: str, place: str) -> bytes:
+    header, comma, data = uri.partition(",")
+    if not comma:
+        raise Malformed((place, "a data URI needs a comma before its data"))
+    try:
+        return base64.b64decode(unquote(data), validate=True) if header.endswith(";base64") else unquote_to_bytes(data)
+    except (binascii.Error, ValueError) as error:
+        raise Malformed((place, f"the data URI is not valid base64: {error}")) from error
+
+
+def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
+    """Return the document in the `content` of the ``.gltf`` or ``.glb`` file `name`; raises `Malformed`."""
+    from equaltime.scene.gltf.typed import (
+        typed,
+    )  # pygltflib takes a tenth of a second, which other scenes need not wait
+
+    text, binary = _chunks(content)
+    return Document(typed(_checked(text)), name, locate, binary)
+
+
+def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
+    """Return the JSON and the binary chunk of a file; one that does not begin as a GLB is all JSON."""
+    if not content.startswith(MAGIC):
+        return content, None
+    if len(content) < 20:
+        raise Malformed(("", "the file ends within its GLB header"))
+    version, length = struct.unpack_from("<II", content, 4)
+    if version != 2:
+        raise Malformed(("", f"expected GLB version 2, found {version}"))
+    if length > len(content):
+        raise Malformed(("", f"the GLB header declares {length} bytes, but the file has {len(content)}: it was cut"))
+    chunks: dict[int, memoryview] = {}
+    position, number = 12, 0
+    while position + 8 <= length:
+        size, kind = struct.unpack_from("<II", content, position)
+        if position + 8 + size > length:
+            raise Malformed(("", f"chunk {number} declares {size} bytes and reaches beyond the end of the file"))
+        chunks.setdefault(kind, memoryview(content)[position + 8 : position + 8 + size])
+        position, number = position + 8 + size, number + 1
+    if JSON_CHUNK not in chunks:
+        raise Malformed(("", "the GLB file has no JSON chunk"))
+    return bytes(chunks[JSON_CHUNK]), chunks.get(BINARY_CHUNK)
+
+
+def _checked(text: bytes) -> dict[str, Any]:
+    """Return the JSON object in `text`, which follows the schema and asks for nothing that cannot be read."""
+    try:
+        document = json.loads(text.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise Malformed(("", f"not UTF-8 text (byte {error.start} of the JSON)")) from error
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno} of the JSON"
+        raise Malformed((place, f"not well-formed: {error.msg}")) from error
+    except RecursionError as error:
+        raise Malformed(("", "not well-formed JSON: nested too deep")) from error
+    except ValueError as error:  # the one thing that json leaves to Python
+        raise Malformed(("", "a number has more digits than can be read")) from error
+    if not isinstance(document, dict):
+        raise Malformed(("", f"expected a JSON object, found {shortened(document, 40)}"))
+    problems = [problem for problem, _ in zip(_problems(document), range(MOST_PROBLEMS), strict=False)]
+    if problems:
+        raise Malformed(*problems)
+    return document
+
+
+def _problems(document: Mapping[str, Any]) -> Problems:
+    yield from _version(document)
+    structure = list(DOCUMENT(document, "", document))
+    yield from structure
+    if not structure:
+        yield from _unreadable(document)
+
+
+def _version(document: Mapping[str, Any]) -> Problems:
+    asset = document.get("asset")
+    version = asset.get("minVersion", asset.get("version")) if isinstance(asset, Mapping) else None
+    if isinstance(version, str) and version.split(".")[0] != "2":
+        yield "asset.version", f"expected glTF 2.0, found {shortened(version, 20)}"
+
+
+def _unreadable(document: Mapping[str, Any]) -> Problems:
+    """Yield the extensions that are required and not supported, and the data that is stored in ways not read."""
+    for i, name in enumerate(document.get("extensionsRequired", [])):
+        if name not in SUPPORTED:
+            hint = f": {UNREADABLE[name]}" if name in UNREADABLE else suggestion(name, SUPPORTED)
+            yield f"extensionsRequired[{i}]", f"the extension {shortened(name, 60)} is not supported{hint}"
+    required = document.get("extensionsRequired", [])
+    for place, name in _compressed(document):
+        if name not in required:
+            yield place, f"the data is stored by {name}, which is not supported: {UNREADABLE[name]}"
+
+
+def _compressed(document: Mapping[str, Any]) -> Problems:
+    """Yield place and extension of the data that has no form but a compressed one."""
+    for m, mesh in enumerate(document.get("meshes", [])):
+        for p, primitive in enumerate(mesh["primitives"]):
+            draco = "KHR_draco_mesh_compression" in primitive.get("extensions", {})
+            indices = [*primitive["attributes"].values()]
+            if draco and all("bufferView" not in document["accessors"][i] for i in indices):
+                yield f"meshes[{m}].primitives[{p}]", "KHR_draco_mesh_compression"
+    for t, texture in enumerate(document.get("textures", [])):
+        if "source" not in texture and "KHR_texture_basisu" in texture.get("extensions", {}):
+            yield f"textures[{t}]", "KHR_texture_basisu"

@@ -1,0 +1,213 @@
+"""The parts of glTF 2.0 and its extensions that are read here, as rules: see the specification's JSON schema.
+
+A document that passes has every field of the right type and range and every index within its list; whatever reads it
+afterwards need not look again. Properties that are not listed are let pass, as the specification asks.
+"""
+
+from __future__ import annotations
+
+from equaltime.scene.gltf.rules import (
+    Rule,
+    every,
+    flag,
+    index,
+    integer,
+    mapping,
+    number,
+    numbers,
+    one_of,
+    table,
+    text,
+)
+
+__all__ = ["DOCUMENT", "SUPPORTED", "UNREADABLE"]
+
+UNREADABLE = {
+    "EXT_meshopt_compression": "decode it first, for example with gltf-transform copy",
+    "KHR_draco_mesh_compression": "decode it first, for example with gltf-transform copy",
+    "KHR_meshopt_compression": "decode it first, for example with gltf-transform copy",
+    "KHR_texture_basisu": "convert the textures to PNG or JPEG",
+}
+"""Extensions that change how data is stored, with what a user can do about it; refused wherever data needs them."""
+
+_unit, _positive, _color = number(0.0, 1.0), number(0.0), numbers(3, 0.0, 1.0)
+_strong_color = numbers(3, 0.0)
+
+_TRANSFORM = table(offset=numbers(2), rotation=number(), scale=numbers(2), texCoord=integer())
+_TEXTURE = table(
+    "index",
+    index=index("textures"),
+    texCoord=integer(),
+    scale=number(),
+    strength=_unit,
+    extensions=table(KHR_texture_transform=_TRANSFORM),
+)
+
+MATERIAL_EXTENSIONS: dict[str, Rule] = {
+    "KHR_materials_anisotropy": table(
+        anisotropyStrength=_unit, anisotropyRotation=number(), anisotropyTexture=_TEXTURE
+    ),
+    "KHR_materials_clearcoat": table(
+        clearcoatFactor=_unit,
+        clearcoatTexture=_TEXTURE,
+        clearcoatRoughnessFactor=_unit,
+        clearcoatRoughnessTexture=_TEXTURE,
+        clearcoatNormalTexture=_TEXTURE,
+    ),
+    "KHR_materials_emissive_strength": table(emissiveStrength=_positive),
+    "KHR_materials_ior": table(ior=_positive),
+    "KHR_materials_pbrSpecularGlossiness": table(
+        diffuseFactor=numbers(4, 0.0, 1.0),
+        diffuseTexture=_TEXTURE,
+        specularFactor=_color,
+        glossinessFactor=_unit,
+        specularGlossinessTexture=_TEXTURE,
+    ),
+    "KHR_materials_sheen": table(
+        sheenColorFactor=_color,
+        sheenColorTexture=_TEXTURE,
+        sheenRoughnessFactor=_unit,
+        sheenRoughnessTexture=_TEXTURE,
+    ),
+    "KHR_materials_specular": table(
+        specularFactor=_unit,
+        specularTexture=_TEXTURE,
+        specularColorFactor=_strong_color,
+        specularColorTexture=_TEXTURE,
+    ),
+    "KHR_materials_transmission": table(transmissionFactor=_unit, transmissionTexture=_TEXTURE),
+    "KHR_materials_unlit": table(),
+    "KHR_materials_volume": table(
+        thicknessFactor=_positive,
+        thicknessTexture=_TEXTURE,
+        attenuationDistance=_positive,
+        attenuationColor=_color,
+    ),
+}
+
+SUPPORTED = frozenset(MATERIAL_EXTENSIONS) | {
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+}
+"""The extensions that a file may require."""
+
+_MATERIAL = table(
+    pbrMetallicRoughness=table(
+        baseColorFactor=numbers(4, 0.0, 1.0),
+        baseColorTexture=_TEXTURE,
+        metallicFactor=_unit,
+        roughnessFactor=_unit,
+        metallicRoughnessTexture=_TEXTURE,
+    ),
+    normalTexture=_TEXTURE,
+    occlusionTexture=_TEXTURE,
+    emissiveTexture=_TEXTURE,
+    emissiveFactor=_strong_color,  # some exporters wrote more than 1 before there was an extension for it
+    alphaMode=one_of("OPAQUE", "MASK", "BLEND"),
+    alphaCutoff=_positive,
+    doubleSided=flag,
+    name=text,
+    extensions=table(**MATERIAL_EXTENSIONS),
+)
+
+_PRIMITIVE = table(
+    "attributes",
+    attributes=mapping(index("accessors")),
+    indices=index("accessors"),
+    material=index("materials"),
+    mode=one_of(0, 1, 2, 3, 4, 5, 6),
+    targets=every(mapping(index("accessors"))),
+)
+
+_NODE = table(
+    children=every(index("nodes")),
+    mesh=index("meshes"),
+    camera=index("cameras"),
+    skin=index("skins"),
+    matrix=numbers(16),
+    translation=numbers(3),
+    rotation=numbers(4),
+    scale=numbers(3),
+    name=text,
+    extensions=table(
+        EXT_mesh_gpu_instancing=table("attributes", attributes=mapping(index("accessors"))),
+        KHR_lights_punctual=table("light", light=index("extensions/KHR_lights_punctual/lights")),
+    ),
+)
+
+_CAMERA = table(
+    "type",
+    type=one_of("perspective", "orthographic"),
+    name=text,
+    perspective=table(
+        "yfov znear", yfov=number(1e-6, 3.14159), aspectRatio=number(1e-3, 1e3), znear=_positive, zfar=_positive
+    ),
+    orthographic=table("xmag ymag", xmag=number(), ymag=number(), znear=_positive, zfar=_positive),
+)
+
+_LIGHT = table(
+    "type",
+    type=one_of("directional", "point", "spot"),
+    color=_strong_color,
+    intensity=_positive,
+    range=_positive,
+    name=text,
+    spot=table(innerConeAngle=number(0.0, 1.5707964), outerConeAngle=number(0.0, 1.5707964)),
+)
+
+_ACCESSOR = table(
+    "componentType count type",
+    bufferView=index("bufferViews"),
+    byteOffset=integer(),
+    componentType=one_of(5120, 5121, 5122, 5123, 5125, 5126),
+    normalized=flag,
+    count=integer(),
+    type=one_of("SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"),
+    sparse=table(
+        "count indices values",
+        count=integer(),
+        indices=table(
+            "bufferView componentType",
+            bufferView=index("bufferViews"),
+            byteOffset=integer(),
+            componentType=one_of(5121, 5123, 5125),
+        ),
+        values=table("bufferView", bufferView=index("bufferViews"), byteOffset=integer()),
+    ),
+)
+
+_VIEW = table(
+    "buffer byteLength", buffer=index("buffers"), byteOffset=integer(), byteLength=integer(), byteStride=integer()
+)
+
+DOCUMENT = table(
+    "asset",
+    asset=table("version", version=text, minVersion=text),
+    extensionsUsed=every(text),
+    extensionsRequired=every(text),
+    scene=index("scenes"),
+    scenes=every(table(nodes=every(index("nodes")), name=text)),
+    nodes=every(_NODE),
+    meshes=every(table("primitives", primitives=every(_PRIMITIVE), weights=every(number()), name=text)),
+    accessors=every(_ACCESSOR),
+    bufferViews=every(_VIEW),
+    buffers=every(table("byteLength", uri=text, byteLength=integer(1))),
+    materials=every(_MATERIAL),
+    textures=every(table(sampler=index("samplers"), source=index("images"), name=text, extensions=mapping(table()))),
+    samplers=every(
+        table(
+            magFilter=one_of(9728, 9729),
+            minFilter=one_of(9728, 9729, 9984, 9985, 9986, 9987),
+            wrapS=one_of(33071, 33648, 10497),
+            wrapT=one_of(33071, 33648, 10497),
+        )
+    ),
+    images=every(table(uri=text, mimeType=text, bufferView=index("bufferViews"), name=text)),
+    cameras=every(_CAMERA),
+    skins=every(table("joints", joints=every(index("nodes")), inverseBindMatrices=index("accessors"))),
+    animations=every(table(name=text)),
+    extensions=table(KHR_lights_punctual=table(lights=every(_LIGHT))),
+)
+"""The rule of a whole file."""
