@@ -1,0 +1,136 @@
+"""The node hierarchy of a glTF file: what stands where in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.accessors import floats
+from equaltime.scene.gltf.document import Document, Malformed
+
+__all__ = ["Placed", "instances", "placed", "rigid"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A node in the world."""
+
+    index: int
+    node: Any
+    to_world: Array
+    """(4, 4), of column vectors."""
+
+
+def placed(document: Document, scene: int | None) -> Iterator[Placed]:
+    """Iterate over the nodes of a scene, each before its children; raises `Malformed` if they are no forest.
+
+    Without a scene, all nodes that are no one's children are its roots.
+    """
+    nodes = document.gltf.nodes
+    parents = _parents(nodes)
+    roots = [i for i in range(len(nodes)) if i not in parents] if scene is None else document.gltf.scenes[scene].nodes
+    if scene is not None and (nested := next((i for i in roots if i in parents), None)) is not None:
+        message = f"node {nested} is no root: it is a child of node {parents[nested]}"
+        raise Malformed((f"scenes[{scene}].nodes", message))
+    waiting = [(i, np.eye(4)) for i in dict.fromkeys(reversed(roots))]
+    while waiting:
+        index, around = waiting.pop()
+        node = nodes[index]
+        to_world = _product(around, _local(node))
+        yield Placed(index, node, to_world)
+        waiting.extend((child, to_world) for child in reversed(node.children or []))
+
+
+def _parents(nodes: list[Any]) -> dict[int, int]:
+    """Return the parent of each node that has one."""
+    parents: dict[int, int] = {}
+    for i, node in enumerate(nodes):
+        for child in node.children or []:
+            if parents.setdefault(child, i) != i or child == i:
+                raise Malformed((f"nodes[{i}].children", f"node {child} already has a parent, node {parents[child]}"))
+    return parents
+
+
+def _local(node: Any) -> Array:
+    """Return the transform of a node relative to its parent."""
+    if node.matrix:
+        given: Array = np.array(node.matrix, dtype=np.float64).reshape(4, 4, order="F")
+        return given
+    translation, rotation, scale = node.translation or (0, 0, 0), node.rotation or (0, 0, 0, 1), node.scale or (1, 1, 1)
+    composed: Array = _composed(np.array([translation]), np.array([rotation]), np.array([scale]))[0]
+    return composed
+
+
+def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
+    """Return the transforms (N, 4, 4) that scale, then rotate by unit quaternions (x, y, z, w), then translate."""
+    rotations = rotations.astype(np.float64)
+    lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
+    rotations = np.divide(rotations, lengths, out=np.tile([0.0, 0.0, 0.0, 1.0], (len(rotations), 1)), where=lengths > 0)
+    x, y, z, w = rotations.T
+    linear = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    result = np.tile(np.eye(4), (len(rotations), 1, 1))
+    result[:, :3, :3] = np.moveaxis(linear, 2, 0) * scales[:, None, :]
+    result[:, :3, 3] = translations
+    return result
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Return a times b without BLAS, whose bits depend on the machine; too large numbers are refused later."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        product: Array = (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
+    return product
+
+
+def instances(document: Document, at: Placed) -> list[Array] | None:
+    """Return the transforms of the copies of a node that EXT_mesh_gpu_instancing makes, or None if it makes none."""
+    extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
+    if extension is None:
+        return None
+    attributes = extension["attributes"]
+    parts = {"TRANSLATION": ("VEC3", (0, 0, 0)), "ROTATION": ("VEC4", (0, 0, 0, 1)), "SCALE": ("VEC3", (1, 1, 1))}
+    given = {name: floats(document, attributes[name], kind) for name, (kind, _) in parts.items() if name in attributes}
+    place = f"nodes[{at.index}].extensions.EXT_mesh_gpu_instancing"
+    counts = {len(values) for values in given.values()}
+    if len(counts) != 1:
+        found = "none" if not counts else " and ".join(map(str, sorted(counts)))
+        raise Malformed((place, f"expected TRANSLATION, ROTATION or SCALE of one length, found {found}"))
+    (count,) = counts
+    translations, rotations, scales = (
+        given.get(name, np.tile(np.array([default], dtype=np.float64), (count, 1)))
+        for name, (_, default) in parts.items()
+    )
+    if not all(np.isfinite(values).all() for values in (translations, rotations, scales)):
+        raise Malformed((place, "a transform is not finite"))
+    return list(_product(at.to_world, _composed(translations, rotations, scales)))
+
+
+def rigid(to_world: Array) -> Array:
+    """Return the transform without its scale and shear: cameras and lights have a place and a direction only.
+
+    The axis z is kept, then y as far as it is perpendicular; x follows, so that nothing is mirrored.
+    """
+    result = np.eye(4)
+    result[:3, 3] = to_world[:3, 3]
+    z = _unit(to_world[:3, 2], np.array([0.0, 0.0, 1.0]))
+    y = to_world[:3, 1] - z * (to_world[:3, 1] @ z)
+    spare = np.eye(3)[np.abs(z).argmin()]
+    y = _unit(y, _unit(spare - z * (spare @ z), spare))
+    result[:3, :3] = np.column_stack([np.cross(y, z), y, z])
+    return result
+
+
+def _unit(vector: Array, fallback: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 and np.isfinite(length) else fallback

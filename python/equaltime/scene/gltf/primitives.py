@@ -1,0 +1,136 @@
+"""Primitives of glTF meshes as indexed triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.accessors import floats, integers
+from equaltime.scene.gltf.document import Document, Malformed
+
+__all__ = ["TRIANGLES", "Triangles", "bounds", "color", "positions", "triangles"]
+
+Array = NDArray[np.float64]
+
+NAMES: Final = ("points", "lines", "line loop", "line strip", "triangles", "triangle strip", "triangle fan")
+TRIANGLES: Final = frozenset({4, 5, 6})
+"""The modes that have a surface."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Triangles:
+    """A mesh in its own coordinates; see `equaltime._core.MeshData`, whose fields these are."""
+
+    vertices: Array
+    """(N, 3)"""
+    faces: NDArray[np.uint32]
+    """(M, 3), counter-clockwise from the front"""
+    normals: Array | None
+    """(N, 3)"""
+    uvs: Array | None
+    """(N, 2), v downwards"""
+    colors: Array | None
+    """(N, 4) linear RGB and opacity: COLOR_0"""
+    warnings: list[str]
+
+
+def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Triangles:
+    """Return a primitive with the texture coordinates of one set; raises `Malformed`.
+
+    Without normals the specification wants flat faces, which is for the shape to say.
+    """
+    source = document.gltf.meshes[mesh].primitives[primitive]
+    attributes, place = vars(source.attributes), f"meshes[{mesh}].primitives[{primitive}]"
+    vertices = positions(document, mesh, primitive)
+    warnings: list[str] = []
+    indices = _indices(document, source, len(vertices), place)
+    faces = _faces(indices, source.mode, place, warnings)
+    normals, uvs = attributes.get("NORMAL"), attributes.get(f"TEXCOORD_{uv_set}")
+    result = Triangles(
+        vertices,
+        faces,
+        None if normals is None else _morphed(document, mesh, source, "NORMAL", floats(document, normals, "VEC3")),
+        None if uvs is None else floats(document, uvs, "VEC2"),
+        color(document, source),
+        warnings,
+    )
+    for name, values in (("NORMAL", result.normals), (f"TEXCOORD_{uv_set}", result.uvs), ("COLOR_0", result.colors)):
+        if values is not None and len(values) != len(vertices):
+            message = f"has {len(values)} values for {len(vertices)} positions"
+            raise Malformed((f"{place}.attributes.{name}", message))
+    return result
+
+
+def positions(document: Document, mesh: int, primitive: int) -> Array:
+    """Return the vertices (N, 3) of a primitive, with the mesh's own morph weights applied; raises `Malformed`."""
+    source = document.gltf.meshes[mesh].primitives[primitive]
+    index = vars(source.attributes).get("POSITION")
+    if index is None:
+        raise Malformed((f"meshes[{mesh}].primitives[{primitive}].attributes", "needs 'POSITION'"))
+    return _morphed(document, mesh, source, "POSITION", floats(document, index, "VEC3"))
+
+
+def bounds(document: Document, mesh: int, primitive: int) -> Array | None:
+    """Return the corners (8, 3) of the box around a primitive, or None if it cannot be told."""
+    try:
+        vertices = positions(document, mesh, primitive)
+    except ValueError:  # told where the mesh itself is read
+        return None
+    vertices = vertices[np.isfinite(vertices).all(axis=1)]
+    if len(vertices) == 0:
+        return None
+    ends = np.array([vertices.min(axis=0), vertices.max(axis=0)])
+    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+
+
+def color(document: Document, primitive: Any) -> Array | None:
+    """Return the vertex colours (N, 4) of a primitive, if it has any; opacity is 1 where there is none."""
+    index = vars(primitive.attributes).get("COLOR_0")
+    if index is None:
+        return None
+    values = np.clip(floats(document, index, "VEC3", "VEC4"), 0.0, 1.0)
+    return values if values.shape[1] == 4 else np.column_stack([values, np.ones(len(values))])
+
+
+def _morphed(document: Document, mesh: int, primitive: Any, name: str, values: Array) -> Array:
+    """Return the values with the mesh's morph targets added by their weights."""
+    for weight, target in zip(document.gltf.meshes[mesh].weights or (), primitive.targets or (), strict=False):
+        index = vars(target).get(name)
+        if weight and index is not None:
+            moved = floats(document, index, "VEC3")
+            if moved.shape != values.shape:
+                message = f"a morph target has {len(moved)} values for {len(values)} vertices"
+                raise Malformed((f"meshes[{mesh}]", message))
+            values = values + weight * moved
+    return values
+
+
+def _indices(document: Document, primitive: Any, count: int, place: str) -> NDArray[np.uint32]:
+    if primitive.indices is None:
+        return np.arange(count, dtype=np.uint32)
+    indices = integers(document, primitive.indices, "SCALAR")[:, 0]
+    if len(indices) and int(indices.max()) >= count:
+        wrong = int(np.flatnonzero(indices >= count)[0])
+        message = f"index {wrong} names vertex {indices[wrong]}, but there are {count}"
+        raise Malformed((f"{place}.indices", message))
+    return indices
+
+
+def _faces(indices: NDArray[np.uint32], mode: int, place: str, warnings: list[str]) -> NDArray[np.uint32]:
+    """Return the triangles (M, 3) of a list, strip or fan, with the winding that the specification gives."""
+    if mode not in TRIANGLES:
+        raise Malformed((place, f"{NAMES[mode]} have no surface"))
+    if mode == 4:
+        if extra := len(indices) % 3:
+            warnings.append(f"{place}: {extra} of its {len(indices)} indices make no triangle")
+        return np.ascontiguousarray(indices[: len(indices) - extra].reshape(-1, 3))
+    if len(indices) < 3:
+        return np.empty((0, 3), np.uint32)
+    if mode == 6:
+        return np.column_stack([indices[1:-1], indices[2:], np.broadcast_to(indices[0], len(indices) - 2)])
+    faces = np.column_stack([indices[:-2], indices[1:-1], indices[2:]])
+    faces[1::2] = faces[1::2][:, [0, 2, 1]]
+    return faces
