@@ -1,0 +1,165 @@
+"""A parameter of a material as glTF gives it: a factor, times some channels of a texture.
+
+What glTF packs into one image (roughness beside metalness, opacity beside colour) becomes one bitmap a parameter,
+with the factor multiplied in. Eight-bit images stay eight-bit where nothing changes them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Slot", "Texels", "TextureUse", "mask", "texture_use"]
+
+Array = NDArray[Any]
+FINEST_MASK = 4096
+"""The longest side to which a mask is enlarged, so that its cut edges are smooth."""
+ALPHA = (3,)
+
+
+@dataclass(frozen=True, slots=True)
+class TextureUse:
+    """How a material uses a texture."""
+
+    index: int
+    uv_set: int = 0
+    offset: tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: tuple[float, float] = (1.0, 1.0)
+    """Of the texture coordinates."""
+    strength: float = 1.0
+    """``scale`` of a normal texture."""
+
+    @property
+    def to_uv(self) -> NDArray[np.float64]:
+        """The transform (4, 4) of texture coordinates, as `bitmap` takes it: scaled, turned, moved.
+
+        The rotation is counter-clockwise as one sees it, with v downwards.
+        """
+        sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
+        result = np.eye(4)
+        result[:2, :2] = np.array([[cosine, sine], [-sine, cosine]]) * self.scale
+        result[:2, 3] = self.offset
+        return result
+
+
+def texture_use(info: Any) -> TextureUse | None:
+    """Return the use that a textureInfo describes, be it an object of pygltflib or part of an extension."""
+    if info is None:
+        return None
+    fields: Mapping[str, Any] = info if isinstance(info, Mapping) else vars(info)
+    transform = (fields.get("extensions") or {}).get("KHR_texture_transform", {})
+    u, v = transform.get("offset", (0.0, 0.0))
+    width, height = transform.get("scale", (1.0, 1.0))
+    strength = fields.get("scale")
+    return TextureUse(
+        int(fields["index"]),
+        int(transform.get("texCoord", fields.get("texCoord") or 0)),
+        (float(u), float(v)),
+        float(transform.get("rotation", 0.0)),
+        (float(width), float(height)),
+        1.0 if strength is None else float(strength),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Texels:
+    """A bitmap in memory."""
+
+    texels: Array
+    """(H, W, 1 or 3): uint8, float16 or float32."""
+    srgb: bool
+    """Whether uint8 texels are encoded as sRGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One parameter of a material."""
+
+    factor: tuple[float, ...]
+    """One number or a colour."""
+    texture: TextureUse | None = None
+    channels: tuple[int, ...] = (0, 1, 2)
+    """Those of the texture that it takes, as many as the factor has numbers."""
+    encoded: bool = False
+    """Whether eight-bit texels are encoded as sRGB."""
+    curve: Callable[[Array], Array] | None = None
+    """Applied to factor times texture (..., channels); what it returns has 1 or 3 channels."""
+    cutoff: float | None = None
+    """Makes it a mask: 1 where factor times texture is at least this, else 0."""
+
+    @property
+    def constant(self) -> tuple[float, ...]:
+        """The value where there is no texture, or where that is white."""
+        value = np.array(self.factor)
+        if self.curve is not None:
+            value = self.curve(value)
+        if self.cutoff is not None:
+            value = (value >= self.cutoff).astype(np.float64)
+        return tuple(value.tolist())
+
+    @property
+    def plain(self) -> bool:
+        """Whether the texture's channels are the value as they are."""
+        return self.curve is None and self.cutoff is None and all(f == 1.0 for f in self.factor)
+
+    @property
+    def raw(self) -> bool:
+        """Whether the bitmap's texels are the values themselves, without sRGB decoding."""
+        return not (self.encoded and self.plain)
+
+    def texels(self, pixels: Array) -> Texels:
+        """Return the bitmap of this parameter, from the pixels (H, W, 4) of the texture's image."""
+        picked = pixels[..., list(self.channels)]
+        if self.plain:
+            return Texels(np.ascontiguousarray(picked), self.encoded and picked.dtype == np.uint8)
+        values = _decoded(picked, self.encoded) * np.array(self.factor, np.float32)
+        if self.curve is not None:
+            values = self.curve(values)
+        if self.cutoff is not None:
+            return Texels(mask(values, self.cutoff), False)
+        half = pixels.dtype == np.uint8 and float(np.abs(values).max(initial=0.0)) < np.finfo(np.float16).max
+        return Texels(np.ascontiguousarray(values, np.float16 if half else np.float32), False)
+
+
+def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
+    """Return texels as linear numbers."""
+    if pixels.dtype != np.uint8:
+        return pixels.astype(np.float32)
+    values = np.arange(256) / 255.0
+    if encoded:
+        values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    table: NDArray[np.float32] = values.astype(np.float32)
+    return table[pixels]
+
+
+def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
+    """Return 255 where `values` (H, W, 1) reach `cutoff`, else 0, on a finer grid.
+
+    glTF cuts what it interpolated; a bitmap can only interpolate what was cut. So the interpolation is done here, on
+    up to four times as many texels a side, and the result is looked up by the nearest texel.
+    """
+    height, width, _ = values.shape
+    if np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK:
+        return np.where(values >= cutoff, 255, 0).astype(np.uint8)
+    times = max(1, min(4, FINEST_MASK // max(height, width)))
+    fine = _finer(_finer(values, times, 0), times, 1)
+    return np.where(fine >= cutoff, 255, 0).astype(np.uint8)
+
+
+def _finer(values: Array, times: int, axis: int) -> Array:
+    """Return the values interpolated linearly along an axis, as a repeated texture is, at `times` as many places."""
+    count = values.shape[axis]
+    place = (np.arange(count * times) + 0.5) / times - 0.5
+    low = np.floor(place).astype(np.intp)
+    weight = (place - low).astype(np.float32)
+    shape = [1] * values.ndim
+    shape[axis] = -1
+    before, after = values.take(low % count, axis=axis), values.take((low + 1) % count, axis=axis)
+    finer: Array = before * (1 - weight.reshape(shape)) + after * weight.reshape(shape)
+    return finer

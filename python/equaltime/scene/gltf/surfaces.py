@@ -1,0 +1,269 @@
+"""glTF materials as parameters of the principled BSDF, still without a scene around them.
+
+The table in `equaltime.scene.gltf` says what becomes what; the formulas are here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.slots import ALPHA, Slot, TextureUse, texture_use
+
+__all__ = ["SurfaceLook", "look"]
+
+DEFAULT_IOR = 1.5
+RED, GREEN, BLUE = (0,), (1,), (2,)
+DIELECTRIC_F0 = 0.04
+INFINITE_IOR = 1000.0
+"""Stands for the index that KHR_materials_ior writes as 0, which reflects everything."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceLook:
+    """What a material is made of."""
+
+    slots: Mapping[str, Slot]
+    """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls)."""
+    eta: float
+    """Index of refraction that gives the reflection of the dielectric part."""
+    two_sided: bool
+    unlit: bool
+    uv_set: int
+    """The set of texture coordinates that all textures are looked up with."""
+    notes: tuple[str, ...] = ()
+    """Where this is not what the material asks for."""
+
+
+@dataclass(slots=True, eq=False)
+class _Reading:
+    """A material while it is being read."""
+
+    material: Any
+    slots: dict[str, Slot] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def extension(self, name: str) -> Mapping[str, Any] | None:
+        """Return the extension KHR_materials_`name` if the material has it."""
+        found: Mapping[str, Any] | None = (self.material.extensions or {}).get(f"KHR_materials_{name}")
+        return found
+
+
+def look(material: Any) -> SurfaceLook:
+    """Return the look of a `pygltflib.Material`, or of none."""
+    if material is None:
+        base = Slot((1.0, 1.0, 1.0))
+        return SurfaceLook(
+            {"base_color": base, "metallic": Slot((1.0,)), "roughness": Slot((1.0,))}, 1.5, False, False, 0
+        )
+    reading = _Reading(material)
+    _base(reading)
+    _normal(reading)
+    eta = _dielectric(reading)
+    _transmission(reading)
+    _layers(reading)
+    _anisotropy(reading)
+    _emission(reading)
+    return SurfaceLook(
+        reading.slots,
+        eta,
+        bool(material.doubleSided),
+        reading.extension("unlit") is not None,
+        _uv_set(reading),
+        tuple(reading.notes),
+    )
+
+
+def _base(reading: _Reading) -> None:
+    """Read base colour, opacity, metalness and roughness."""
+    if (old := reading.extension("pbrSpecularGlossiness")) is not None:
+        color, texture = _specular_glossiness(reading, old)
+    else:
+        pbr = reading.material.pbrMetallicRoughness
+        color, texture = tuple(pbr.baseColorFactor), texture_use(pbr.baseColorTexture)
+        both = texture_use(pbr.metallicRoughnessTexture)
+        reading.slots |= {
+            "base_color": Slot(color[:3], texture, encoded=True),
+            "metallic": Slot((pbr.metallicFactor,), both, BLUE),
+            "roughness": Slot((pbr.roughnessFactor,), both, GREEN),
+        }
+    mode = reading.material.alphaMode
+    if mode in ("MASK", "BLEND"):
+        given = reading.material.alphaCutoff
+        cutoff = None if mode == "BLEND" else 0.5 if given is None else given
+        reading.slots["opacity"] = Slot(color[3:], texture, ALPHA, cutoff=cutoff)
+    if reading.material.occlusionTexture is not None:
+        reading.notes.append("the occlusion texture is not used: light is traced")
+
+
+def _specular_glossiness(reading: _Reading, old: Mapping[str, Any]) -> tuple[tuple[float, ...], TextureUse | None]:
+    """Read the extension of glTF 1 that some files still have; return diffuse colour and texture."""
+    color, specular = tuple(old.get("diffuseFactor", (1, 1, 1, 1))), old.get("specularFactor", (1, 1, 1))
+    texture, both = texture_use(old.get("diffuseTexture")), texture_use(old.get("specularGlossinessTexture"))
+    gloss = Slot((old.get("glossinessFactor", 1.0),), both, ALPHA, curve=_roughness_of_gloss)
+    metallic, base = _as_metallic(np.array(color[:3], np.float64), np.array(specular, np.float64))
+    if both is not None:
+        metallic, base = 0.0, np.array(color[:3], np.float64)
+        reading.notes.append("the specular colours of KHR_materials_pbrSpecularGlossiness are not used")
+    elif texture is not None and metallic > 0.5:
+        texture_of_base: TextureUse | None = None
+        reading.slots["base_color"] = Slot(tuple(base.tolist()), texture_of_base)
+    if "base_color" not in reading.slots:
+        reading.slots["base_color"] = Slot(tuple(base.tolist()), texture, encoded=True)
+    reading.slots |= {"metallic": Slot((metallic,)), "roughness": gloss}
+    return color, texture
+
+
+def _roughness_of_gloss(gloss: NDArray[Any]) -> NDArray[Any]:
+    return 1.0 - gloss
+
+
+def _as_metallic(diffuse: NDArray[np.float64], specular: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    """Return metalness and base colour that reflect nearly as these two (the Khronos group's conversion)."""
+    weights = np.array([0.299, 0.587, 0.114])
+    left = 1.0 - float(specular.max())
+    bright, shine = (math.sqrt(float(weights @ (color * color))) for color in (diffuse, specular))
+    f0 = DIELECTRIC_F0
+    metallic = 0.0
+    if shine >= f0:
+        b, c = bright * left / (1.0 - f0) + shine - 2.0 * f0, f0 - shine
+        metallic = min(max((-b + math.sqrt(max(b * b - 4.0 * f0 * c, 0.0))) / (2.0 * f0), 0.0), 1.0)
+    of_diffuse = diffuse * left / (1.0 - f0) / max(1.0 - metallic, 1e-6)
+    of_specular = (specular - f0 * (1.0 - metallic)) / max(metallic, 1e-6)
+    return metallic, np.clip(of_diffuse + (of_specular - of_diffuse) * metallic**2, 0.0, 1.0)
+
+
+def _normal(reading: _Reading) -> None:
+    texture = texture_use(reading.material.normalTexture)
+    if texture is not None:
+        strength = texture.strength
+        curve = None if strength == 1.0 else lambda values: _bent(values, strength)
+        reading.slots["normal"] = Slot((1.0, 1.0, 1.0), texture, curve=curve)
+
+
+def _bent(values: NDArray[Any], strength: float) -> NDArray[Any]:
+    """Return encoded normals (..., 3) with their slopes multiplied."""
+    normals = (2.0 * values - 1.0) * np.array([strength, strength, 1.0])
+    lengths = np.linalg.norm(normals, axis=-1, keepdims=True)
+    unit: NDArray[Any] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+    return 0.5 * unit + 0.5
+
+
+def _dielectric(reading: _Reading) -> float:
+    """Return the index of refraction that reflects as much as ior and specular say."""
+    ior = (reading.extension("ior") or {}).get("ior", DEFAULT_IOR) or INFINITE_IOR
+    specular = reading.extension("specular")
+    if specular is None:
+        return float(max(ior, 1.0))
+    factor, color = specular.get("specularFactor", 1.0), specular.get("specularColorFactor", (1.0, 1.0, 1.0))
+    if "specularTexture" in specular or "specularColorTexture" in specular:
+        reading.notes.append("the textures of KHR_materials_specular are not used, only its factors")
+    if len(set(color)) > 1:
+        reading.notes.append("the colour of KHR_materials_specular is not used, only its mean")
+    f0 = min(((ior - 1.0) / (ior + 1.0)) ** 2 * sum(color) / 3.0, 0.98) * factor
+    return (1.0 + math.sqrt(f0)) / (1.0 - math.sqrt(f0))
+
+
+def _transmission(reading: _Reading) -> None:
+    """Read what passes through: refracted where there is a volume, straight on through thin walls."""
+    transmission, volume = reading.extension("transmission"), reading.extension("volume") or {}
+    if transmission is None or not transmission.get("transmissionFactor", 0.0):
+        return
+    texture = texture_use(transmission.get("transmissionTexture"))
+    metallic = reading.slots["metallic"]
+    opaque = metallic.factor[0] if metallic.texture is None else 0.0
+    if metallic.texture is not None and metallic.factor[0]:
+        reading.notes.append("metal lets light through where KHR_materials_transmission says so")
+    amount = Slot((transmission["transmissionFactor"] * (1.0 - opaque),), texture, RED)
+    if amount.factor[0] == 0.0:
+        return
+    thick = volume.get("thicknessFactor", 0.0)
+    reading.slots["spec_trans" if thick else "transmission"] = amount
+    if not thick:
+        if reading.slots["roughness"].factor[0]:
+            reading.notes.append("what passes a thin wall is not blurred by its roughness")
+        return
+    color, distance = volume.get("attenuationColor", (1.0, 1.0, 1.0)), volume.get("attenuationDistance", math.inf)
+    if distance > 0.0 and math.isfinite(distance) and color != (1.0, 1.0, 1.0):
+        base = reading.slots["base_color"]
+        dyed = tuple(b * c ** (thick / distance) for b, c in zip(base.factor, color, strict=True))
+        reading.slots["base_color"] = Slot(dyed, base.texture, encoded=True)
+        reading.notes.append("the attenuation of KHR_materials_volume is that of its thickness, at the surface")
+
+
+def _layers(reading: _Reading) -> None:
+    """Read what lies on top: clear coat and sheen."""
+    coat, sheen = reading.extension("clearcoat"), reading.extension("sheen")
+    if coat is not None and coat.get("clearcoatFactor", 0.0):
+        rough = Slot(
+            (coat.get("clearcoatRoughnessFactor", 0.0),),
+            texture_use(coat.get("clearcoatRoughnessTexture")),
+            GREEN,
+            curve=_gloss_of_roughness,
+        )
+        amount = Slot((coat["clearcoatFactor"],), texture_use(coat.get("clearcoatTexture")), RED)
+        reading.slots |= {"clearcoat": amount, "clearcoat_gloss": rough}
+        reading.notes.append("the clear coat is principled's: a quarter as strong, with roughness up to 0.32")
+        if "clearcoatNormalTexture" in coat:
+            reading.notes.append("the clear coat has the normals of what it covers, not its own")
+    if sheen is not None and any(sheen.get("sheenColorFactor", (0, 0, 0))):
+        color, texture = tuple(sheen["sheenColorFactor"]), texture_use(sheen.get("sheenColorTexture"))
+        reading.slots["sheen"] = Slot(color, texture, encoded=True, curve=_strongest)
+        reading.notes.append("the sheen is principled's: white, of one roughness")
+
+
+def _gloss_of_roughness(roughness: NDArray[Any]) -> NDArray[Any]:
+    """Return the gloss of principled's coat that has the same alpha, which goes from 0.1 to 0.001."""
+    gloss: NDArray[Any] = np.clip((0.1 - roughness * roughness) / (0.1 - 0.001), 0.0, 1.0)
+    return gloss
+
+
+def _strongest(color: NDArray[Any]) -> NDArray[Any]:
+    strongest: NDArray[Any] = color.max(axis=-1, keepdims=True)
+    return strongest
+
+
+def _anisotropy(reading: _Reading) -> None:
+    """Read stretched highlights; principled's two alphas can be at most sqrt(10) apart each way."""
+    given = reading.extension("anisotropy")
+    strength = (given or {}).get("anisotropyStrength", 0.0)
+    if given is None or not strength:
+        return
+    roughness = reading.slots["roughness"]
+    narrow = roughness.factor[0] ** 2
+    wide = narrow + (1.0 - narrow) * strength**2
+    ratio = max(narrow / wide, 0.1) if wide else 1.0
+    reading.slots["anisotropic"] = Slot(((1.0 - ratio) / 0.9,))
+    if roughness.texture is None:
+        reading.slots["roughness"] = Slot(((wide * wide * ratio) ** 0.25,))
+    if given.get("anisotropyRotation", 0.0) or "anisotropyTexture" in given:
+        reading.notes.append(
+            "the direction of KHR_materials_anisotropy is that of the texture's u, its texture is not used"
+        )
+
+
+def _emission(reading: _Reading) -> None:
+    strength = (reading.extension("emissive_strength") or {}).get("emissiveStrength", 1.0)
+    color = tuple(c * strength for c in reading.material.emissiveFactor or (0.0, 0.0, 0.0))
+    if reading.extension("unlit") is not None:
+        base = reading.slots["base_color"]
+        reading.slots["radiance"] = base
+        reading.notes.append("an unlit material is a light of its colour, which shines on what is around it")
+    elif any(color):
+        reading.slots["radiance"] = Slot(color, texture_use(reading.material.emissiveTexture), encoded=True)
+    if "radiance" in reading.slots and reading.material.doubleSided:
+        reading.notes.append("light is emitted from the front side only")
+
+
+def _uv_set(reading: _Reading) -> int:
+    """Return the set of texture coordinates of the first texture; meshes here have one."""
+    sets = dict.fromkeys(slot.texture.uv_set for slot in reading.slots.values() if slot.texture is not None)
+    if len(sets) > 1:
+        others = ", ".join(f"TEXCOORD_{i}" for i in list(sets)[1:])
+        reading.notes.append(f"all textures are looked up with TEXCOORD_{next(iter(sets))}, not with {others}")
+    return next(iter(sets), 0)

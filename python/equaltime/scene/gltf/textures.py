@@ -1,0 +1,56 @@
+"""The bitmaps of glTF materials: how one is looked up, and its texels, made when they are asked for.
+
+A bitmap is named by what it is in the file, such as ``model.glb#/materials/2/roughness``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.images import decode
+from equaltime.scene.gltf.slots import Slot, Texels
+from equaltime.scene.gltf.surfaces import look
+
+__all__ = ["bake", "bitmap_parameters"]
+
+WRAPS: Final = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
+NEAREST: Final = 9728
+
+
+def bake(document: Document, material: int, name: str) -> Texels:
+    """Return the bitmap of the parameter `name` of a material; raises `Malformed`."""
+    slot = look(document.gltf.materials[material]).slots[name]
+    assert slot.texture is not None, "only textured parameters are given as bitmaps"
+    return slot.texels(decode(document, _source(document, slot.texture.index)))
+
+
+def _source(document: Document, texture: int) -> int:
+    """Return the image of a texture, of the fallback where an extension would give another."""
+    source = document.gltf.textures[texture].source
+    if source is None:
+        raise Malformed((f"textures[{texture}]", "has no 'source' that can be read"))
+    return int(source)
+
+
+def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
+    """Return the parameters of `bitmap`, but for the file name."""
+    use = slot.texture
+    assert use is not None, "only textured parameters are given as bitmaps"
+    result: dict[str, Any] = {"raw": slot.raw}
+    if not np.array_equal(use.to_uv, np.eye(4)):
+        result["to_uv"] = use.to_uv
+    index = document.gltf.textures[use.index].sampler
+    if index is not None:
+        sampler = document.gltf.samplers[index]
+        along_u, along_v = WRAPS[sampler.wrapS], WRAPS[sampler.wrapT]
+        result["wrap_mode"] = along_u
+        if along_u != along_v:
+            document.note("the wrapping of u holds for v too where a sampler has two", f"samplers[{index}]")
+        if sampler.magFilter == NEAREST:
+            result["filter_type"] = "nearest"
+    if slot.cutoff is not None:
+        result["filter_type"] = "nearest"  # the interpolation was done before the cut
+    return result
