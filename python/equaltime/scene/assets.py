@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 
 from equaltime import _core
 from equaltime.images import one_line
-from equaltime.scene.model import EnvMap, MeshFile, Obj, Ply
+from equaltime.scene.gltf import Contents, Triangles, split
+from equaltime.scene.model import EnvMap, Gltf, MeshFile, Obj, Ply
 from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["Assets"]
+__all__ = ["Assets", "Mesh"]
 
+Mesh = _core.MeshData | Triangles
+"""Vertices, faces, and normals and texture coordinates if there are any."""
 CHUNK = 1 << 22
 
 
@@ -30,24 +33,36 @@ class Assets:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._meshes: dict[Path, _core.MeshData] = {}
+        self._meshes: dict[str, Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
+        self._contents: dict[Path, Contents] = {}
 
-    def mesh(self, shape: MeshFile) -> _core.MeshData:
+    def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
         path = self.path(shape.filename)
+        if shape.filename not in self._meshes:
+            mesh = self._read_mesh(shape, path)
+            _check_mesh(path, mesh)
+            self._meshes[shape.filename] = mesh
+        return self._meshes[shape.filename]
+
+    def _read_mesh(self, shape: MeshFile, path: Path) -> Mesh:
+        if isinstance(shape, Gltf):
+            return self._within(path).mesh(split(shape.filename)[1] or "")
         if not isinstance(shape, Ply | Obj):
             raise Unsupported(shape)
-        if path not in self._meshes:
-            try:
-                mesh = _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
-            except (OSError, ValueError) as error:
-                message = str(error)
-                raise ValueError(message if str(path) in message else f"{path}: {message}") from error
-            _check_mesh(path, mesh)
-            self._meshes[path] = mesh
-        return self._meshes[path]
+        try:
+            return _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
+        except (OSError, ValueError) as error:
+            message = str(error)
+            raise ValueError(message if str(path) in message else f"{path}: {message}") from error
+
+    def _within(self, path: Path) -> Contents:
+        """Return the contents of the glTF file at `path`; files that it names stand beside it."""
+        if path not in self._contents:
+            self._contents[path] = Contents(path, lambda name: self.path(str(path.parent / name)))
+        return self._contents[path]
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
         """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
@@ -57,9 +72,12 @@ class Assets:
         return self._images[path]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256 of the file's content in hexadecimal digits."""
+        """Return the SHA-256 of the content, of the file or of what is meant in it, in hexadecimal digits."""
+        path, fragment = self.path(filename), split(filename)[1]
+        if fragment is not None:
+            return self._within(path).sha256(fragment)
         content = hashlib.sha256()
-        with self.path(filename).open("rb") as file:
+        with path.open("rb") as file:
             while chunk := file.read(CHUNK):
                 content.update(chunk)
         return content.hexdigest()
@@ -68,10 +86,11 @@ class Assets:
         """Forget what was read."""
         self._meshes.clear()
         self._images.clear()
+        self._contents.clear()
 
     def path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
-        path = self._folder / filename
+        path = self._folder / split(filename)[0]
         try:
             if not path.is_file():
                 raise ValueError(f"{'is no file' if path.exists() else 'no such file'}: {path}")
@@ -84,7 +103,7 @@ class Assets:
         return path
 
 
-def _check_mesh(path: Path, mesh: _core.MeshData) -> None:
+def _check_mesh(path: Path, mesh: Mesh) -> None:
     if len(mesh.faces) == 0:
         raise ValueError(f"{path}: the mesh has no faces")
     for what, data in (("vertex", mesh.vertices), ("normal", mesh.normals), ("texture coordinate", mesh.uvs)):

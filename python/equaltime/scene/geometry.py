@@ -28,6 +28,7 @@ from equaltime.scene.model import (
     Cube,
     Diffuse,
     Disk,
+    Gltf,
     MeshFile,
     Obj,
     Plugin,
@@ -122,7 +123,7 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
     """Return `shape` in world space; raises ValueError if its file cannot be used, `Unsupported` if it cannot."""
-    if not isinstance(shape, Rectangle | Disk | Sphere | Cube | Ply | Obj):
+    if not isinstance(shape, Rectangle | Disk | Sphere | Cube | Ply | Obj | Gltf):
         raise Unsupported(shape)
     both, to_world = _sides(shape), as_array(shape.to_world)
     if isinstance(shape, Rectangle):

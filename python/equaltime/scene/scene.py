@@ -20,6 +20,7 @@ from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
 from equaltime.scene.geometry import Surface
+from equaltime.scene.gltf import read_gltf
 from equaltime.scene.model import Aov, Bitmap, EnvMap, Integrator, MeshFile, Moment, Plugin, SceneModel, Solid
 from equaltime.scene.model import Path as PathIntegrator
 from equaltime.scene.places import NOWHERE, Places
@@ -35,7 +36,7 @@ __all__ = ["Scene", "load", "load_dict"]
 P = TypeVar("P", bound=Plugin)
 
 Reader = Callable[[str, bytes, Mapping[str, object], Report], Object | None]
-READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml}
+READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, ".gltf": read_gltf, ".glb": read_gltf}
 
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
@@ -136,7 +137,7 @@ class Scene:
 
 
 def load(path: str | Path, /, **defines: object) -> Scene:
-    """Read a scene file: TOML, or Mitsuba 3's XML.
+    """Read a scene file: TOML, Mitsuba 3's XML, or glTF 2.0 (see `equaltime.scene.gltf`).
 
     Parameters
     ----------
@@ -191,7 +192,7 @@ def _finish(root: Object | None, report: Report, source: Path | None, folder: Pa
     """Make the scene of a tree, or raise SceneError with all problems."""
     assets = Assets(folder)
     resolved = Resolved(None, [], []) if root is None else resolve(root, report)
-    warnings = _check_files(resolved, assets, report)
+    warnings = (*report.notes, *_check_files(resolved, assets, report))
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])

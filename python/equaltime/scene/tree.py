@@ -40,10 +40,20 @@ class Report:
 
     def __init__(self) -> None:
         self._problems: dict[tuple[Place, str], None] = {}  # in the order of being found, and nothing is said twice
+        self._notes: dict[str, None] = {}
 
     def add(self, place: Place, message: str) -> None:
         """Note that something is wrong at `place`."""
         self._problems[place, message] = None
+
+    def note(self, message: str) -> None:
+        """Remember to tell the user something that does no harm."""
+        self._notes[message] = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to tell, in the order of being found."""
+        return tuple(self._notes)
 
     def raise_if_any(self) -> None:
         """Raise SceneError with all problems found so far, in the order of their lines, if there are any."""

@@ -14,7 +14,7 @@ from equaltime.scene.model.values import IDENTITY, Transform, Vec3, linear_scale
 from equaltime.scene.model.wrappers import Bsdf
 
 __all__ = [
-    *("Cube", "Cylinder", "Disk", "Instance", "MeshFile", "Obj", "Ply", "Rectangle"),
+    *("Cube", "Cylinder", "Disk", "Gltf", "Instance", "MeshFile", "Obj", "Ply", "Rectangle"),
     *("Serialized", "Shape", "ShapeGroup", "ShapePlugin", "Solid", "Sphere"),
 ]
 
@@ -129,6 +129,12 @@ class Serialized(MeshFile):
     """Which of the meshes in the file."""
 
 
+class Gltf(MeshFile):
+    """A mesh in a glTF file, which is an extension to Mitsuba: ``model.glb#/meshes/0/primitives/1``."""
+
+    type: Literal["gltf"] = "gltf"
+
+
 class ShapeGroup(Plugin):
     """Shapes that are not seen themselves, but wherever an `Instance` puts them."""
 
@@ -156,12 +162,12 @@ class Instance(ShapePlugin):
 
 
 InGroup = Annotated[
-    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized,
+    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Gltf,
     Field(discriminator="type"),
 ]
 """Any shape with a surface of its own."""
 Shape = Annotated[
-    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Instance,
+    Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Gltf | Instance,
     Field(discriminator="type"),
 ]
 """Any shape that is seen."""

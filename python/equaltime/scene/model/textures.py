@@ -52,7 +52,7 @@ def _plane(row: Row) -> tuple[float, float, float]:
 
 
 class Bitmap(OnUv):
-    """An image. The last row of the file is at v = 0."""
+    """An image. Its first row is at v = 0, as in Mitsuba 3 and in glTF."""
 
     type: Literal["bitmap"] = "bitmap"
     filename: str

@@ -1,0 +1,96 @@
+"""Gives out the meshes and bitmaps of glTF files by their names, ``file#/what/it/is``."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.document import Document, Malformed, parse
+from equaltime.scene.gltf.primitives import Triangles, triangles
+from equaltime.scene.gltf.slots import Texels
+from equaltime.scene.gltf.surfaces import look
+from equaltime.scene.gltf.textures import bake
+
+__all__ = ["Contents", "split"]
+
+_NAME: Final = re.compile(r"(.*\.(?:gltf|glb))#(.*)", re.IGNORECASE | re.DOTALL)
+_PRIMITIVE: Final = re.compile(r"/meshes/(\d{1,9})/primitives/(\d{1,9})")
+_BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
+
+
+def split(filename: str) -> tuple[str, str | None]:
+    """Return a file's name and what is meant in it, or the name and None if that is the whole file."""
+    match = _NAME.fullmatch(filename)
+    return (match[1], match[2]) if match else (filename, None)
+
+
+class Contents:
+    """One glTF file that is named by a scene."""
+
+    def __init__(self, path: Path, locate: Callable[[str], Path]) -> None:
+        """Read `path`; `locate` returns where files are that it names. Raises ValueError."""
+        self._path = path
+        with self._told():
+            self._document: Document = parse(path.name, path.read_bytes(), locate)
+
+    def sha256(self, fragment: str) -> str:
+        """Return the SHA-256 of a primitive's or a bitmap's data, in hexadecimal digits; raises ValueError."""
+        arrays: tuple[NDArray[Any] | None, ...]
+        if _PRIMITIVE.fullmatch(fragment):
+            mesh = self.mesh(fragment)
+            arrays = (mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, mesh.colors)
+        else:
+            bitmap = self.bitmap(fragment)
+            arrays = (bitmap.texels, np.array(bitmap.srgb))
+        content = hashlib.sha256()
+        for array in arrays:
+            content.update(b"none" if array is None else f"{array.dtype.str} {array.shape} ".encode())
+            content.update(b"" if array is None else np.ascontiguousarray(array).data)
+        return content.hexdigest()
+
+    def mesh(self, fragment: str) -> Triangles:
+        """Return the primitive ``/meshes/M/primitives/P``; raises ValueError."""
+        with self._told():
+            return self._mesh(fragment)
+
+    def bitmap(self, fragment: str) -> Texels:
+        """Return the bitmap of a parameter, ``/materials/M/name``; raises ValueError."""
+        with self._told():
+            return self._bitmap(fragment)
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Add the file's name to what is wrong with it."""
+        try:
+            yield
+        except Malformed as error:
+            raise ValueError(f"{self._path}: {error}") from error
+
+    def _mesh(self, fragment: str) -> Triangles:
+        match = _PRIMITIVE.fullmatch(fragment)
+        meshes = self._document.gltf.meshes
+        if match is None or int(match[1]) >= len(meshes) or int(match[2]) >= len(meshes[int(match[1])].primitives):
+            raise Malformed(("", f"has no primitive '#{fragment}'; expected #/meshes/0/primitives/0 or the like"))
+        mesh, primitive = int(match[1]), int(match[2])
+        material = meshes[mesh].primitives[primitive].material
+        seen = look(None if material is None else self._document.gltf.materials[material])
+        found = triangles(self._document, mesh, primitive, seen.uv_set)
+        if found.colors is None:
+            return found
+        return replace(found, colors=found.colors * (*seen.slots["base_color"].factor, 1.0))
+
+    def _bitmap(self, fragment: str) -> Texels:
+        match = _BITMAP.fullmatch(fragment)
+        materials = self._document.gltf.materials
+        slot = look(materials[int(match[1])]).slots.get(match[2]) if match and int(match[1]) < len(materials) else None
+        if match is None or slot is None or slot.texture is None:
+            raise Malformed(("", f"has no bitmap '#{fragment}'; expected #/materials/0/base_color or the like"))
+        return bake(self._document, int(match[1]), match[2])

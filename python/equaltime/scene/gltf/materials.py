@@ -1,0 +1,121 @@
+"""glTF materials as BSDFs and emitters of the scene tree."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.plant import add, plant
+from equaltime.scene.gltf.slots import Slot
+from equaltime.scene.gltf.surfaces import SurfaceLook, look
+from equaltime.scene.gltf.textures import bitmap_parameters
+from equaltime.scene.tree import Object, Place
+
+__all__ = ["Materials"]
+
+PRINCIPLED: Final = (
+    *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
+)
+BLACK: Final = (0.0, 0.0, 0.0)
+VERTEX_COLOR: Final = "vertex_color"
+
+
+class Materials:
+    """The materials of one document, each made once."""
+
+    def __init__(self, document: Document, place: Place) -> None:
+        self._document = document
+        self._place = place
+        self._bsdfs: dict[tuple[int | None, bool], Object] = {}
+
+    @property
+    def bsdfs(self) -> list[Object]:
+        """All that were made so far."""
+        return list(self._bsdfs.values())
+
+    def look(self, material: int | None) -> SurfaceLook:
+        """Return what a material is made of; notes go to the document."""
+        return look(None if material is None else self._document.gltf.materials[material])
+
+    def bsdf(self, material: int | None, colored: bool) -> str:
+        """Return the id of the BSDF of a material, for meshes with vertex colours or without."""
+        key = (material, colored)
+        if key not in self._bsdfs:
+            self._bsdfs[key] = self._bsdf(material, colored)
+        return str(self._bsdfs[key].id)
+
+    def emitter(self, material: int | None) -> Object | None:
+        """Return the area light that a material is, if it shines."""
+        slot = self.look(material).slots.get("radiance")
+        if material is None or slot is None:
+            return None
+        return plant("emitter", "area", self._at(material), radiance=self._color(material, "radiance", slot))
+
+    def _at(self, material: int | None) -> Place:
+        return self._place if material is None else self._place.key("materials").key(material)
+
+    def _bsdf(self, material: int | None, colored: bool) -> Object:
+        seen, place = self.look(material), self._at(material)
+        for note in seen.notes:
+            self._document.note(note, place.path)
+        name = ("material" if material is None else f"material_{material}") + ("_colored" if colored else "")
+        layers = self._layers(seen, material, colored, place)
+        return Object(place, layers.type, layers.kind, id=name, children=layers.children)
+
+    def _layers(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+        """Return the BSDF with what is wrapped around it."""
+        slots = seen.slots
+        if seen.unlit:
+            bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
+        else:
+            bsdf = self._principled(seen, material, colored, place)
+        if "normal" in slots and not seen.unlit:
+            bsdf = plant(
+                "bsdf", "normalmap", place, normalmap=self._texture(material, "normal", slots["normal"]), bsdf=bsdf
+            )
+        if seen.two_sided and "spec_trans" not in slots and not seen.unlit:
+            bsdf = plant("bsdf", "twosided", place, bsdf=bsdf)
+        if "transmission" in slots:
+            bsdf = self._thin(seen, material, bsdf, place)
+        if "opacity" in slots:
+            bsdf = plant("bsdf", "mask", place, opacity=self._number(material, "opacity", slots["opacity"]), bsdf=bsdf)
+        return bsdf
+
+    def _principled(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+        result = plant("bsdf", "principled", place, eta=seen.eta)
+        for name in PRINCIPLED:
+            if (slot := seen.slots.get(name)) is None:
+                continue
+            if name == "base_color":
+                add(result, name, self._base_color(material, slot, colored, place))
+            else:
+                add(result, name, self._number(material, name, slot))
+        return result
+
+    def _base_color(self, material: int | None, slot: Slot, colored: bool, place: Place) -> object:
+        if colored and slot.texture is None:
+            return plant("texture", "mesh_attribute", place, name=VERTEX_COLOR)
+        if colored:
+            self._document.note("COLOR_0 is not used where there is a texture of the base colour", place.path)
+        return self._color(material, "base_color", slot)
+
+    def _thin(self, seen: SurfaceLook, material: int | None, bsdf: Object, place: Place) -> Object:
+        """Return what lets a part of the light pass straight on, dyed by the base colour."""
+        color = self._color(material, "base_color", seen.slots["base_color"])
+        glass = plant("bsdf", "thindielectric", place, int_ior=seen.eta, ext_ior=1.0, specular_transmittance=color)
+        weight = self._number(material, "transmission", seen.slots["transmission"])
+        result = plant("bsdf", "blendbsdf", place, weight=weight)
+        add(result, None, bsdf)
+        add(result, None, glass)
+        return result
+
+    def _number(self, material: int | None, name: str, slot: Slot) -> object:
+        return slot.constant[0] if slot.texture is None else self._texture(material, name, slot)
+
+    def _color(self, material: int | None, name: str, slot: Slot) -> object:
+        return slot.constant if slot.texture is None else self._texture(material, name, slot)
+
+    def _texture(self, material: int | None, name: str, slot: Slot) -> Object:
+        filename = f"{self._document.name}#/materials/{material}/{name}"
+        parameters = bitmap_parameters(self._document, slot)
+        return plant("texture", "bitmap", self._at(material), filename=filename, **parameters)

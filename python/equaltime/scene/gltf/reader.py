@@ -1,0 +1,187 @@
+"""Reads glTF 2.0 (.gltf, .glb) into the scene tree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.document import Document, Malformed, parse
+from equaltime.scene.gltf.materials import Materials
+from equaltime.scene.gltf.nodes import Placed, instances, placed
+from equaltime.scene.gltf.plant import add, plant
+from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, bounds, color
+from equaltime.scene.gltf.views import SKY, default_camera, default_sky, light, sensor
+from equaltime.scene.known import shortened, suggestion
+from equaltime.scene.model import mirrors
+from equaltime.scene.tree import Child, Object, Place, Reference, Report
+
+__all__ = ["read_gltf"]
+
+Array = NDArray[np.float64]
+
+DEFINITIONS: Final = ("camera", "scene", "sky")
+"""What ``-D`` may choose: camera and scene by name or number, the radiance of the sky."""
+PLACES_SHOWN: Final = 3
+FLATTEST: Final = 1e-12
+
+
+def read_gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report) -> Object | None:
+    """Return the scene in the `content` of `file`; problems go to `report`, None if there is no scene at all."""
+    place = Place(file)
+    for name in sorted(set(defines) - set(DEFINITIONS)):
+        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
+    folder = Path(file).parent
+    try:
+        document = parse(Path(file).name, content, lambda name: folder / name)
+        scene = _Scene(document, place, defines).read()
+    except Malformed as error:
+        for where, message in error.problems:
+            report.add(place.key(where) if where else place, message)
+        return None
+    for message, places in document.notes.items():
+        report.note(_told(message, list(places)))
+    return scene
+
+
+def _told(message: str, places: list[str]) -> str:
+    """Return a note with where it applies."""
+    shown = [place for place in places if place][:PLACES_SHOWN]
+    more = f" and {len(places) - len(shown)} more" if len(places) > len(shown) else ""
+    return f"{message} ({', '.join(shown)}{more})" if shown else message
+
+
+class _Scene:
+    """A document on its way to be a scene."""
+
+    def __init__(self, document: Document, place: Place, defines: Mapping[str, object]) -> None:
+        self._document = document
+        self._gltf = document.gltf
+        self._place = place
+        self._defines = defines
+        self._materials = Materials(document, place)
+        self._corners: list[Array] = []
+
+    def read(self) -> Object:
+        """Return the scene; raises `Malformed`."""
+        nodes = list(placed(self._document, self._chosen_scene()))
+        shapes = [shape for at in nodes if at.node.mesh is not None for shape in self._shapes(at)]
+        if not shapes:
+            raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
+        lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]
+        sky = self._sky(lights, shapes)
+        camera = self._camera(nodes)
+        self._note_what_is_left_out()
+        parts = [camera, *self._materials.bsdfs, *shapes, *lights, *([] if sky is None else [sky])]
+        return Object(self._place, "scene", "scene", children=[Child(part.id, part) for part in parts])
+
+    def _chosen_scene(self) -> int | None:
+        scenes = self._gltf.scenes
+        if "scene" in self._defines:
+            return self._choice("scene", [scene.name for scene in scenes])
+        return (self._gltf.scene or 0) if scenes else None
+
+    def _choice(self, what: str, names: list[str | None]) -> int:
+        """Return the index that a definition chooses among things with these names, by name or by number."""
+        wanted = str(self._defines[what])
+        if wanted in names:
+            return names.index(wanted)
+        if wanted.isascii() and wanted.isdecimal() and int(wanted[:9]) < len(names):
+            return int(wanted)
+        known = [name for name in names if name] or [str(i) for i in range(len(names))]
+        raise Malformed(("", f"the file has no {what} {shortened(wanted, 40)}{suggestion(wanted, known)}"))
+
+    # -- shapes ------------------------------------------------------------------------------------------------------
+
+    def _shapes(self, at: Placed) -> Iterator[Object]:
+        """Yield the shapes that the mesh of a node makes: one for each primitive and instance."""
+        copies = instances(self._document, at)
+        mesh = self._gltf.meshes[at.node.mesh]
+        for p, primitive in enumerate(mesh.primitives):
+            place = self._place.key("meshes").key(at.node.mesh).key("primitives").key(p)
+            if primitive.mode not in TRIANGLES:
+                self._document.note(f"{NAMES[primitive.mode]} are not drawn", place.path)
+                continue
+            for to_world in [at.to_world] if copies is None else copies:
+                if _is_flat(to_world):
+                    self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
+                    continue
+                if (corners := bounds(self._document, at.node.mesh, p)) is not None:
+                    self._corners.append(corners @ to_world[:3, :3].T + to_world[:3, 3])
+                yield self._shape(at, p, primitive, to_world, place)
+
+    def _shape(self, at: Placed, p: int, primitive: Any, to_world: Array, place: Place) -> Object:
+        flat = "NORMAL" not in vars(primitive.attributes) or primitive.attributes.NORMAL is None
+        colors = color(self._document, primitive)
+        colored = colors is not None and bool((colors[:, :3] != 1.0).any())
+        result = plant(
+            "shape",
+            "gltf",
+            place,
+            filename=f"{self._document.name}#/meshes/{at.node.mesh}/primitives/{p}",
+            to_world=to_world,
+            face_normals=flat or None,
+            flip_normals=(flat and mirrors(to_world)) or None,
+            emitter=self._materials.emitter(primitive.material),
+        )
+        add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, colored)))
+        return result
+
+    # -- camera and lights -------------------------------------------------------------------------------------------
+
+    def _camera(self, nodes: list[Placed]) -> Object:
+        """Return the camera that is asked for, or the first, or one that has everything in view."""
+        cameras = [at for at in nodes if at.node.camera is not None]
+        names = [at.node.name or self._gltf.cameras[at.node.camera].name for at in cameras]
+        if "camera" in self._defines and cameras:
+            return sensor(self._document, cameras[self._choice("camera", names)], self._place)
+        if cameras:
+            if len(cameras) > 1:
+                known = ", ".join(str(name or i) for i, name in enumerate(names))
+                self._document.note(
+                    f"of {len(cameras)} cameras the first is used; -D camera=... takes another of {known}", ""
+                )
+            return sensor(self._document, cameras[0], self._place)
+        self._document.note("the file has no camera: one is added that has everything in view", "")
+        return default_camera(np.concatenate(self._corners or [np.zeros((0, 3))]), self._place)
+
+    def _sky(self, lights: list[Object], shapes: list[Object]) -> Object | None:
+        """Return the sky that is asked for, or one of radiance 1 if there are no lights.
+
+        Surfaces that glow are not lights in glTF: what shows such files elsewhere lights them too.
+        """
+        if "sky" in self._defines:
+            return default_sky(self._sky_radiance(), self._place)
+        if lights:
+            return None
+        glowing = any(child.name == "emitter" for shape in shapes for child in shape.children)
+        known = "no light but glowing surfaces" if glowing else "no light"
+        self._document.note(f"the file has {known}: a sky of radiance {SKY:g} is added; -D sky=... sets it", "")
+        return default_sky(SKY, self._place)
+
+    def _sky_radiance(self) -> float:
+        given = self._defines["sky"]
+        try:
+            radiance = float(str(given))
+        except ValueError:
+            radiance = math.nan
+        if not 0.0 <= radiance < math.inf:
+            raise Malformed(("", f"sky must be a radiance of at least 0, found {shortened(given, 40)}"))
+        return radiance
+
+    def _note_what_is_left_out(self) -> None:
+        if self._gltf.animations:
+            self._document.note("animations are not played: everything stands as in the file", "")
+        if self._gltf.skins:
+            self._document.note("skins are not used: meshes stand as they were modelled", "")
+
+
+def _is_flat(to_world: Array) -> bool:
+    """Tell whether a transform takes a dimension away, as `Transform` of the model refuses."""
+    linear = to_world[:3, :3]
+    lengths = np.linalg.norm(linear, axis=0)
+    return not lengths.all() or abs(float(np.linalg.det(linear / lengths))) < FLATTEST

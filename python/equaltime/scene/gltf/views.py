@@ -1,0 +1,111 @@
+"""Cameras and lights of glTF files as sensors and emitters of the scene tree."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import transforms
+from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.nodes import Placed, rigid
+from equaltime.scene.gltf.plant import plant
+from equaltime.scene.tree import Object, Place
+
+__all__ = ["default_camera", "default_sky", "light", "sensor"]
+
+Array = NDArray[np.float64]
+
+LONG_SIDE: Final = 768
+ASPECT: Final = 4.0 / 3.0
+"""Of an image whose camera leaves it to the viewer."""
+TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
+"""From glTF's cameras and lights, which look along -z, to Mitsuba's, which look along +z with x to the left."""
+DEFAULT_FOV: Final = 40.0
+DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
+"""Where the default camera stands as seen from the middle: before the asset (+z), a little to the right and above."""
+SKY: Final = 1.0
+
+
+def sensor(document: Document, at: Placed, place: Place) -> Object:
+    """Return the camera of a node."""
+    camera = document.gltf.cameras[at.node.camera]
+    place = place.key("cameras").key(at.node.camera)
+    if camera.type == "orthographic":
+        return _orthographic(camera.orthographic, at, place)
+    view = camera.perspective
+    return plant(
+        "sensor",
+        "perspective",
+        place,
+        to_world=rigid(at.to_world) @ TURNED,
+        fov=math.degrees(view.yfov),
+        fov_axis="y",
+        near_clip=view.znear or None,
+        far_clip=view.zfar or None,
+        film=_film(view.aspectRatio or ASPECT, place),
+    )
+
+
+def _orthographic(view: Any, at: Placed, place: Place) -> Object:
+    width, height = abs(view.xmag), abs(view.ymag)
+    to_world = rigid(at.to_world) @ TURNED @ transforms.scale((width, width, 1.0))
+    return plant(
+        "sensor",
+        "orthographic",
+        place,
+        to_world=to_world,
+        near_clip=view.znear or None,
+        far_clip=view.zfar or None,
+        film=_film(width / height, place),
+    )
+
+
+def _film(aspect: float, place: Place) -> Object:
+    """Return a film of the given ratio of width to height."""
+    width, height = (LONG_SIDE, LONG_SIDE / aspect) if aspect >= 1.0 else (LONG_SIDE * aspect, LONG_SIDE)
+    return plant("film", "hdrfilm", place, width=max(1, round(width)), height=max(1, round(height)))
+
+
+def default_camera(corners: Array, place: Place) -> Object:
+    """Return a camera that has all `corners` (N, 3) in view."""
+    low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (-np.ones(3), np.ones(3))
+    middle, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low)) or 1.0
+    distance = radius / math.sin(math.radians(DEFAULT_FOV) / 2.0)
+    origin = middle + distance * np.array(DEFAULT_VIEW) / math.hypot(*DEFAULT_VIEW)
+    to_world = transforms.look_at(origin.tolist(), middle.tolist(), (0.0, 1.0, 0.0))
+    film = _film(ASPECT, place)
+    return plant("sensor", "perspective", place, to_world=to_world, fov=DEFAULT_FOV, fov_axis="smaller", film=film)
+
+
+def default_sky(radiance: float, place: Place) -> Object | None:
+    """Return light from all around, unless it is dark."""
+    return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
+
+
+def light(document: Document, at: Placed, place: Place) -> Object | None:
+    """Return the light of a node, if it has one.
+
+    Candela, lux and nits are taken as W/sr, W/m² and W/(m² sr) per channel: only their ratios show in an image.
+    """
+    extension = (at.node.extensions or {}).get("KHR_lights_punctual")
+    if extension is None:
+        return None
+    index = extension["light"]
+    source = document.gltf.extensions["KHR_lights_punctual"]["lights"][index]
+    place = place.key("extensions.KHR_lights_punctual.lights").key(index)
+    power = tuple(source.get("intensity", 1.0) * c for c in source.get("color", (1.0, 1.0, 1.0)))
+    if "range" in source:
+        document.note("the range of a light is not used: its light goes on for ever", place.path)
+    to_world = rigid(at.to_world) @ TURNED
+    if source["type"] == "point":
+        return plant("emitter", "point", place, intensity=power, position=tuple(to_world[:3, 3].tolist()))
+    if source["type"] == "directional":
+        return plant("emitter", "directional", place, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
+    cone = source.get("spot", {})
+    outer = math.degrees(cone.get("outerConeAngle", math.pi / 4.0))
+    inner = min(math.degrees(cone.get("innerConeAngle", 0.0)), outer)
+    document.note("the light of a spot falls linearly with the angle, from the inner cone to the outer", place.path)
+    return plant("emitter", "spot", place, intensity=power, cutoff_angle=outer, beam_width=inner, to_world=to_world)
