@@ -148,7 +148,10 @@ def test_files_are_looked_for_beside_the_scene(tmp_path: Path) -> None:
 def test_a_scene_file_that_cannot_be_read_is_one_clear_error(tmp_path: Path) -> None:
     for path, problem in (
         (tmp_path / "no.toml", f"{tmp_path}/no.toml: cannot be read: No such file or directory"),
-        (tmp_path / "no.blend", f"{tmp_path}/no.blend: unknown kind of scene file; expected .toml or .xml"),
+        (
+            tmp_path / "no.blend",
+            f"{tmp_path}/no.blend: unknown kind of scene file; expected .toml, .xml, .gltf or .glb",
+        ),
     ):
         with pytest.raises(SceneError) as error:
             load(path)

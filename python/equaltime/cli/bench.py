@@ -34,7 +34,8 @@ def parse_threads(text: str) -> tuple[int, ...]:
 
 def bench(
     scenes: Annotated[
-        list[Path], typer.Argument(metavar="SCENE...", help="Scene files: TOML, or Mitsuba 3 XML.", show_default=False)
+        list[Path],
+        typer.Argument(metavar="SCENE...", help="Scene files: TOML, Mitsuba 3 XML, or glTF.", show_default=False),
     ],
     threads: Annotated[
         Any,

@@ -26,7 +26,7 @@ __all__ = ["render"]
 
 def render(
     scene: Annotated[
-        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, or Mitsuba 3 XML.", show_default=False)
+        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, or glTF.", show_default=False)
     ],
     output: Annotated[
         Path,

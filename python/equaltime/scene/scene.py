@@ -180,7 +180,8 @@ def load_dict(scene: Mapping[str, object]) -> Scene:
 def _read(path: Path, defines: Mapping[str, object], report: Report) -> Object | None:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise SceneError((Problem(str(path), f"unknown kind of scene file; expected {' or '.join(READERS)}"),))
+        *most, last = READERS
+        raise SceneError((Problem(str(path), f"unknown kind of scene file; expected {', '.join(most)} or {last}"),))
     try:
         content = path.read_bytes()
     except OSError as error:
