@@ -7,9 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.cost.metrics import Reference, measure
+from equaltime.cost.reducing import reduced
 from equaltime.cost.report.gallery import choose_crops
 from equaltime.cost.report.maps import LEVEL, error_map, losses, spread_map, squares
-from equaltime.cost.report.pictures import coloured, reduced
+from equaltime.cost.report.pictures import coloured
 
 SHAPE = (56, 84, 3)
 REPEATS = 8

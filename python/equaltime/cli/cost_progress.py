@@ -48,6 +48,8 @@ def describe(progress: RunProgress) -> str:
         return f"does {progress.strategy} mean the same image of {progress.scene}?"
     if progress.phase == "reference":
         return f"reference of {progress.scene}"
+    if progress.phase == "film":
+        return f"filming {progress.strategy} on {progress.scene}"
     if progress.done == progress.total:
         return f"{progress.total} runs done"
     return f"run {progress.done + 1} of {progress.total}: {progress.strategy} on {progress.scene}"

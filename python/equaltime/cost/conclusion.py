@@ -9,7 +9,7 @@ from equaltime.cost import analysis, record, report
 from equaltime.cost.beside import beside
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
-from equaltime.cost.summary import Summary
+from equaltime.cost.summary import StrategyResult, Summary
 
 __all__ = ["conclude"]
 
@@ -26,7 +26,25 @@ def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary
     summary = analysis.summarise(experiment, rows, folder)
     if command:
         summary = replace(summary, provenance={"command": command, **summary.provenance})
+    summary = _with_pictures(summary, experiment, Folder(folder))
     if experiment.theirs is not None:
         summary = replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
     report.write_report(summary, folder)
     return summary
+
+
+def _with_pictures(summary: Summary, experiment: Experiment, folder: Folder) -> Summary:
+    """Add the pictures that the experiment wants besides its images, as far as they are there."""
+    if experiment.animate:
+        scenes = tuple(
+            replace(
+                scene, strategies=tuple(_with_film(one, folder.film(scene.name, one.label)) for one in scene.strategies)
+            )
+            for scene in summary.scenes
+        )
+        summary = replace(summary, scenes=scenes)
+    return summary
+
+
+def _with_film(strategy: StrategyResult, path: Path) -> StrategyResult:
+    return replace(strategy, film=path) if path.exists() else strategy

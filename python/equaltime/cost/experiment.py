@@ -138,6 +138,8 @@ class Experiment(Value):
     """Errors to which times are wanted (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows large."""
+    animate: bool = False
+    """Whether the report shows the images forming, side by side at equal time."""
     reference: ReferenceWish = ReferenceWish()
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 is one for each processor."""

@@ -6,7 +6,8 @@
     experiment.json  what is compared; what a continuation must agree with
     provenance.json  machines and builds by the keys that records have; references; agreements; sessions
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
-    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3)
+    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); if the experiment wants them,
+                     SCENE/STRATEGY-film.npz (`forming`)
 """
 
 from __future__ import annotations
@@ -63,6 +64,10 @@ class Folder:
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
         """Return the file of the last image of a run."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
+
+    def film(self, scene: str, strategy: str) -> Path:
+        """Return the file of the film of a strategy's image forming."""
+        return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Make the folder that of the experiment with this ``identity``, or see that it already is.

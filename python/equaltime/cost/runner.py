@@ -17,6 +17,7 @@ from typing import Literal
 from equaltime.cost import reference as references
 from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
+from equaltime.cost.forming import Studio
 from equaltime.cost.gates import pass_gate
 from equaltime.cost.identity import identity_of
 from equaltime.cost.metrics import Reference
@@ -29,7 +30,7 @@ from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
 
-Phase = Literal["setup", "agreement", "reference", "run"]
+Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,17 @@ class _Session:
                 facts = {"runs": len(self._seconds), "elapsed_s": elapsed, "rendering_s": self._rendering}
                 asked = {"command": self.command} if self.command else {}
                 self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
+
+        self._show(known)
+
+    def _show(self, known: Sequence[Reference]) -> None:
+        """Make the pictures that the experiment wants besides its images, if they are not there."""
+        if self.experiment.animate:
+            films = Studio(self.experiment, self.scenes, self.folder, self.recorder.rows, known, self.threads)
+            for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
+                if films.wants(turn.key):
+                    self._tell("film", turn, 1.0, None)
+                    films.shoot(turn.key, turn.number, turn.subject)
 
     def _all_turns(self) -> Iterator[_Turn]:
         for repeat in range(self.experiment.repeats):

@@ -65,6 +65,8 @@ class StrategyResult:
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if they are the same everywhere."""
     reference: Path | None = None
     """The reference of its own that it is held against, where it has one; as `SceneResult.reference`."""
+    film: Path | None = None
+    """Its image forming, for `equaltime.cost.forming.read_film`; None if the experiment does not want it."""
 
 
 @dataclass(frozen=True)

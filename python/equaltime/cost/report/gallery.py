@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.cost.extras import optional
+from equaltime.cost.reducing import reduced
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.maps import error_map, spread_map
-from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
+from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed
 from equaltime.cost.report.views import Bar, Crop, Frame, Kind
 from equaltime.cost.report.words import error_cell, percent, seconds
 from equaltime.cost.summary import SceneResult, StrategyResult

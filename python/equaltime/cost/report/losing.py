@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.cost.reducing import reduced
 from equaltime.cost.report.gallery import colour_bar
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.maps import LEVEL, Losses, losses
-from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed, reduced
+from equaltime.cost.report.pictures import Pictures, coloured, data_uri, exposed
 from equaltime.cost.report.views import Bar, LossView
 from equaltime.cost.report.words import percent
 from equaltime.cost.summary import SceneResult, StrategyResult

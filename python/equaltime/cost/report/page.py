@@ -8,6 +8,7 @@ from pathlib import Path
 
 from equaltime.cost.report.charts import NARROW, WIDE, chart
 from equaltime.cost.report.figures import write_figures
+from equaltime.cost.report.films import film_view, write_animation
 from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import Look, looks
 from equaltime.cost.report.losing import INTRODUCTION, losing
@@ -94,6 +95,7 @@ def _scene_view(
     pictures = loaded if isinstance(loaded, Pictures) else None
     kinds = kinds_of(scene, pictures, look, longest) if pictures else ()
     crops = [crop.window for crop in kinds[0].frames[0].crops] if kinds else []
+    stops = pictures.stops if pictures else 0
     views, bar = losing(scene, pictures, look, longest) if pictures else ((), None)
     return SceneView(
         slug=name,
@@ -112,5 +114,9 @@ def _scene_view(
         losses=views,
         loss_bar=bar,
         losses_intro=INTRODUCTION,
-        files=write_figures(folder / "figures", name, scene, summary.targets, look, pictures, crops),
+        film=film_view(scene, look, stops),
+        files=(
+            *write_figures(folder / "figures", name, scene, summary.targets, look, pictures, crops),
+            *write_animation(folder / "figures", name, scene, stops),
+        ),
     )

@@ -21,7 +21,7 @@ from equaltime.cost.report.maps import squares
 from equaltime.cost.summary import SceneResult, StrategyResult
 from equaltime.errors import EqualtimeError, ImageError
 
-__all__ = ["Pictures", "coloured", "data_uri", "exposed", "load_pictures", "reduced"]
+__all__ = ["Pictures", "coloured", "data_uri", "exposed", "load_pictures"]
 
 Floats = NDArray[np.float64]
 Images = NDArray[np.float32]
@@ -85,16 +85,6 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
     # few colours, since noise in full colour compresses badly and nobody sees a hundredth of the range
     steps = np.round(np.clip(np.nan_to_num(position, nan=0.0), 0.0, 1.0) * 63.0) / 63.0
     return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
-
-
-def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Average whole blocks of pixels of (H, W, …) so that no side is longer than this; small ones stay as they are."""
-    factor = math.ceil(max(values.shape[:2]) / longest)
-    if factor == 1:
-        return values
-    height, width = (size // factor * factor for size in values.shape[:2])
-    blocks = values[:height, :width].reshape(height // factor, factor, width // factor, factor, *values.shape[2:])
-    return np.asarray(blocks.mean(axis=(1, 3)))
 
 
 def data_uri(pixels: Bytes) -> str:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from equaltime.cost.report.films import FilmView
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.words import Cell
 
@@ -161,6 +162,7 @@ class SceneView:
     losses: tuple[LossView, ...]
     loss_bar: Bar | None
     losses_intro: str
+    film: FilmView | None
     files: tuple[str, ...]
     """Figure files written beside the page."""
 

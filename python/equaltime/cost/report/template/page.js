@@ -72,6 +72,71 @@ function tabs(group) {
   show(buttons[0]);
 }
 
+function film(section) {
+  const end = Number(section.dataset.film);
+  const reels = [...section.querySelectorAll(".reel")].map((element) => ({
+    element,
+    times: JSON.parse(element.dataset.times),
+    says: JSON.parse(element.dataset.says),
+    columns: Number(element.dataset.columns),
+    rows: Number(element.dataset.rows),
+  }));
+  const moments = [...new Set(reels.flatMap((reel) => reel.times))].sort((a, b) => a - b);
+  const find = (name) => section.querySelector(name);
+  const [play, back, on, slider, says, speed] = ["[data-play]", "[data-back]", "[data-on]", "input", "output", "select"].map(find);
+  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  let now = 0;
+  let last = null; // when the clock was looked at, while it runs
+
+  function show(time) {
+    now = Math.min(Math.max(time, 0), end);
+    for (const reel of reels) {
+      const number = reel.times.filter((moment) => moment <= now).length - 1;
+      const place = Math.max(number, 0);
+      const stage = reel.element.querySelector(".stage");
+      stage.classList.toggle("empty", number < 0);
+      stage.firstElementChild.style.transform =
+        `translate(${(-100 * (place % reel.columns)) / reel.columns}%, ${(-100 * Math.floor(place / reel.columns)) / reel.rows}%)`;
+      reel.element.dataset.frame = String(number);
+      reel.element.querySelector("[data-now]").textContent = number < 0 ? "no sample yet" : reel.says[number];
+    }
+    slider.value = String((slider.max * now) / end);
+    says.textContent = `${now.toFixed(now < 1 ? 3 : 2)} s`;
+    slider.setAttribute("aria-valuetext", says.textContent);
+  }
+
+  function tick(clock) {
+    if (last === null) return;
+    show(now + (Number(speed.value) * Math.max(clock - last, 0)) / 1000);
+    last = clock;
+    if (now < end) requestAnimationFrame(tick);
+    else stop();
+  }
+
+  function stop() {
+    last = null;
+    play.textContent = "Play";
+  }
+
+  function start() {
+    if (now >= end) show(0);
+    last = performance.now();
+    play.textContent = "Pause";
+    requestAnimationFrame(tick);
+  }
+
+  const jump = (time) => (stop(), show(time));
+  const calm = () => (stop(), (play.hidden = speed.parentElement.hidden = still.matches));
+  play.addEventListener("click", () => (last === null ? start() : stop()));
+  back.addEventListener("click", () => jump(moments.filter((moment) => moment < now).at(-1) ?? 0));
+  on.addEventListener("click", () => jump(moments.find((moment) => moment > now) ?? end));
+  slider.addEventListener("input", () => jump((end * slider.value) / slider.max));
+  still.addEventListener("change", calm);
+  calm();
+  show(Math.max(...reels.map((reel) => reel.times[0])));
+}
+
+document.querySelectorAll("[data-film]").forEach(film);
 document.querySelectorAll("[data-flip]").forEach(flipbook);
 document.querySelectorAll("[data-chart]").forEach(chart);
 document.querySelectorAll("[data-tabs]").forEach(tabs);

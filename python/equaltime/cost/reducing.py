@@ -1,0 +1,23 @@
+"""Large pictures made small enough for a page."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["reduced"]
+
+Floats = NDArray[np.float64]
+
+
+def reduced(values: NDArray[Any], longest: int) -> Floats:
+    """Average whole blocks of pixels of (H, W, …) so that no side is longer than this; small ones stay as they are."""
+    factor = math.ceil(max(values.shape[:2]) / longest)
+    if factor == 1:
+        return values
+    height, width = (size // factor * factor for size in values.shape[:2])
+    blocks = values[:height, :width].reshape(height // factor, factor, width // factor, factor, *values.shape[2:])
+    return np.asarray(blocks.mean(axis=(1, 3)))
