@@ -54,12 +54,6 @@ std::uint32_t append(std::vector<T>& list, Args&&... args) {
   return static_cast<std::uint32_t>(list.size() - 1);
 }
 
-MicrofacetModel microfacet(const std::string& name) {
-  if (name == "ggx") return MicrofacetModel::ggx;
-  if (name == "beckmann") return MicrofacetModel::beckmann;
-  throw py::value_error("a distribution is \"ggx\" or \"beckmann\", not \"" + name + "\"");
-}
-
 FilterKind filter(const std::string& name) {
   if (name == "box") return FilterKind::box;
   if (name == "tent") return FilterKind::tent;
@@ -83,7 +77,7 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
 py::dict effects_dict(const Effects& e) {
   return py::dict("analytic_shapes"_a = e.analytic_shapes, "smooth_normals"_a = e.smooth_normals,
                   "rough_conductors"_a = e.rough_conductors, "anisotropy"_a = e.anisotropy, "specular"_a = e.specular,
-                  "point_lights"_a = e.point_lights, "environment"_a = e.environment);
+                  "layered"_a = e.layered, "point_lights"_a = e.point_lights, "environment"_a = e.environment);
 }
 
 /// Nearest hits of rays given in the user's units: for tests and comparisons, not for rendering.
@@ -111,31 +105,9 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
 void bind_builder(py::module_& m) {
   using Index = std::optional<std::uint32_t>;
   using D = SceneDescription;
-  py::class_<D>(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.")
-      .def(py::init<>())
-      .def(
-          "add_diffuse", [](D& d, const Triple& r) { return append(d.bsdfs, DiffuseDescription{vec(r)}); },
-          "reflectance"_a)
-      .def(
-          "add_conductor",
-          [](D& d, const Triple& eta, const Triple& k, const Triple& r) {
-            return append(d.bsdfs, ConductorDescription{vec(eta), vec(k), vec(r)});
-          },
-          "eta"_a, "k"_a, "specular_reflectance"_a)
-      .def(
-          "add_rough_conductor",
-          [](D& d, const std::string& distribution, double alpha_u, double alpha_v, const Triple& eta, const Triple& k,
-             const Triple& r) {
-            return append(d.bsdfs, RoughConductorDescription{microfacet(distribution), alpha_u, alpha_v, vec(eta),
-                                                             vec(k), vec(r)});
-          },
-          "distribution"_a, "alpha_u"_a, "alpha_v"_a, "eta"_a, "k"_a, "specular_reflectance"_a)
-      .def(
-          "add_dielectric",
-          [](D& d, double ior, const Triple& r, const Triple& t) {
-            return append(d.bsdfs, DielectricDescription{ior, vec(r), vec(t)});
-          },
-          "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
+  py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
+  bind_bsdfs(builder);
+  builder.def(py::init<>())
       .def(
           "add_mesh",
           [](D& d, const ArrayD& vertices, const ArrayU& faces, const std::optional<ArrayD>& normals,

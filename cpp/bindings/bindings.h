@@ -3,6 +3,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include "scene/description.h"
+
 namespace equaltime {
 
 void bind_bench(pybind11::module_& m);     // the limit ratio
@@ -10,5 +12,6 @@ void bind_meshes(pybind11::module_& m);    // mesh files
 void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
 void bind_render(pybind11::module_& m);    // Settings, Renderer, build information
 void bind_sampling(pybind11::module_& m);  // samplers and densities, for tests
+void bind_bsdfs(pybind11::class_<SceneDescription>& builder);
 
 }  // namespace equaltime

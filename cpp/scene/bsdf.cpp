@@ -22,6 +22,19 @@ Dielectric::Dielectric(const DielectricDescription& d) noexcept
     : ior(static_cast<float>(d.ior)),
       specular_reflectance(spectrum(d.specular_reflectance)),
       specular_transmittance(spectrum(d.specular_transmittance)) {}
+ThinDielectric::ThinDielectric(const ThinDielectricDescription& d) noexcept
+    : ior(static_cast<float>(d.ior)),
+      specular_reflectance(spectrum(d.specular_reflectance)),
+      specular_transmittance(spectrum(d.specular_transmittance)) {}
+Plastic::Plastic(const PlasticDescription& d) noexcept
+    : ior(static_cast<float>(d.ior)),
+      nonlinear(d.nonlinear),
+      diffuse_reflectance(spectrum(d.diffuse_reflectance)),
+      specular_reflectance(spectrum(d.specular_reflectance)),
+      internal_(fresnel_diffuse(1 / ior)),
+      leaving_(square(ior) * (1 - internal_)) {
+  derive();
+}
 
 bool is_anisotropic(const Bsdf& bsdf) noexcept {
   const auto* rough = std::get_if<RoughConductor>(&bsdf);
@@ -34,6 +47,8 @@ Bsdf make_bsdf(const BsdfDescription& description) noexcept {
     Bsdf operator()(const ConductorDescription& d) const noexcept { return Conductor(d); }
     Bsdf operator()(const RoughConductorDescription& d) const noexcept { return RoughConductor(d); }
     Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
+    Bsdf operator()(const ThinDielectricDescription& d) const noexcept { return ThinDielectric(d); }
+    Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
   };
   return std::visit(Make{}, description);
 }

@@ -7,11 +7,13 @@
 #include "scene/conductor.h"
 #include "scene/dielectric.h"
 #include "scene/diffuse.h"
+#include "scene/plastic.h"
 #include "scene/rough_conductor.h"
+#include "scene/thin_dielectric.h"
 
 namespace equaltime {
 
-using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric>;
+using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description) noexcept;
 
@@ -27,7 +29,10 @@ template <auto E, class F>
   if constexpr (E.specular) {
     if (const auto* model = std::get_if<Conductor>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
+    if (const auto* model = std::get_if<ThinDielectric>(&bsdf)) return f(*model);
   }
+  if constexpr (E.layered)
+    if (const auto* model = std::get_if<Plastic>(&bsdf)) return f(*model);
   return f(*std::get_if<Diffuse>(&bsdf));
 }
 

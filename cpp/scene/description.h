@@ -32,8 +32,17 @@ struct DielectricDescription {
   double ior = 1.5;  // interior over exterior
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
-using BsdfDescription =
-    std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription>;
+struct ThinDielectricDescription {
+  double ior = 1.5;  // of the sheet over that of what is round it
+  Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
+};
+struct PlasticDescription {
+  double ior = 1.5;  // interior over exterior
+  Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
+  bool nonlinear = false;  // light that is reflected within takes the colour of the body each time
+};
+using BsdfDescription = std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription,
+                                     DielectricDescription, ThinDielectricDescription, PlasticDescription>;
 
 // --- Shapes -------------------------------------------------------------------------------------------------------
 

@@ -17,7 +17,9 @@ Effects derive_effects(const Scene& scene) noexcept {
       const Bsdf& bsdf = scene.bsdfs[side];
       e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
       e.anisotropy = e.anisotropy || is_anisotropic(bsdf);
-      e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf);
+      e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
+                   std::holds_alternative<ThinDielectric>(bsdf);
+      e.layered = e.layered || std::holds_alternative<Plastic>(bsdf);
     }
   }
   return e;

@@ -12,6 +12,7 @@ struct Effects {
   bool rough_conductors = false;  // microfacets
   bool anisotropy = false;        // of microfacets: shading frames need tangents
   bool specular = false;          // smooth conductors and dielectrics: directions of a discrete set
+  bool layered = false;           // plastics: an interface over a diffuse body
   bool point_lights = false;
   bool environment = false;
 
@@ -21,11 +22,12 @@ struct Effects {
   [[nodiscard]] constexpr bool covers(const Effects& need) const noexcept {
     return (analytic_shapes || !need.analytic_shapes) && (smooth_normals || !need.smooth_normals) &&
            (rough_conductors || !need.rough_conductors) && (anisotropy || !need.anisotropy) &&
-           (specular || !need.specular) && (point_lights || !need.point_lights) && (environment || !need.environment);
+           (specular || !need.specular) && (layered || !need.layered) && (point_lights || !need.point_lights) &&
+           (environment || !need.environment);
   }
 };
 
-inline constexpr Effects kAllEffects{true, true, true, true, true, true, true};
+inline constexpr Effects kAllEffects{true, true, true, true, true, true, true, true};
 
 [[nodiscard]] Effects derive_effects(const Scene& scene) noexcept;
 

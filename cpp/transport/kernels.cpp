@@ -81,6 +81,7 @@ std::string kernel_name(const Effects& e) {
   append(e.rough_conductors, "rough_conductors");
   append(e.anisotropy, "anisotropy");
   append(e.specular, "specular");
+  append(e.layered, "layered");
   append(e.point_lights, "point_lights");
   append(e.environment, "environment");
   return name.empty() ? "diffuse meshes" : name;

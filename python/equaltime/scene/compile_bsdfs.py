@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor
+from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, Plastic, RoughConductor, ThinDielectric
 from equaltime.scene.unsupported import Unsupported, constant
 
 __all__ = ["Materials"]
@@ -57,11 +57,23 @@ def _dielectric(builder: Builder, bsdf: Dielectric) -> int:
     return builder.add_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
+def _thin_dielectric(builder: Builder, bsdf: ThinDielectric) -> int:
+    reflectance, transmittance = constant(bsdf.specular_reflectance), constant(bsdf.specular_transmittance)
+    return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
+
+
+def _plastic(builder: Builder, bsdf: Plastic) -> int:
+    diffuse, specular = constant(bsdf.diffuse_reflectance), constant(bsdf.specular_reflectance)
+    return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
+
+
 Step = Callable[[Builder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
     Conductor: _conductor,
     RoughConductor: _rough_conductor,
     Dielectric: _dielectric,
+    ThinDielectric: _thin_dielectric,
+    Plastic: _plastic,
 }
 """How each BSDF that wraps no other is added."""

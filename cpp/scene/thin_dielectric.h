@@ -1,0 +1,39 @@
+// Thin sheet of a dielectric: a mirror, or straight through, with all reflections between its two sides summed up.
+// Both sides are alike: outside is on either.
+#pragma once
+
+#include "math/optional.h"
+#include "scene/bsdf_types.h"
+#include "scene/description.h"
+#include "scene/fresnel.h"
+
+namespace equaltime {
+
+struct ThinDielectric {
+  static constexpr bool is_delta = true;
+  static constexpr bool transmits = true;
+  static constexpr bool picks_lobe = true;
+  float ior;  // of the sheet over that of what is round it
+  Spectrum specular_reflectance, specular_transmittance;
+
+  explicit ThinDielectric(const ThinDielectricDescription& d) noexcept;
+
+  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float u, Point2f) const noexcept {
+    if (u < reflectance(wo)) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+    return BsdfSample{-wo, specular_transmittance, 0, true};
+  }
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+    const float r = reflectance(wo);
+    return specular_reflectance * r + specular_transmittance * (1 - r);
+  }
+
+ private:
+  /// R + T²R + T²R³ + … = 2R / (1 + R), with R of one interface and T = 1 - R.
+  [[nodiscard]] float reflectance(const Vec3f& wo) const noexcept {
+    const float r = fresnel_dielectric(wo.z, ior).reflectance;
+    return 2 * r / (1 + r);
+  }
+};
+
+}  // namespace equaltime

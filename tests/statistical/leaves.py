@@ -1,0 +1,71 @@
+"""BSDFs of several lobes by name, and trials of them: what a sampler drew from one direction and what `eval` says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import _core
+from equaltime._core import parts
+
+from .chi2 import uniforms
+
+__all__ = ["LEAVES", "Leaf", "Trial"]
+
+Array = NDArray[np.float64]
+WHITE = [1.0, 1.0, 1.0]
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A call of the builder."""
+
+    call: str
+    arguments: tuple[Any, ...]
+    transmits: bool = False
+    lossless: bool = False
+    """Reflects and transmits all light, but for the slack."""
+    slack: float = 1e-5
+    """By how much what a lossless model scatters may be off 1, for what its approximations leave."""
+
+
+LEAVES: dict[str, Leaf] = {
+    "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), True, lossless=True),
+    "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), True, lossless=True),
+    "plastic": Leaf("add_plastic", (1.49, [0.8, 0.5, 0.1], WHITE, False)),
+    "deep plastic": Leaf("add_plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
+    "bubble plastic": Leaf("add_plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
+    "white plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
+    "white deep plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
+}
+
+
+@cache
+def scene_of(name: str) -> _core.Scene:
+    builder = _core.SceneBuilder()
+    leaf = LEAVES[name]
+    getattr(builder, leaf.call)(*leaf.arguments)
+    builder.set_perspective(np.eye(4), 40.0)
+    builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
+    return builder.build()
+
+
+class Trial:
+    """Samples of a leaf seen from `wo`, on its front or its back."""
+
+    def __init__(self, name: str, wo: Array, front: bool = True, samples: int = 1 << 18, seed: int = 1) -> None:
+        self.name, self.wo, self.front = name, wo, front
+        u = uniforms(samples, 3, seed)
+        self.drawn = parts.sample_bsdf(scene_of(name), 0, np.broadcast_to(wo, (samples, 3)), u, front)
+        self.continuous = self.drawn["valid"] & ~self.drawn["delta"]
+        """The samples of the lobes that have a density."""
+        self.wi = self.drawn["wi"][self.continuous]
+
+    def eval(self, wi: Array) -> dict[str, Array]:
+        wo = np.broadcast_to(self.wo, wi.shape)
+        value: dict[str, Array] = parts.eval_bsdf(scene_of(self.name), 0, wo, wi, self.front)
+        return value
