@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from equaltime import SceneError
 from equaltime.scene.resolve import resolve
 from equaltime.scene.scene import Reader
+from equaltime.scene.search import Search
 from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import Report
 from equaltime.scene.xml_reader import read_xml
@@ -39,7 +40,7 @@ JUNK = [
 
 def check(reader: Reader, content: bytes) -> None:
     report = Report()
-    root = reader("scene", content, {"integrator": "path"} if reader is read_xml else {}, report)
+    root = reader("scene", content, {"integrator": "path"} if reader is read_xml else {}, report, Search(Path()))
     model = None if root is None else resolve(root, report).model
     try:
         report.raise_if_any()

@@ -1,5 +1,6 @@
 """Scenes as Python dictionaries, in the spelling of `mitsuba.load_dict`."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -215,9 +216,10 @@ def test_a_shape_has_one_material() -> None:
     ("reflectance", "problem"),
     [
         ({"type": "volume"}, "the texture 'volume' is known to Mitsuba 3 but not supported"),
-        ({"type": "spectrum", "value": [(400, 0.1), (700, 0.2)]}, "spectra that vary with wavelength are known"),
-        ({"type": "spectrum", "filename": "x.spd"}, "'filename' of 'spectrum' is known to Mitsuba 3"),
-        ({"type": "rgb"}, "'rgb' needs a 'value'"),
+        ({"type": "spectrum", "value": [(700, 0.1), (400, 0.2)]}, "the wavelengths of a spectrum must increase"),
+        ({"type": "spectrum", "value": [700, 400]}, "expected pairs wavelength:value, found 700"),
+        ({"type": "spectrum", "filename": "x.spd"}, f"{Path('x.spd').absolute()}: cannot be read: No such file"),
+        ({"type": "rgb"}, "'rgb' needs a 'value', found none"),
         ([0.1, 0.2], "expected a colour: one number or three; found (0.1, 0.2)"),
         ("blue", "no object has the name 'blue'; expected a number, a colour, or the name of a texture"),
     ],

@@ -202,3 +202,52 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
 def test_the_rows_of_a_matrix_are_not_taken_for_table_headers(tmp_path: Path) -> None:
     text = SENSOR + "to_world = [\n  [1, 0, 0, 0],\n  [0, 1, 0, 0],\n  [0, 0, 1, 0],\n  [0, 0, 0, 1]\n]\nfov = 0\n"
     assert problems(tmp_path, text) == ["scene.toml:9: sensor.fov: must be more than 0, found 0"]
+
+
+# -- other files -----------------------------------------------------------------------------------------------------
+
+
+def test_a_file_takes_objects_from_others_and_shares_its_variables(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "grey.spd").write_text("360 0.5\n830 0.5\n")
+    (tmp_path / "parts" / "materials.toml").write_text(
+        'default.shine = 0.1\n[metal]\ntype = "roughconductor"\nalpha = "$shine"\n'
+        '[wall]\ntype = "diffuse"\nreflectance = {type = "spectrum", filename = "grey.spd"}\n'
+    )
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        'include = "parts/materials.toml"\ndefault.shine = 0.3\nalias.gold = "metal"\nsensor.type = "perspective"\n'
+        '[ball]\ntype = "sphere"\nbsdf = "gold"\n[floor]\ntype = "disk"\nbsdf = "wall"\n'
+    )
+    for defines, alpha in (({}, 0.3), ({"shine": 0.7}, 0.7)):
+        ball, floor = load(file, **defines).model.shapes
+        assert ball.bsdf == m.RoughConductor(id="metal", alpha=alpha)  # type: ignore[union-attr]
+        assert floor.bsdf.reflectance == pytest.approx((0.5, 0.5, 0.5), abs=1e-3)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('include = "none.toml"', "scene.toml:1: include: cannot be read: No such file or directory: "),
+        ('\ninclude = ["scene.toml"]', "scene.toml:2: include: files include each other more than 15 deep"),
+        ('path = "nowhere"', "scene.toml:1: path: no such folder: "),
+        ('alias.a = "b"', "scene.toml:1: alias.a: no object has the name 'b'"),
+        ("include = 3", "scene.toml:1: include: unknown parameter 'include' of the scene"),
+        ('include = "$what"', "scene.toml:1: include: the variable $what has no value"),
+    ],
+)
+def test_a_mistake_about_other_files_is_told_with_its_line(tmp_path: Path, text: str, problem: str) -> None:
+    (tmp_path / "scene.toml").write_text(f'{text}\n[sensor]\ntype = "perspective"\n')
+    with pytest.raises(SceneError) as error:
+        load(tmp_path / "scene.toml")
+    assert any(str(line).removeprefix(f"{tmp_path}/").startswith(problem) for line in error.value.problems)
+
+
+def test_the_plane_of_a_texture_is_moved_by_steps_of_two_numbers(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        'sensor.type = "perspective"\n[floor]\ntype = "disk"\nbsdf.type = "diffuse"\n[floor.bsdf.reflectance]\n'
+        'type = "checkerboard"\nto_uv = [{scale = [2, 3]}, {translate = [0.5, 0]}]\n'
+    )
+    (floor,) = load(file).model.shapes
+    assert floor.bsdf.reflectance.uv_rows == ((2, 0, 0.5), (0, 3, 0))  # type: ignore[union-attr]

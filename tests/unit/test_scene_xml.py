@@ -158,9 +158,13 @@ def test_an_unknown_integrator_from_a_variable_says_how_to_choose_another(tmp_pa
 
 IN_THE_SCENE = [
     ("<blob/>", "unknown element <blob>; expected one of"),
-    ("<lookAt/>", "unknown element <lookAt>"),
+    ("<lookAt/>", "<lookAt> belongs into a <transform>"),
+    ('<srgb name="x" value="1"/>', "unknown element <srgb>; did you mean 'rgb'?"),
+    ('<alias id="x" as="y"/>', "no object has the name 'x'"),
+    ('<path value="nowhere"/>', "no such folder: "),
     ('<sahpe type="sphere"/>', "unknown element <sahpe>; did you mean 'shape'?"),
-    ('<include filename="x.xml"/>', "<include> is known to Mitsuba 3 but not supported by equaltime yet"),
+    ('<include filename="x.xml"/>', "cannot be read: No such file or directory: "),
+    ('<include filename="scene.xml"/>', "files include each other more than 15 deep"),
     ('<shape type="shpere"/>', "unknown shape 'shpere'; did you mean 'sphere'?"),
     ('<shape type="diffuse"/>', "'diffuse' is a bsdf, not a shape"),
     ('<shape type="sdfgrid"/>', "the shape 'sdfgrid' is known to Mitsuba 3 but not supported by equaltime yet"),
@@ -194,10 +198,16 @@ IN_A_SPHERE = [
 IN_A_DIFFUSE = [
     ('<rgb name="reflectance" value="#ff0000"/>', "reflectance: expected a number, found '#ff0000'"),
     ('<rgb name="reflectance" value="0.1 0.2"/>', "reflectance: expected one number or three, found 2"),
-    ('<spectrum name="reflectance" value="400:1, 700:2"/>', "reflectance: spectra that vary with wavelength are known"),
-    ('<spectrum name="reflectance" filename="x.spd"/>', "reflectance: spectra that vary with wavelength are known"),
+    ('<spectrum name="reflectance" value="400:1, 700"/>', "reflectance: expected pairs wavelength:value, found '700'"),
+    ('<spectrum name="reflectance" value="400:1, 700:x"/>', "reflectance: expected a finite number, found 'x'"),
+    ('<spectrum name="reflectance" value="700:1, 400:0"/>', "reflectance: the wavelengths of a spectrum must increase"),
+    ('<spectrum name="reflectance" value="400:1"/>', "reflectance: a spectrum needs at least two wavelengths"),
     ('<spectrum name="reflectance" value="1 2 3"/>', "reflectance: expected one number, found 3; use <rgb>"),
-    ('<spectrum type="d65" name="reflectance"/>', "the texture 'd65' is known to Mitsuba 3"),
+    ('<spectrum type="irregular" name="reflectance"/>', "'irregular' needs 'wavelengths'"),
+    (
+        '<spectrum type="blackbody" name="reflectance"><float name="temperature" value="0"/></spectrum>',
+        "temperature: must be more than 0, found 0",
+    ),
     ('<texture type="volume" name="reflectance"/>', "the texture 'volume' is known to Mitsuba 3"),
     ('<texture type="bitmap" name="reflectance"/>', "'bitmap' needs 'filename'"),
     (
@@ -215,7 +225,7 @@ IN_A_PATH = [
     ('<integer name="max_depth" value="-2"/>', "max_depth: must be at least -1, found -2"),
 ]
 IN_A_TRANSFORM = [
-    ('<lookAt origin="0 0 0"/>', "unknown transform step <lookAt>; did you mean 'lookat'?"),
+    ('<lookAt origin="0 0 0"/>', "<lookAt> needs the attribute 'target'"),
     ('<lookat origin="0 0 0" target="0 0"/>', "<lookat>: expected three numbers, found 2 in '0 0'"),
     ('<rotate x="1"/>', "<rotate> needs the attribute 'angle'"),
     ('<rotate angle="30"/>', "<rotate>: the axis of a rotation must have a direction"),
@@ -258,8 +268,7 @@ def test_a_doctype_is_refused_before_any_entity_can_do_harm(tmp_path: Path) -> N
     [
         ("", "no element found"),
         ("<scene/>", "<scene> has no version"),
-        ('<scene version="0.6.0"/>', "<scene> has version '0.6.0', expected 3.0.0"),
-        ('<scene version="x"/>', "<scene> has version 'x', expected 3.0.0"),
+        ('<scene version="x"/>', "<scene> has version 'x', expected one such as 3.0.0"),
         ('<shape version="3.0.0" type="sphere"/>', "expected the element <scene>, found <shape>"),
         ('<scene version="3.0.0"/>', "the scene has no sensor"),
         ("\x00\x01\x02", "not well-formed"),

@@ -16,6 +16,7 @@ from equaltime import _core
 from equaltime.images import one_line
 from equaltime.scene.gltf import Contents, Triangles, split
 from equaltime.scene.model import EnvMap, Gltf, MeshFile, Obj, Ply
+from equaltime.scene.search import Search
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Assets", "Mesh"]
@@ -31,8 +32,8 @@ class Assets:
     A file that has changed meanwhile is refused, so that a scene is always the one that was loaded.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, search: Search) -> None:
+        self._search = search
         self._meshes: dict[str, Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
@@ -90,7 +91,7 @@ class Assets:
 
     def path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
-        path = self._folder / split(filename)[0]
+        path = self._search.find(split(filename)[0])
         try:
             if not path.is_file():
                 raise ValueError(f"{'is no file' if path.exists() else 'no such file'}: {path}")

@@ -13,7 +13,9 @@ import numpy as np
 
 from equaltime.scene import transforms
 from equaltime.scene.known import shortened
-from equaltime.scene.model import NOT_YET, Spectrum
+from equaltime.scene.model import Spectrum
+from equaltime.scene.search import Search
+from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
 from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
 
 __all__ = ["DictReader", "read_dict"]
@@ -22,20 +24,21 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 """The parameters that are transforms, in all plugins."""
 
 
-def read_dict(scene: Mapping[str, object], report: Report) -> Object | None:
+def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in `scene`, the dictionary that ``mitsuba.load_dict`` takes; problems go to `report`."""
     place = Place(path="")
     if scene.get("type") != "scene":
         report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
         return None
-    return DictReader(report).nested(scene, place)
+    return DictReader(report, search).nested(scene, place)
 
 
 class DictReader:
     """Turns dictionaries into nodes. What cannot be read is reported and left out."""
 
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: Report, search: Search) -> None:
         self._report = report
+        self._search = search
         self._depth = 0
 
     def locate(self, place: Place) -> Place:
@@ -89,12 +92,12 @@ class DictReader:
     def _node(self, name: str, value: object, place: Place) -> Node | None:
         try:
             if name in TRANSFORMS:
-                return Value(place, transforms.parse(self._expanded(value)))
+                return Value(place, transforms.parse(self._expanded(value), flat=name == "to_uv"))
             if not isinstance(value, Mapping):
                 return Value(place, self._plain(value))
             if value.get("type") == "ref":
                 return self._reference(value, place)
-            if value.get("type") in ("rgb", "spectrum", "uniform"):
+            if value.get("type") in ("rgb", "spectrum"):
                 return Value(place, self._color(value))
         except ValueError as error:
             self._report.add(place, str(error))
@@ -116,15 +119,22 @@ class DictReader:
 
     def _color(self, table: Mapping[str, object]) -> object:
         """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""
-        if extra := sorted(set(table) - {"type", "value"}):
-            raise ValueError(f"{_shown(extra[0])} of '{table['type']}' is {NOT_YET}; give one 'value'")
-        if "value" not in table:
-            raise ValueError(f"'{table['type']}' needs a 'value'")
-        value = self._plain(table["value"])
+        sources = {"value"} if table["type"] == "rgb" else {"value", "filename"}
+        given = set(table) - {"type"}
+        if len(given) != 1 or not given <= sources:
+            found = ", ".join(sorted(map(str, given))) or "none"
+            raise ValueError(f"'{table['type']}' needs a {' or a '.join(map(repr, sorted(sources)))}, found {found}")
+        value = self._plain(table[given.pop()])
         if table["type"] == "rgb":
             return value
+        if "filename" in table:
+            return read_spectrum(self._search.find(str(value)))
+        if isinstance(value, str):
+            return parse_spectrum(value)
+        if isinstance(value, tuple):
+            return curve(value)
         if not isinstance(value, float | int) or isinstance(value, bool):
-            raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one number, or use 'rgb'")
+            raise ValueError(f"expected a number or pairs of wavelength and value, found {_shown(value)}")
         return Spectrum(float(value))
 
     def _plain(self, value: object) -> object:

@@ -8,8 +8,19 @@ from typing import Any
 from pydantic import ValidationError
 
 from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest, suggestion
-from equaltime.scene.model import NOT_YET, PLUGINS, Area, FreeEmitter, Kind, Plugin, SceneModel, Shape, ShapeGroup
-from equaltime.scene.tree import Child, Object, Reference, Report, Value
+from equaltime.scene.model import (
+    NOT_YET,
+    PLUGINS,
+    Area,
+    FreeEmitter,
+    Kind,
+    Plugin,
+    SceneModel,
+    Shape,
+    ShapeGroup,
+    SpectrumPlugin,
+)
+from equaltime.scene.tree import Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
 __all__ = ["Resolved", "resolve"]
@@ -51,6 +62,16 @@ class _Resolver:
             for name in dict.fromkeys((self._top.get(node), node.id)):
                 if name is not None and (first := self._by_id.setdefault(name, node)) is not node:
                     report.add(node.place, f"the name '{name}' is already taken (at {first.place})")
+
+        for alias in root.aliases:
+            self._add_alias(alias)
+
+    def _add_alias(self, alias: Alias) -> None:
+        if alias.id not in self._by_id:
+            message = f"no object has the name '{alias.id}'{suggestion(alias.id, self._by_id)}"
+            self._report.add(alias.place, message)
+        elif (first := self._by_id.setdefault(alias.name, self._by_id[alias.id])) is not self._by_id[alias.id]:
+            self._report.add(alias.place, f"the name '{alias.name}' is already taken (at {first.place})")
 
     def _name(self, node: Object) -> str | None:
         """Return what people call `node`: its id, or its key if it stands at the top."""
@@ -171,6 +192,8 @@ class _Resolver:
                 role = plugin.roles.get(kind) if target is not None and (kind := self._kind(target)) else None
                 slot = child.name if child.name in plugin.slots() else role
                 result.failed |= {slot} if slot else {*plugin.roles.values(), child.name or ""}
+            elif isinstance(nested, SpectrumPlugin):
+                self._set_value(result, plugin, child.name or "", Value(child.node.place, nested.meaning))
             else:
                 self._used.add(target)
                 self._set_object(result, plugin, child, nested)

@@ -25,6 +25,7 @@ from equaltime.scene.model import Aov, Bitmap, EnvMap, Integrator, MeshFile, Mom
 from equaltime.scene.model import Path as PathIntegrator
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
+from equaltime.scene.search import Search
 from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import Object, Report
 from equaltime.scene.unsupported import Unsupported
@@ -35,8 +36,14 @@ __all__ = ["Scene", "load", "load_dict"]
 
 P = TypeVar("P", bound=Plugin)
 
-Reader = Callable[[str, bytes, Mapping[str, object], Report], Object | None]
-READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, ".gltf": read_gltf, ".glb": read_gltf}
+Reader = Callable[[str, bytes, Mapping[str, object], Report, Search], Object | None]
+
+
+def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report, _search: Search) -> Object | None:
+    return read_gltf(file, content, defines, report)
+
+
+READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, ".gltf": _gltf, ".glb": _gltf}
 
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
@@ -155,8 +162,9 @@ def load(path: str | Path, /, **defines: object) -> Scene:
     started = perf_counter()
     path = Path(path)
     report = Report()
-    root = _read(path, defines, report)
-    return _finish(root, report, path, path.parent, started)
+    search = Search(path.parent)
+    root = _read(path, defines, report, search)
+    return _finish(root, report, path, search, started)
 
 
 def load_dict(scene: Mapping[str, object]) -> Scene:
@@ -173,11 +181,11 @@ def load_dict(scene: Mapping[str, object]) -> Scene:
 
     """
     started = perf_counter()
-    report = Report()
-    return _finish(read_dict(scene, report), report, None, Path.cwd(), started)
+    report, search = Report(), Search(Path.cwd())
+    return _finish(read_dict(scene, report, search), report, None, search, started)
 
 
-def _read(path: Path, defines: Mapping[str, object], report: Report) -> Object | None:
+def _read(path: Path, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         *most, last = READERS
@@ -186,12 +194,12 @@ def _read(path: Path, defines: Mapping[str, object], report: Report) -> Object |
         content = path.read_bytes()
     except OSError as error:
         raise SceneError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
-    return reader(str(path), content, defines, report)
+    return reader(str(path), content, defines, report, search)
 
 
-def _finish(root: Object | None, report: Report, source: Path | None, folder: Path, started: float) -> Scene:
+def _finish(root: Object | None, report: Report, source: Path | None, search: Search, started: float) -> Scene:
     """Make the scene of a tree, or raise SceneError with all problems."""
-    assets = Assets(folder)
+    assets = Assets(search)
     resolved = Resolved(None, [], []) if root is None else resolve(root, report)
     warnings = (*report.notes, *_check_files(resolved, assets, report))
     report.raise_if_any()

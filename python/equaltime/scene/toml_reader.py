@@ -2,7 +2,8 @@
 
 The tables of the file are the objects of the scene, with the same keys as Mitsuba's dictionaries; the scene itself
 needs no ``type``. A table ``default`` gives variables their values: a string ``"$name"`` is replaced by the value with
-its type, and ``-D name=value`` overrides it.
+its type, and ``-D name=value`` overrides it. ``include`` names a file, or several, whose objects are part of the
+scene; ``path`` folders where files are looked for first; a table ``alias`` gives objects further names.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Final
 
 from equaltime.scene.dict_reader import DictReader
-from equaltime.scene.tree import Object, Place, Report
+from equaltime.scene.search import Search
+from equaltime.scene.tree import MOST_INCLUDES, Alias, Object, Place, Report
 from equaltime.scene.variables import Variables
 
 __all__ = ["read_toml"]
@@ -23,56 +26,116 @@ _ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
 _LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
 
 
-def read_toml(file: str, content: bytes, defines: Mapping[str, object], report: Report) -> Object | None:
+def read_toml(
+    file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
+) -> Object | None:
     """Return the scene in the TOML `content` of `file`; problems go to `report`, None if there is no scene at all."""
-    place = Place(file)
+    parsed = _parsed(file, content, report)
+    if parsed is None:
+        return None
+    text, table = parsed
+    variables = Variables({name: _typed(value) for name, value in defines.items()})
+    scene = _TomlReader(text, variables, report, search, (Path(file),)).scene(table, Place(file))
+    variables.report_unused(Place(file), report)
+    return scene
+
+
+def _parsed(file: str, content: bytes, report: Report) -> tuple[str, dict[str, object]] | None:
+    """Return the text of a file and what it says; None, and a report, if it is not TOML."""
     try:
         text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
-        table = tomllib.loads(text)
+        return text, tomllib.loads(text)
     except UnicodeDecodeError as error:
         number = content.count(b"\n", 0, error.start) + 1
         report.add(Place(file, number), f"not UTF-8 text (byte {error.start} of the file)")
-        return None
     except tomllib.TOMLDecodeError as error:
         line = _LINE.search(str(error))
         report.add(
             Place(file, int(line[1]) if line and line[1] else text.count("\n") + 1),
             f"not well-formed TOML: {_LINE.sub('', str(error)).strip()}",
         )
-        return None
     except RecursionError:
-        report.add(place, "not well-formed TOML: nested too deep")
-        return None
+        report.add(Place(file), "not well-formed TOML: nested too deep")
     except ValueError:  # the one thing that tomllib leaves to Python
-        report.add(place, "a number has more digits than can be read")
-        return None
-    reader = _TomlReader(text, Variables({k: _typed(v) for k, v in defines.items()}), report)
-    return reader.scene(table, place)
+        report.add(Place(file), "a number has more digits than can be read")
+    return None
 
 
 class _TomlReader(DictReader):
-    """A reader of dictionaries that has variables and knows the lines of its file."""
+    """A reader of dictionaries that has variables, includes other files and knows the lines of its own."""
 
-    def __init__(self, text: str, variables: Variables, report: Report) -> None:
-        super().__init__(report)
+    def __init__(
+        self, text: str, variables: Variables, report: Report, search: Search, files: tuple[Path, ...]
+    ) -> None:
+        super().__init__(report, search)
         self._variables = variables
         self._lines = _line_numbers(text)
+        self._files = files
 
     def scene(self, table: dict[str, object], place: Place) -> Object | None:
-        """Return the scene with the contents of `table`."""
-        defaults = table.pop("default", {})
-        if not isinstance(defaults, dict):
-            self._report.add(self.locate(place.key("default")), "'default' must be a table of variables")
-            defaults = {}
-        for name, value in defaults.items():
+        """Return the scene with the contents of `table`, and of the files that it includes."""
+        for name, value in self._table(table, "default", place, "variables").items():
             self._variables.declare(name, value)
+        for folder in self._strings(table, "path", place):
+            self._add_folder(folder, self.locate(place.key("path")))
+        names = self._table(table, "alias", place, "names") if "type" not in _as_table(table.get("alias")) else {}
+        where = self.locate(place.key("include"))
+        included = [part for name in self._strings(table, "include", place) if (part := self._included(name, where))]
         if table.setdefault("type", "scene") != "scene":
             self._report.add(
                 self.locate(place.key("type")), f"the type of the whole file is 'scene', if any, not {table['type']!r}"
             )
         scene = self.nested(table, place)
-        self._variables.report_unused(place, self._report)
+        if scene is not None:
+            scene.children[:0] = [child for part in included for child in part.children]
+            scene.aliases.extend(alias for part in included for alias in part.aliases)
+            at = place.key("alias")
+            scene.aliases.extend(Alias(self.locate(at.key(name)), str(id), name) for name, id in names.items())
         return scene
+
+    def _table(self, table: dict[str, object], key: str, place: Place, what: str) -> dict[str, object]:
+        """Take the table `key` out of `table`."""
+        found = table.pop(key, {})
+        if isinstance(found, dict):
+            return found
+        self._report.add(self.locate(place.key(key)), f"'{key}' must be a table of {what}")
+        return {}
+
+    def _strings(self, table: dict[str, object], key: str, place: Place) -> list[str]:
+        """Take `key` out of `table` if it is one string or several, with their variables replaced."""
+        found = table.get(key)
+        texts = [found] if isinstance(found, str) else found
+        if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+            return []
+        del table[key]
+        try:
+            return [self._variables.expand(text) for text in texts]
+        except ValueError as error:
+            self._report.add(self.locate(place.key(key)), str(error))
+            return []
+
+    def _add_folder(self, name: str, place: Place) -> None:
+        folder = self._search.find(name)
+        if not folder.is_dir():
+            self._report.add(place, f"no such folder: {folder}")
+        self._search.add(folder, first=True)
+
+    def _included(self, name: str, place: Place) -> Object | None:
+        """Return the scene in the file `name`."""
+        path = self._search.find(name)
+        if len(self._files) > MOST_INCLUDES:
+            self._report.add(place, f"files include each other more than {MOST_INCLUDES} deep")
+            return None
+        try:
+            parsed = _parsed(str(path), path.read_bytes(), self._report)
+        except (OSError, ValueError) as error:
+            self._report.add(place, f"cannot be read: {getattr(error, 'strerror', None) or error}: {path}")
+            return None
+        if parsed is None:
+            return None
+        self._search.add(path.parent)
+        inner = _TomlReader(parsed[0], self._variables, self._report, self._search, (*self._files, path))
+        return inner.scene(parsed[1], Place(str(path)))
 
     def locate(self, place: Place) -> Place:
         """Return `place` with its line, or with that of what it is in."""
@@ -87,6 +150,10 @@ class _TomlReader(DictReader):
     def variable(self, text: str) -> str | None:
         """Return the name of the variable that `text` consists of, if it does."""
         return self._variables.single(text)
+
+
+def _as_table(value: object) -> Mapping[str, object]:
+    return value if isinstance(value, dict) else {}
 
 
 def _typed(value: object) -> object:

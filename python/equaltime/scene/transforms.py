@@ -96,27 +96,48 @@ def compose(steps: Sequence[Matrix4]) -> Matrix4:
     return result
 
 
-def parse(value: object) -> Matrix4:
+def parse(value: object, *, flat: bool = False) -> Matrix4:
     """Return the transform that `value` describes.
 
     It may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
     one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
     ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``,
-    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``.
+    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``. If it may be `flat`, a map of the
+    plane, a 3x3 matrix will do, and so will two numbers in a step.
     """
     if isinstance(value, Mapping):
         value = [value]
     if isinstance(value, list | tuple) and value and all(isinstance(step, Mapping) for step in value):
-        return compose([_step(step) for step in value])
+        return compose([_step(_spatial(step) if flat else step) for step in value])
     try:
         array = np.asarray(getattr(value, "matrix", value), dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
-    if array.shape == (4, 4, 1):  # Mitsuba's vectorised transforms
+    if array.shape in ((4, 4, 1), (3, 3, 1)):  # Mitsuba's vectorised transforms
         array = array[..., 0]
+    if flat and array.shape == (3, 3):
+        return _lifted(array)
     if array.shape != (4, 4):
         raise ValueError("expected a 4x4 matrix or a list of steps such as {translate = [0, 1, 0]}")
     return array
+
+
+def _lifted(plane: Matrix4) -> Matrix4:
+    """Return the (3, 3) map of (u, v, 1) as one of space that keeps the third axis."""
+    result = np.eye(4)
+    result[np.ix_([0, 1, 3], [0, 1, 3])] = plane
+    return result
+
+
+def _spatial(step: Mapping[str, object]) -> Mapping[str, object]:
+    """Return a step in the plane as one in space: two numbers get a third that changes nothing."""
+    thirds = {"translate": 0.0, "scale": 1.0}
+    return {
+        name: [*value, thirds[name]]
+        if name in thirds and isinstance(value, list | tuple) and len(value) == 2
+        else value
+        for name, value in step.items()
+    }
 
 
 def _step(step: Mapping[str, object]) -> Matrix4:

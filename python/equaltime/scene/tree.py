@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.model import Kind
 
-__all__ = ["MAX_DEPTH", "Child", "Node", "Object", "Place", "Reference", "Report", "Value"]
+__all__ = ["MAX_DEPTH", "MOST_INCLUDES", "Alias", "Child", "Node", "Object", "Place", "Reference", "Report", "Value"]
 
 MAX_DEPTH = 64
 """How deep objects may be nested; real scenes need about five levels, a hostile file must not exhaust the stack."""
+MOST_INCLUDES = 15
+"""How deep files may include files, as in Mitsuba."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,15 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
+class Alias:
+    """Another name for the object with the given id."""
+
+    place: Place
+    id: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class Child:
     """Something inside an object; `name` is None where the file gives none."""
 
@@ -100,6 +111,8 @@ class Object:
     variable: str | None = None
     """The variable that the type came from, if any."""
     children: list[Child] = field(default_factory=list)
+    aliases: list[Alias] = field(default_factory=list)
+    """Further names of objects; only the scene has them."""
 
     def objects(self) -> Iterator[Object]:
         """Iterate over this object and all objects nested in it, depth first."""

@@ -1,8 +1,9 @@
-"""Reads Mitsuba 3's XML into the tree, replacing variables on the way."""
+"""Reads Mitsuba's XML into the tree: variables are replaced, other files included, old files upgraded on the way."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Final, TypeVar, get_args
 
 import numpy as np
@@ -10,11 +11,14 @@ from numpy.typing import NDArray
 
 from equaltime.scene import transforms
 from equaltime.scene.known import suggestion
-from equaltime.scene.model import NOT_YET, Kind
-from equaltime.scene.tree import Child, Node, Object, Place, Reference, Report, Value
+from equaltime.scene.model import Kind
+from equaltime.scene.search import Search
+from equaltime.scene.spectrum_values import read_spectrum
+from equaltime.scene.tree import MOST_INCLUDES, Alias, Child, Node, Object, Place, Reference, Report, Value
 from equaltime.scene.variables import Variables
 from equaltime.scene.xml_elements import Element, parse_elements
-from equaltime.scene.xml_values import STEPS, VALUES, Rule
+from equaltime.scene.xml_upgrade import upgraded
+from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule
 
 __all__ = ["read_xml"]
 
@@ -22,11 +26,10 @@ Names = tuple[str, ...]
 T = TypeVar("T")
 
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
-NOT_READ: Final = ("alias", "include", "path")
-ELEMENTS: Final = (*OBJECTS, *VALUES, *NOT_READ, "default", "ref", "scene", "transform")
+ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "default", "include", "path", "ref", "scene", "transform")
 
 
-def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report) -> Object | None:
+def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in the XML `content` of `file`; problems go to `report`, None if there is no scene at all."""
     root = parse_elements(file, content, report)
     if root is None:
@@ -34,23 +37,46 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
     if root.tag != "scene":
         report.add(root.place, f"expected the element <scene>, found <{root.tag}>")
         return None
-    version = root.attributes.pop("version", None)
-    if version is None or not version.split(".")[0].isdigit() or int(version.split(".")[0]) < 2:
-        found = "no version" if version is None else f"version {version!r}"
-        report.add(root.place, f"<scene> has {found}, expected 3.0.0; older files than 2.0 are not supported yet")
+    if (old := _is_old(root, report)) is None:
         return None
-    variables = Variables(defines)
-    scene = _Interpreter(variables, report).nested(root, "scene")
+    variables, aliases = Variables(defines), list[Alias]()
+    scene = _Interpreter(variables, report, search, aliases, old=old, files=(Path(file),)).nested(root, "scene")
     variables.report_unused(Place(file), report)
+    if scene is not None:
+        scene.aliases.extend(aliases)
     return scene
+
+
+def _is_old(root: Element, report: Report) -> bool | None:
+    """Tell whether the file is older than version 2, by its root; None, and a report, if it does not say."""
+    version = root.attributes.pop("version", None)
+    if version is not None and version.split(".")[0].isdigit():
+        return int(version.split(".")[0]) < 2
+    found = "no version" if version is None else f"version {version!r}"
+    report.add(root.place, f"<{root.tag}> has {found}, expected one such as 3.0.0")
+    return None
 
 
 class _Interpreter:
     """Turns elements into nodes. What cannot be read is reported and left out, so that the rest is still looked at."""
 
-    def __init__(self, variables: Variables, report: Report) -> None:
+    def __init__(
+        self,
+        variables: Variables,
+        report: Report,
+        search: Search,
+        aliases: list[Alias],
+        *,
+        old: bool,
+        files: tuple[Path, ...],
+    ) -> None:
         self._variables = variables
         self._report = report
+        self._search = search
+        self._aliases = aliases
+        self._old = old
+        self._files = files
+        self._values = VALUES | OLD_VALUES if old else VALUES
 
     def nested(self, element: Element, kind: Kind) -> Object | None:
         """Return the object that `element` describes, with its children."""
@@ -69,14 +95,63 @@ class _Interpreter:
         for child in element.children:
             if child.tag == "default":
                 self._declare(child)
+            elif child.tag == "alias":
+                self._add_alias(child)
+            elif child.tag == "path" and kind == "scene":
+                self._add_folder(child)
+            elif child.tag == "include":
+                result.children.extend(self._included(child))
             elif (node := self._node(child)) is not None:
                 result.children.append(Child(self._expand(child, "name") or None, node))
-        return result
+        return upgraded(result, self._report) if self._old else result
 
     def _declare(self, element: Element) -> None:
         attributes = self._attributes(element, ("name", "value"))
         if attributes is not None:
             self._variables.declare(attributes["name"], attributes["value"])
+
+    def _add_alias(self, element: Element) -> None:
+        attributes = self._attributes(element, ("id", "as"))
+        if attributes is not None:
+            self._aliases.append(Alias(element.place, attributes["id"], attributes["as"]))
+
+    def _add_folder(self, element: Element) -> None:
+        attributes = self._attributes(element, ("value",))
+        if attributes is None:
+            return
+        folder = self._search.find(attributes["value"])
+        if not folder.is_dir():
+            self._report.add(element.place, f"no such folder: {folder}")
+        self._search.add(folder, first=True)
+
+    def _included(self, element: Element) -> list[Child]:
+        """Return what the file that `element` names puts here: the contents of a scene, or one object."""
+        attributes = self._attributes(element, ("filename",), ("name",))
+        if attributes is None:
+            return []
+        path = self._search.find(attributes["filename"])
+        if len(self._files) > MOST_INCLUDES:
+            self._report.add(element.place, f"files include each other more than {MOST_INCLUDES} deep")
+            return []
+        try:
+            content = path.read_bytes()
+        except (OSError, ValueError) as error:
+            message = getattr(error, "strerror", None) or error
+            self._report.add(element.place, f"cannot be read: {message}: {path}")
+            return []
+        root = parse_elements(str(path), content, self._report)
+        if root is None or (old := _is_old(root, self._report)) is None:
+            return []
+        if root.tag != "scene" and root.tag not in OBJECTS:
+            self._report.add(root.place, f"expected the element <scene> or an object, found <{root.tag}>")
+            return []
+        self._search.add(path.parent)
+        files = (*self._files, path)
+        inner = _Interpreter(self._variables, self._report, self._search, self._aliases, old=old, files=files)
+        node = inner.nested(root, "scene" if root.tag == "scene" else OBJECTS[root.tag])
+        if node is None:
+            return []
+        return node.children if root.tag == "scene" else [Child(attributes.get("name", node.key), node)]
 
     def _node(self, element: Element) -> Node | None:
         tag, place = element.tag, element.place
@@ -90,18 +165,25 @@ class _Interpreter:
         if tag == "transform":
             self._attributes(element, ("name",))
             return Value(place, transforms.compose([self._step(step) for step in element.children]))
-        if tag in VALUES:
+        if tag == "spectrum" and "filename" in element.attributes:
+            return self._spectrum_file(element)
+        if tag in self._values:
             for child in element.children:
                 self._report.add(child.place, f"<{child.tag}> cannot stand inside <{tag}>")
-            data = self._read(element, VALUES[tag])
+            data = self._read(element, self._values[tag])
             return None if data is None else Value(place, data)
-        if tag in NOT_READ:
-            self._report.add(place, f"<{tag}> is {NOT_YET}")
+        if tag == "path":
+            self._report.add(place, "<path> belongs into the scene itself")
         elif tag in STEPS:
             self._report.add(place, f"<{tag}> belongs into a <transform>")
         else:
             self._report.add(place, f"unknown element <{tag}>{suggestion(tag, ELEMENTS)}")
         return None
+
+    def _spectrum_file(self, element: Element) -> Value | None:
+        rule = Rule(("name", "filename"), (), lambda a: read_spectrum(self._search.find(a["filename"])))
+        curve = self._read(element, rule)
+        return None if curve is None else Value(element.place, curve)
 
     def _step(self, element: Element) -> NDArray[np.float64]:
         """Return one step of a transform; one that cannot be read does nothing."""

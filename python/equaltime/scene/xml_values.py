@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
-from equaltime.scene.model import NOT_YET, Spectrum
+from equaltime.scene.model import Curve
+from equaltime.scene.model.spectra import blackbody
+from equaltime.scene.spectrum_values import parse_spectrum
 
-__all__ = ["STEPS", "VALUES", "Rule"]
+__all__ = ["OLD_VALUES", "STEPS", "VALUES", "Rule"]
 
 Attributes = Mapping[str, str]
 T = TypeVar("T")
@@ -89,16 +91,6 @@ def _vector(attributes: Attributes, default: float | None = None) -> Vec3:
     return x, y, z
 
 
-def _spectrum(attributes: Attributes) -> Spectrum:
-    text = attributes.get("value", "")
-    if "filename" in attributes or ":" in text:
-        raise ValueError(f"spectra that vary with wavelength are {NOT_YET}; give one value, or use <rgb>")
-    numbers = _numbers(text)
-    if len(numbers) != 1:
-        raise ValueError(f"expected one number, found {len(numbers)}; use <rgb> for a colour")
-    return Spectrum(numbers[0])
-
-
 def _direction(text: str) -> Vec3:
     numbers = _numbers(text)
     if len(numbers) != 3:
@@ -111,6 +103,25 @@ def _look_at(attributes: Attributes) -> NDArray[np.float64]:
     return transforms.look_at(_direction(attributes["origin"]), _direction(attributes["target"]), up)
 
 
+def _blackbody(attributes: Attributes) -> Curve:
+    """Read the light of a black body: ``5000`` or ``5000K``."""
+    kelvins, scale = _number(attributes["temperature"].strip().rstrip("kK")), _number(attributes.get("scale", "1"))
+    if kelvins <= 0.0 or scale < 0.0:
+        raise ValueError("a black body needs a temperature above 0 and a scale that is not negative")
+    light = blackbody(kelvins)
+    return Curve(light.wavelengths, tuple(scale * power for power in light.values))
+
+
+def _srgb(text: str) -> Vec3:
+    """Read a colour in encoded sRGB: ``#rrggbb``, or numbers from 0 to 1."""
+    if match := re.fullmatch(r"#([0-9a-fA-F]{6})", text.strip()):
+        encoded = [int(match[1][i : i + 2], 16) / 255.0 for i in (0, 2, 4)]
+    else:
+        encoded = list(_three(text))
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in encoded)
+    return red, green, blue
+
+
 NAMED = ("name", "value")
 XYZ = ("value", "x", "y", "z")
 
@@ -120,17 +131,24 @@ VALUES: Final[dict[str, Rule[object]]] = {
     "integer": Rule(NAMED, (), lambda a: _integer(a["value"])),
     "point": Rule(("name",), XYZ, _vector),
     "rgb": Rule(NAMED, (), lambda a: _three(a["value"])),
-    "spectrum": Rule(("name",), ("value", "filename"), _spectrum),
+    "spectrum": Rule(NAMED, (), lambda a: parse_spectrum(a["value"])),
     "string": Rule(NAMED, (), lambda a: a["value"]),
     "vector": Rule(("name",), XYZ, _vector),
 }
 """The elements that give a parameter its value."""
 
+OLD_VALUES: Final[dict[str, Rule[object]]] = {
+    "blackbody": Rule(("name", "temperature"), ("scale",), lambda a: _blackbody(a)),
+    "srgb": Rule(NAMED, (), lambda a: _srgb(a["value"])),
+}
+"""Those that Mitsuba had before version 2."""
+
 STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "lookat": Rule(("origin", "target"), ("up",), _look_at),
+    "lookAt": Rule(("origin", "target"), ("up",), _look_at),
     "matrix": Rule(("value",), (), lambda a: transforms.matrix(_numbers(a["value"]))),
     "rotate": Rule(("angle",), XYZ, lambda a: transforms.rotate(_vector(a, 0.0), _number(a["angle"]))),
     "scale": Rule((), XYZ, lambda a: transforms.scale(_vector(a, 1.0))),
     "translate": Rule((), XYZ, lambda a: transforms.translate(_vector(a, 0.0))),
 }
-"""The steps of a transform."""
+"""The steps of a transform; ``lookAt`` is what it was called before version 2."""

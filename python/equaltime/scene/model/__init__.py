@@ -52,8 +52,19 @@ from equaltime.scene.model.shapes import (
     Solid,
     Sphere,
 )
+from equaltime.scene.model.spectra import Curve, Spectrum
+from equaltime.scene.model.spectral import (
+    D65,
+    Blackbody,
+    Irregular,
+    RawConstant,
+    Regular,
+    SpectrumPlugin,
+    Srgb,
+    Uniform,
+)
 from equaltime.scene.model.textures import Bitmap, Checkerboard, MeshAttribute, Texture, TexturePlugin
-from equaltime.scene.model.values import Color, Matrix, Spectrum, as_array, linear_scale, mirrors
+from equaltime.scene.model.values import Color, Matrix, as_array, linear_scale, mirrors
 from equaltime.scene.model.wrappers import BlendBsdf, Bsdf, BumpMap, Mask, NormalMap, TwoSided
 
 __all__ = [
@@ -75,6 +86,7 @@ __all__ = [
     "Conductor",
     "Constant",
     "Cube",
+    "Curve",
     "Cylinder",
     "Depth",
     "Dielectric",
@@ -131,6 +143,7 @@ __all__ = [
     "ShapeGroup",
     "Solid",
     "Spectrum",
+    "SpectrumPlugin",
     "Sphere",
     "Spot",
     "Stratified",
@@ -153,6 +166,7 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Diffuse, Conductor, RoughConductor, Dielectric, ThinDielectric, RoughDielectric, Plastic, RoughPlastic),
         *(Principled, Null, TwoSided, BlendBsdf, Mask, BumpMap, NormalMap),
         *(Bitmap, Checkerboard, MeshAttribute),
+        *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform),
         *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
         *(Area, Point, Spot, Directional, Constant, EnvMap),
         *(Homogeneous, Isotropic, HenyeyGreenstein),

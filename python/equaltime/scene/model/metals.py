@@ -2,7 +2,8 @@
 
 The measurements are those of luxpop.com's collection (*SOPRA*; names that end in ``_palik``: Palik, *Handbook of
 Optical Constants of Solids*), as distributed with Mitsuba. A colour is the integral of the curve, linear between its
-points, against the CIE 1931 observer under D65, with what leaves the gamut cut at zero, as in Mitsuba 3's RGB mode.
+points, against the CIE 1931 observer (of equal energy, unlike a reflectance), with what leaves the gamut cut at zero,
+as in Mitsuba 3's RGB mode.
 """
 
 from __future__ import annotations

@@ -90,13 +90,17 @@ class SensorPlugin(Plugin):
 
     kind: ClassVar[Kind] = "sensor"
     roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler", "medium": "medium"}
-    later: ClassVar[frozenset[str]] = frozenset({"shutter_open", "shutter_close", "srf"})
-    hints: ClassVar[frozenset[str]] = frozenset({"sampler"})
+    later: ClassVar[frozenset[str]] = frozenset({"srf"})
+    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "shutter_open", "shutter_close"})
 
     near_clip: PositiveFloat | None = None
     """Nothing is seen nearer than this, measured along the axis; applies only when given."""
     far_clip: PositiveFloat | None = None
     """Nothing is seen farther than this, measured along the axis; applies only when given."""
+    shutter_open: float = 0.0
+    """When the exposure begins; without effect, since nothing moves."""
+    shutter_close: float = 0.0
+    """When it ends."""
     film: HdrFilm = HdrFilm()
     sampler: Sampler = Independent()
     medium: Medium | None = None
@@ -149,7 +153,7 @@ class Projective(SensorPlugin):
 class Perspective(Projective):
     """A pinhole camera."""
 
-    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+    hints: ClassVar[frozenset[str]] = SensorPlugin.hints | {"focus_distance"}
 
     type: Literal["perspective"] = "perspective"
     focus_distance: PositiveFloat | None = None
@@ -178,7 +182,7 @@ class ThinLens(Projective):
 class Orthographic(SensorPlugin):
     """Parallel rays: the image is two units wide, from -1 to 1 in x, before ``to_world``."""
 
-    hints: ClassVar[frozenset[str]] = frozenset({"sampler", "focus_distance"})
+    hints: ClassVar[frozenset[str]] = SensorPlugin.hints | {"focus_distance"}
 
     type: Literal["orthographic"] = "orthographic"
     to_world: Transform = IDENTITY

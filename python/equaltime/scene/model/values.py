@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from numbers import Real
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator
+
+from equaltime.scene.model.spectra import Curve, Spectrum
 
 __all__ = [
     "EQUAL_ENERGY",
@@ -25,7 +26,6 @@ __all__ = [
     "Radiance",
     "Reflectance",
     "RigidTransform",
-    "Spectrum",
     "Transform",
     "Vec3",
     "as_array",
@@ -51,13 +51,6 @@ SHAPE_TOLERANCE = 1e-3
 """How far a linear map may be from a rotation or a uniform scale, relative; Mitsuba's own limit for cameras."""
 
 
-@dataclass(frozen=True, slots=True)
-class Spectrum:
-    """A spectrum that has the same value at every wavelength; what that is as a colour depends on where it stands."""
-
-    value: float
-
-
 def _numbers(value: object, count: int) -> tuple[float, ...] | None:
     """Return `value` as `count` floats, or None if it is not that."""
     if isinstance(value, np.ndarray):
@@ -77,6 +70,8 @@ def _as_vec3(value: object) -> object:
 
 
 def _as_color(value: object) -> object:
+    if isinstance(value, Curve):
+        return value.reflectance
     if isinstance(value, Spectrum):
         value = value.value
     if isinstance(value, Real) and not isinstance(value, bool):
@@ -88,6 +83,8 @@ def _as_color(value: object) -> object:
 
 
 def _as_radiance(value: object) -> object:
+    if isinstance(value, Curve):
+        return value.emission
     if isinstance(value, Spectrum):
         return tuple(value.value * channel for channel in EQUAL_ENERGY)
     return _as_color(value)
@@ -106,8 +103,14 @@ def _not_negative(color: Color) -> Color:
 
 
 def as_reflectance(value: object) -> Color:
-    """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else."""
-    return _within_unit(_finite(_as_color(value)))
+    """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else.
+
+    What a curve has beyond is cut, as in Mitsuba: a saturated colour may not fit into the gamut of sRGB.
+    """
+    red, green, blue = _finite(_as_color(value))
+    if isinstance(value, Curve):
+        red, green, blue = min(red, 1.0), min(green, 1.0), min(blue, 1.0)
+    return _within_unit((red, green, blue))
 
 
 def as_coefficient(value: object) -> Color:
@@ -193,11 +196,11 @@ def _directions(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
 """A point or a direction."""
-Reflectance = Annotated[Color, AfterValidator(_within_unit), BeforeValidator(_as_color)]
+Reflectance = Annotated[Color, BeforeValidator(as_reflectance)]
 """A dimensionless factor in [0, 1] per channel; a single number is grey."""
-Coefficient = Annotated[Color, AfterValidator(_not_negative), BeforeValidator(_as_color)]
+Coefficient = Annotated[Color, BeforeValidator(as_coefficient)]
 """A non-negative number per channel, such as an index of refraction; a single number serves all three."""
-Radiance = Annotated[Color, AfterValidator(_not_negative), BeforeValidator(_as_radiance)]
+Radiance = Annotated[Color, BeforeValidator(as_radiance)]
 """Emission per channel in linear sRGB; a single number is white."""
 Transform = Annotated[Matrix, AfterValidator(_invertible), BeforeValidator(_as_matrix)]
 """An affine, invertible map from local to world space."""

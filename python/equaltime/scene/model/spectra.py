@@ -1,0 +1,88 @@
+"""Spectra: what varies with wavelength, and the colour in linear sRGB that it is.
+
+A curve is integrated against the CIE 1931 observer: emission as it is, a reflectance or any other factor under D65,
+by the same sum over a thousand wavelengths as in Mitsuba 3's RGB mode, with what leaves the gamut cut at zero.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.model.cie import TABLE
+
+__all__ = ["Curve", "Spectrum", "blackbody"]
+
+Color = tuple[float, float, float]
+Array = NDArray[np.float64]
+
+STEPS: Final = 1000
+D65_LUMINANCE: Final = 98.99741751876255
+"""What Mitsuba divides D65 by; that of the table is 0.11 % less, so that a constant curve is a little darker than its
+value. Kept, since images shall agree."""
+PLANCK: Final = 6.62607015e-34
+LIGHT_SPEED: Final = 299792458.0
+BOLTZMANN: Final = 1.380649e-23
+XYZ_TO_SRGB: Final = np.array(
+    [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]]
+)
+"""Rec. 709 primaries with a white of D65, in the digits that everybody uses."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """A spectrum that has the same value at every wavelength; what that is as a colour depends on where it stands."""
+
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A spectrum that is linear between points, and zero beyond the first and the last."""
+
+    wavelengths: tuple[float, ...]
+    """In nm, increasing."""
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.wavelengths) != len(self.values) or len(self.values) < 2:
+            raise ValueError("a spectrum needs at least two wavelengths, and a value for each")
+        if not all(map(math.isfinite, (*self.wavelengths, *self.values))):
+            raise ValueError("expected finite numbers in a spectrum")
+        if any(a >= b for a, b in zip(self.wavelengths, self.wavelengths[1:], strict=False)):
+            raise ValueError("the wavelengths of a spectrum must increase")
+
+    @property
+    def emission(self) -> Color:
+        """The colour of light with this spectrum."""
+        return self._color(under_d65=False)
+
+    @property
+    def reflectance(self) -> Color:
+        """The colour of something that has this factor, in the light of D65."""
+        return self._color(under_d65=True)
+
+    def _color(self, *, under_d65: bool) -> Color:
+        table = np.array(TABLE)
+        grid = np.linspace(table[0, 0], table[-1, 0], STEPS)
+        curve = np.interp(grid, self.wavelengths, self.values, left=0.0, right=0.0)
+        if under_d65:
+            curve *= np.interp(grid, table[:, 0], table[:, 4]) / D65_LUMINANCE
+        observer: Array = np.stack([np.interp(grid, table[:, 0], column) for column in table[:, 1:4].T])
+        xyz = (observer * curve).sum(axis=1) / observer[1].sum()
+        red, green, blue = np.maximum((XYZ_TO_SRGB * xyz).sum(axis=1), 0.0).tolist()
+        return red, green, blue
+
+
+def blackbody(temperature: float) -> Curve:
+    """Return the radiance of a black body at so many kelvins in W/(m^2 sr nm), by Planck's law."""
+    nanometres = np.arange(360.0, 831.0, 1.0)
+    metres = 1e-9 * nanometres
+    exponent = PLANCK * LIGHT_SPEED / (BOLTZMANN * temperature * metres)
+    with np.errstate(over="ignore"):
+        power = 2.0 * PLANCK * LIGHT_SPEED**2 / metres**5 / np.expm1(exponent) * 1e-9
+    return Curve(tuple(nanometres.tolist()), tuple(power.tolist()))

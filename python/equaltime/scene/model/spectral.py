@@ -1,0 +1,148 @@
+"""Mitsuba's spectra as plugins. None of them stays in a model: each is a colour, found when the scene is read."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, NonNegativeFloat, PositiveFloat, model_validator
+
+from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.spectra import Curve, blackbody
+from equaltime.scene.model.values import Coefficient, Color
+
+__all__ = ["D65", "Blackbody", "Irregular", "RawConstant", "Regular", "SpectrumPlugin", "Srgb", "Uniform"]
+
+
+def _as_numbers(value: object) -> object:
+    if isinstance(value, str):
+        try:
+            return tuple(float(word) for word in re.split(r"[\s,]+", value.strip(", \t\r\n")))
+        except ValueError:
+            raise ValueError("expected numbers, separated by spaces or commas") from None
+    return tuple(map(float, value)) if isinstance(value, tuple) else value
+
+
+Numbers = Annotated[tuple[float, ...], BeforeValidator(_as_numbers)]
+
+
+class SpectrumPlugin(Plugin):
+    """Base of the spectra."""
+
+    kind: ClassVar[Kind] = "texture"
+
+    @property
+    def meaning(self) -> Color | Curve:
+        """What this is as a value: a colour, or a curve whose colour depends on where it stands."""
+        raise NotImplementedError
+
+
+class Uniform(SpectrumPlugin):
+    """The same value for all wavelengths, and so in RGB for all channels."""
+
+    type: Literal["uniform"] = "uniform"
+    value: float = 1.0
+
+    @property
+    def meaning(self) -> Color:
+        """Grey."""
+        return (self.value,) * 3
+
+
+class RawConstant(SpectrumPlugin):
+    """One number or three, as they are."""
+
+    type: Literal["rawconstant"] = "rawconstant"
+    value: Coefficient
+
+    @property
+    def meaning(self) -> Color:
+        """As given."""
+        return self.value
+
+
+class Srgb(SpectrumPlugin):
+    """A colour in linear sRGB."""
+
+    type: Literal["srgb"] = "srgb"
+    color: Coefficient
+
+    @property
+    def meaning(self) -> Color:
+        """As given."""
+        return self.color
+
+
+class D65(SpectrumPlugin):
+    """White light of D65, maybe coloured."""
+
+    type: Literal["d65"] = "d65"
+    scale: NonNegativeFloat = 1.0
+    color: Coefficient = (1.0, 1.0, 1.0)
+
+    @property
+    def meaning(self) -> Color:
+        """White of sRGB is that of D65."""
+        red, green, blue = self.color
+        return self.scale * red, self.scale * green, self.scale * blue
+
+
+class Regular(SpectrumPlugin):
+    """Values at wavelengths of equal distance."""
+
+    type: Literal["regular"] = "regular"
+    wavelength_min: PositiveFloat
+    wavelength_max: PositiveFloat
+    values: Numbers
+
+    @model_validator(mode="after")
+    def _makes_a_curve(self) -> Self:
+        _ = self.meaning
+        return self
+
+    @property
+    def meaning(self) -> Curve:
+        """The curve through the values."""
+        last = max(len(self.values) - 1, 1)
+        step = (self.wavelength_max - self.wavelength_min) / last
+        return Curve(tuple(self.wavelength_min + i * step for i in range(len(self.values))), self.values)
+
+
+class Irregular(SpectrumPlugin):
+    """Values at given wavelengths."""
+
+    type: Literal["irregular"] = "irregular"
+    wavelengths: Numbers
+    values: Numbers
+
+    @model_validator(mode="after")
+    def _makes_a_curve(self) -> Self:
+        _ = self.meaning
+        return self
+
+    @property
+    def meaning(self) -> Curve:
+        """The curve through the values."""
+        return Curve(self.wavelengths, self.values)
+
+
+class Blackbody(SpectrumPlugin):
+    """The light of a black body."""
+
+    type: Literal["blackbody"] = "blackbody"
+    temperature: PositiveFloat
+    """In kelvins."""
+    wavelength_min: PositiveFloat = 360.0
+    wavelength_max: PositiveFloat = 830.0
+
+    @property
+    def meaning(self) -> Curve:
+        """Planck's curve between the two wavelengths, in W/(m^2 sr nm)."""
+        whole = blackbody(self.temperature)
+        inside = [
+            (wavelength, power)
+            for wavelength, power in zip(whole.wavelengths, whole.values, strict=True)
+            if self.wavelength_min <= wavelength <= self.wavelength_max
+        ]
+        wavelengths, powers = zip(*inside, strict=True) if inside else ((), ())
+        return Curve(wavelengths, powers)

@@ -1,0 +1,67 @@
+"""Spectra as they are written: one value, pairs of wavelength and value, or a file of such pairs."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from equaltime.scene.known import shortened
+from equaltime.scene.model import Curve, Spectrum
+
+__all__ = ["curve", "parse_spectrum", "read_spectrum"]
+
+LARGEST = 1 << 22
+"""Bytes of a file of pairs; a spectrum of every tenth of a nanometre has a hundred thousand."""
+
+
+def parse_spectrum(text: str) -> Spectrum | Curve:
+    """Return ``0.5`` or ``400:0.1, 500:0.2, ...`` as a spectrum; raises ValueError with a message for people."""
+    words = re.split(r"[\s,]+", re.sub(r"\s*:\s*", ":", text.strip(", \t\r\n")))
+    if not any(":" in word for word in words):
+        if len(words) != 1:
+            raise ValueError(f"expected one number, found {len(words)}; use <rgb> for a colour")
+        return Spectrum(_number(words[0]))
+    return curve(word.split(":") for word in words)
+
+
+def curve(pairs: Iterable[object]) -> Curve:
+    """Return the spectrum through pairs of wavelength and value; raises ValueError if they are something else."""
+    points: list[tuple[float, float]] = []
+    for pair in pairs:
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            raise ValueError(f"expected pairs wavelength:value, found {_shown(pair)}")
+        points.append((_number(pair[0]), _number(pair[1])))
+    wavelengths, values = zip(*points, strict=True) if points else ((), ())
+    return Curve(wavelengths, values)
+
+
+def read_spectrum(path: Path) -> Curve:
+    """Return the spectrum in the file `path`: a wavelength in nm and a value on each line, comments after ``#``."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    if len(content) > LARGEST:
+        raise ValueError(f"{path}: a spectrum of more than {LARGEST >> 20} MB")
+    lines = (line.partition("#")[0].split() for line in content.decode("utf-8", "replace").splitlines())
+    try:
+        return curve(line for line in lines if line)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _number(value: object) -> float:
+    try:
+        number = float(value) if isinstance(value, str | int | float) else math.nan
+    except (OverflowError, ValueError):
+        number = math.nan
+    if not math.isfinite(number) or (isinstance(value, str) and "_" in value):
+        raise ValueError(f"expected a finite number, found {shortened(value, 60)}")
+    return number
+
+
+def _shown(pair: object) -> str:
+    return repr(":".join(pair)) if isinstance(pair, list) and pair and isinstance(pair[0], str) else shortened(pair, 60)
