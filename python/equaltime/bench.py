@@ -7,9 +7,11 @@ in turn, and repeats go round over all scenes and thread counts, so that a drift
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import statistics
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import comb
@@ -21,7 +23,7 @@ from equaltime.errors import Problem, SceneError
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Measurement", "Report", "Spread", "machine", "measure", "spread"]
+__all__ = ["Measurement", "Report", "Spread", "build_facts", "machine", "measure", "spread"]
 
 _LEVEL = 0.95
 _PILOT_SAMPLES = 2
@@ -254,6 +256,13 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "load_average": os.getloadavg()[0],
     }
+
+
+def build_facts() -> dict[str, Any]:
+    """Return what the core is, down to its bits."""
+    content = Path(_core.__file__).read_bytes()
+    python = ".".join(map(str, sys.version_info[:3]))
+    return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}
 
 
 def _processor() -> str:

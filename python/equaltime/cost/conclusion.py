@@ -43,6 +43,8 @@ def _with_pictures(summary: Summary, experiment: Experiment, folder: Folder) -> 
             for scene in summary.scenes
         )
         summary = replace(summary, scenes=scenes)
+    if "directions" in experiment.figures and folder.directions.exists():
+        summary = replace(summary, directions=folder.directions)
     return summary
 
 

@@ -138,6 +138,8 @@ class Experiment(Value):
     """Errors to which times are wanted (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows large."""
+    figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
+    """What else the report shows: the directions in which uniform and BSDF sampling send rays, scene by scene."""
     animate: bool = False
     """Whether the report shows the images forming, side by side at equal time."""
     reference: ReferenceWish = ReferenceWish()

@@ -7,7 +7,7 @@
     provenance.json  machines and builds by the keys that records have; references; agreements; sessions
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); if the experiment wants them,
-                     SCENE/STRATEGY-film.npz (`forming`)
+                     SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,8 +23,7 @@ from typing import IO, Any
 
 from pydantic import BaseModel
 
-from equaltime import _core
-from equaltime.bench import machine
+from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
 
@@ -68,6 +66,11 @@ class Folder:
     def film(self, scene: str, strategy: str) -> Path:
         """Return the file of the film of a strategy's image forming."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
+
+    @property
+    def directions(self) -> Path:
+        """Where sampling sends rays."""
+        return self.path / "images" / "directions.npz"
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Make the folder that of the experiment with this ``identity``, or see that it already is.
@@ -142,13 +145,6 @@ def machine_facts() -> dict[str, Any]:
     facts = machine()
     facts.pop("load_average")
     return facts
-
-
-def build_facts() -> dict[str, Any]:
-    """Return what the core is, down to its bits."""
-    content = Path(_core.__file__).read_bytes()
-    python = ".".join(map(str, sys.version_info[:3]))
-    return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Literal
 
 from equaltime.cost import reference as references
+from equaltime.cost.directions import write_directions
 from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
 from equaltime.cost.forming import Studio
@@ -145,6 +146,9 @@ class _Session:
 
     def _show(self, known: Sequence[Reference]) -> None:
         """Make the pictures that the experiment wants besides its images, if they are not there."""
+        names = [entry.name for entry in self.experiment.scenes]
+        if "directions" in self.experiment.figures and not self.folder.directions.exists():
+            write_directions(self.folder.directions, names, self.scenes)
         if self.experiment.animate:
             films = Studio(self.experiment, self.scenes, self.folder, self.recorder.rows, known, self.threads)
             for turn in self._turns[: len(self.scenes) * len(self.subjects)]:

@@ -126,3 +126,5 @@ class Summary:
     """What others say of it."""
     beside: tuple[Beside, ...] = ()
     """Our numbers beside theirs."""
+    directions: Path | None = None
+    """Where sampling sends rays, for `equaltime.cost.directions.read_directions`."""

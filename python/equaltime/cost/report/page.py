@@ -13,6 +13,7 @@ from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import Look, looks
 from equaltime.cost.report.losing import INTRODUCTION, losing
 from equaltime.cost.report.pictures import Pictures, load_pictures
+from equaltime.cost.report.rays import rays_view
 from equaltime.cost.report.sentences import facts, provenance_groups
 from equaltime.cost.report.tables import check_table, label_row, overview_tables, point_table, time_table
 from equaltime.cost.report.templates import write_page
@@ -74,12 +75,13 @@ def write_report(summary: Summary, folder: Path) -> Path:
         theirs=summary.theirs,
         beside=beside_table("experiment", summary),
         overview=[(percent(target), table) for target, table in zip(summary.targets, tables, strict=False)],
+        rays=rays_view(summary, folder),
         scenes=views,
         provenance=provenance_groups(summary),
     )
 
 
-_OWN_IDS = ("content", "overview", "reading", "provenance")
+_OWN_IDS = ("content", "overview", "directions", "reading", "provenance")
 
 
 def longest_side(summary: Summary) -> int:
