@@ -149,6 +149,20 @@ void bind_builder(py::module_& m) {
           },
           "position"_a, "intensity"_a)
       .def(
+          "add_spot_light",
+          [](D& d, const Triple& position, const Triple& direction, const Triple& intensity, double cutoff,
+             double beam) {
+            return append(d.spot_lights,
+                          SpotLightDescription{vec(position), vec(direction), vec(intensity), cutoff, beam});
+          },
+          "position"_a, "direction"_a, "intensity"_a, "cutoff_degrees"_a, "beam_degrees"_a)
+      .def(
+          "add_directional_light",
+          [](D& d, const Triple& direction, const Triple& irradiance) {
+            return append(d.directional_lights, DirectionalLightDescription{vec(direction), vec(irradiance)});
+          },
+          "direction"_a, "irradiance"_a)
+      .def(
           "add_constant_environment",
           [](D& d, const Triple& radiance) { d.environment = ConstantEnvironmentDescription{vec(radiance)}; },
           "radiance"_a)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scene/build_lights.h"
 #include "scene/scene.h"
 
 namespace equaltime {
@@ -201,24 +202,10 @@ std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
 }
 
 Lights Builder::make_lights() {
-  std::vector<PointLight> points;
-  for (const PointLightDescription& p : description_.point_lights) {
-    if (!is_finite(p.position)) throw std::invalid_argument("a point light's position is not finite");
-    points.push_back({to_float(normalization_.point(p.position)), normalization_.intensity(p.intensity)});
-  }
-  std::optional<Environment> environment;
-  if (description_.environment) {
-    if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*description_.environment))
-      environment = ConstantEnvironment(normalization_.radiance(constant->radiance));
-    else
-      environment = ImageEnvironment(std::get<ImageEnvironmentDescription>(*description_.environment),
-                                     normalization_.radiance_scale());
-    // A black environment is none: it lights nothing and calls for nothing.
-    if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
-  }
   const Bounds& bounds = normalization_.bounds();
   const double radius = bounds.empty() ? 1 : 0.5 * length(bounds.extent());
-  return Lights(std::move(area_lights_), std::move(points), std::move(environment), radius);
+  return Lights(std::move(area_lights_), make_delta_lights(description_, normalization_),
+                make_environment(description_, normalization_), radius);
 }
 
 Scene Builder::build(Intersection mode) {

@@ -82,6 +82,16 @@ using ShapeDescription = std::variant<MeshDescription, RectangleDescription, Dis
 struct PointLightDescription {
   Vec3d position, intensity;  // intensity: power per solid angle
 };
+/// Light within a cone of half angle `cutoff`, full within `beam`, in degrees (see scene/spot_light.h).
+struct SpotLightDescription {
+  Vec3d position, direction;  // direction: of any length
+  Vec3d intensity;            // power per solid angle along the direction
+  double cutoff_degrees = 20, beam_degrees = 15;
+};
+struct DirectionalLightDescription {
+  Vec3d direction;   // in which light travels, of any length
+  Vec3d irradiance;  // power per area across the direction
+};
 struct ConstantEnvironmentDescription {
   Vec3d radiance;
 };
@@ -114,6 +124,8 @@ struct SceneDescription {
   std::vector<BsdfDescription> bsdfs;
   std::vector<ShapeDescription> shapes;
   std::vector<PointLightDescription> point_lights;
+  std::vector<SpotLightDescription> spot_lights;
+  std::vector<DirectionalLightDescription> directional_lights;
   std::optional<EnvironmentDescription> environment;
   PerspectiveDescription sensor;
   FilmDescription film;

@@ -12,13 +12,17 @@
 #include "sampling/alias_table.h"
 #include "sampling/sampler.h"
 #include "scene/area_lights.h"
+#include "scene/directional_light.h"
 #include "scene/environment.h"
 #include "scene/light_tree.h"
 #include "scene/point_light.h"
+#include "scene/spot_light.h"
 
 namespace equaltime {
 
 using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight>;
+/// Lights that no ray meets: only light sampling finds them.
+using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
 
 /// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
@@ -35,17 +39,18 @@ template <auto E, class F>
   return f(*std::get_if<TriangleLight>(&light));
 }
 
-/// The lights of a scene, numbered: first area lights, then point lights, then the environment.
+/// The lights of a scene, numbered: first area lights, then point and spot lights, then what is infinitely far away:
+/// directional lights, and last the environment.
 class Lights {
  public:
   Lights() = default;
-  Lights(std::vector<AreaLight> area, std::vector<PointLight> points, std::optional<Environment> environment,
+  Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std::optional<Environment> environment,
          double scene_radius);
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
-  [[nodiscard]] bool has_points() const noexcept { return !points_.empty(); }
+  [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
@@ -74,6 +79,7 @@ class Lights {
   }
 
  private:
+  [[nodiscard]] Optional<LightSample> sample_delta(const LightPick& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample> sample_environment(const Sampler& sampler, std::uint32_t bounce,
                                                          float pmf) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
@@ -85,7 +91,7 @@ class Lights {
   [[nodiscard]] float tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept;
   [[nodiscard]] const LightTree& tree() const noexcept { return *lazy_tree_->made.load(std::memory_order_acquire); }
 
-  /// The tree of the area and point lights, for those strategies that ask for it.
+  /// The tree of all lights but the distant ones, for those strategies that ask for it.
   struct LazyTree {
     std::once_flag once;
     LightTree tree;
@@ -93,11 +99,12 @@ class Lights {
   };
 
   std::vector<AreaLight> area_;
-  std::vector<PointLight> points_;
+  std::vector<DeltaLight> deltas_;  // the distant ones last
   std::optional<Environment> environment_;
   AliasTable tables_[2];  // by LightSelection
+  AliasTable distant_;    // directional lights and the environment, by power
   std::unique_ptr<LazyTree> lazy_tree_ = std::make_unique<LazyTree>();
-  std::uint32_t points_begin_ = 0, environment_begin_ = 0, size_ = 0;
+  std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
 template <auto E>
@@ -121,7 +128,7 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightSelection selection, 
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
-    if (pick.light >= points_begin_) return points_[pick.light - points_begin_].sample(receiver.p, pick.pmf);
+    if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
   return visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
 }
 

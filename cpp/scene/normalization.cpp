@@ -37,7 +37,7 @@ void include_shape(Bounds& b, const SphereDescription& s) {
   b.include(s.center + half);
 }
 
-/// The largest value that any emitter's radiance takes, in the user's units.
+/// The largest value that any emitter's radiance takes, or a directional light's irradiance, in the user's units.
 double brightest(const SceneDescription& d) {
   double most = 0;
   for (const ShapeDescription& shape : d.shapes)
@@ -46,6 +46,8 @@ double brightest(const SceneDescription& d) {
           if (s.surface.radiance) most = std::max(most, max_component(*s.surface.radiance));
         },
         shape);
+  for (const DirectionalLightDescription& light : d.directional_lights)
+    most = std::max(most, max_component(light.irradiance));
   if (!d.environment) return most;
   if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
     return std::max(most, max_component(constant->radiance));
@@ -73,8 +75,13 @@ Normalization::Normalization(const SceneDescription& description) {
     bounds_.include(point(world.hi));
   }
   double most = brightest(description);
+  const auto seen_across_the_scene = [&](const Vec3d& intensity) {
+    return max_component(intensity) * square(length_scale_ / std::ldexp(1.0, kExtentExponent));
+  };
   for (const PointLightDescription& light : description.point_lights)
-    most = std::max(most, max_component(light.intensity) * square(length_scale_ / std::ldexp(1.0, kExtentExponent)));
+    most = std::max(most, seen_across_the_scene(light.intensity));
+  for (const SpotLightDescription& light : description.spot_lights)
+    most = std::max(most, seen_across_the_scene(light.intensity));
   if (most > 0) radiance_scale_ = std::ldexp(1.0, -exponent_of(most));
 }
 

@@ -55,6 +55,8 @@ inline SceneDescription full_room() {
   pyramid.surface = {2, 0, {}};
   d.shapes.emplace_back(pyramid);
   d.point_lights = {{{-0.75, 1.5, 0.5}, {2, 1, 0.5}}};
+  d.spot_lights = {{{0.5, 1.75, 0.75}, {-0.5, -1.5, -0.5}, {1, 2, 3}, 25, 10}};
+  d.directional_lights = {{{0.25, -1, -0.5}, {0.25, 0.125, 0.5}}, {{0, 0, -1}, {0.125, 0.125, 0}}};
   ImageEnvironmentDescription sky;
   sky.width = 8, sky.height = 5;
   for (int i = 0; i < 40; ++i) {
@@ -84,6 +86,8 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
   }
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
+  for (SpotLightDescription& light : d.spot_lights)
+    light.position = light.position * s, light.intensity = light.intensity * (s * s);
   scale(d.sensor.to_world, 1);
   for (auto* clip : {&d.sensor.near, &d.sensor.far})
     if (*clip) **clip *= s;
@@ -99,6 +103,8 @@ inline SceneDescription with_light(SceneDescription d, double s) {
         },
         shape);
   for (PointLightDescription& light : d.point_lights) light.intensity = light.intensity * s;
+  for (SpotLightDescription& light : d.spot_lights) light.intensity = light.intensity * s;
+  for (DirectionalLightDescription& light : d.directional_lights) light.irradiance = light.irradiance * s;
   if (d.environment) {
     if (auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
       constant->radiance = constant->radiance * s;

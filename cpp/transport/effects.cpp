@@ -8,7 +8,7 @@ namespace equaltime {
 Effects derive_effects(const Scene& scene) noexcept {
   Effects e;
   e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty();
-  e.point_lights = scene.lights.has_points();
+  e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();

@@ -13,7 +13,7 @@ struct Effects {
   bool anisotropy = false;        // of microfacets: shading frames need tangents
   bool specular = false;          // smooth conductors and dielectrics: directions of a discrete set
   bool layered = false;           // plastics: an interface over a diffuse body
-  bool point_lights = false;
+  bool point_lights = false;      // and spots and directional lights: what no ray meets
   bool environment = false;
 
   constexpr bool operator==(const Effects&) const noexcept = default;

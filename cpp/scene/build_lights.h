@@ -1,0 +1,19 @@
+// The lights that are no surfaces, from their description to normalised space. Part of build_scene.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "scene/lights.h"
+#include "scene/normalization.h"
+
+namespace equaltime {
+
+/// Throws std::invalid_argument for a place that is not finite, no direction, or angles that are none.
+[[nodiscard]] std::vector<DeltaLight> make_delta_lights(const SceneDescription& description,
+                                                        const Normalization& normalization);
+/// None if it is black.
+[[nodiscard]] std::optional<Environment> make_environment(const SceneDescription& description,
+                                                          const Normalization& normalization);
+
+}  // namespace equaltime
