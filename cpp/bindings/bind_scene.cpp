@@ -77,7 +77,8 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
 py::dict effects_dict(const Effects& e) {
   return py::dict("analytic_shapes"_a = e.analytic_shapes, "smooth_normals"_a = e.smooth_normals,
                   "rough_conductors"_a = e.rough_conductors, "anisotropy"_a = e.anisotropy, "specular"_a = e.specular,
-                  "layered"_a = e.layered, "point_lights"_a = e.point_lights, "environment"_a = e.environment);
+                  "layered"_a = e.layered, "point_lights"_a = e.point_lights, "environment"_a = e.environment,
+                  "lens"_a = e.lens);
 }
 
 /// Nearest hits of rays given in the user's units: for tests and comparisons, not for rendering.
@@ -175,9 +176,19 @@ void bind_builder(py::module_& m) {
       .def(
           "set_perspective",
           [](D& d, const ArrayD& t, double x_fov, std::optional<double> near, std::optional<double> far,
-             std::array<double, 2> offset) { d.sensor = {transform(t), x_fov, near, far, offset[0], offset[1]}; },
+             std::array<double, 2> offset, double aperture_radius, double focus_distance) {
+            const PerspectiveDescription view{transform(t), x_fov, near, far, offset[0], offset[1]};
+            d.sensor = ThinLensDescription{view, aperture_radius, focus_distance};
+          },
           "to_world"_a, "x_fov_degrees"_a, "near"_a = py::none(), "far"_a = py::none(),
-          "principal_point_offset"_a = std::array<double, 2>{0, 0})
+          "principal_point_offset"_a = std::array<double, 2>{0, 0}, "aperture_radius"_a = 0.0,
+          "focus_distance"_a = 1.0)
+      .def(
+          "set_orthographic",
+          [](D& d, const ArrayD& t, std::optional<double> near, std::optional<double> far) {
+            d.sensor = OrthographicDescription{transform(t), near, far};
+          },
+          "to_world"_a, "near"_a = py::none(), "far"_a = py::none())
       .def(
           "set_film",
           [](D& d, std::uint32_t width, std::uint32_t height, std::array<std::uint32_t, 4> crop,

@@ -226,7 +226,7 @@ Scene Builder::build(Intersection mode) {
           std::move(disk_shapes_),
           std::move(bsdfs),
           std::move(lights),
-          PerspectiveCamera(description_.sensor, film, normalization_),
+          make_sensor(description_.sensor, film, normalization_),
           PixelFilter(film.filter, film.filter_parameter),
           film,
           dropped_triangles_};

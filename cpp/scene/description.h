@@ -107,11 +107,23 @@ using EnvironmentDescription = std::variant<ConstantEnvironmentDescription, Imag
 
 /// Camera space looks along +z, +x to the left of the image, +y up.
 struct PerspectiveDescription {
-  Transform to_world;
+  Transform to_world;  // keeps lengths
   double x_fov_degrees = 50;
   std::optional<double> near, far;  // planes across the axis; geometry outside is not seen
   double principal_point_x = 0, principal_point_y = 0;
 };
+/// A perspective whose lens is a disk: only what is at focus_distance along the axis is sharp. A radius of 0 makes it a
+/// pinhole.
+struct ThinLensDescription {
+  PerspectiveDescription view;
+  double aperture_radius = 0, focus_distance = 1;
+};
+/// Parallel rays along the camera's +z from the plane of its origin: the film's width is [-1, 1] of its x axis.
+struct OrthographicDescription {
+  Transform to_world;               // may scale: that is how its size is said
+  std::optional<double> near, far;  // in camera space
+};
+using SensorDescription = std::variant<PerspectiveDescription, ThinLensDescription, OrthographicDescription>;
 enum class FilterKind : std::uint8_t { box, tent, gaussian };
 struct FilmDescription {
   std::uint32_t width = 256, height = 256;
@@ -127,8 +139,15 @@ struct SceneDescription {
   std::vector<SpotLightDescription> spot_lights;
   std::vector<DirectionalLightDescription> directional_lights;
   std::optional<EnvironmentDescription> environment;
-  PerspectiveDescription sensor;
+  SensorDescription sensor = PerspectiveDescription{};
   FilmDescription film;
 };
+
+/// Where the sensor stands and looks.
+[[nodiscard]] inline const Transform& placement(const SensorDescription& sensor) noexcept {
+  if (const auto* lens = std::get_if<ThinLensDescription>(&sensor)) return lens->view.to_world;
+  if (const auto* parallel = std::get_if<OrthographicDescription>(&sensor)) return parallel->to_world;
+  return std::get_if<PerspectiveDescription>(&sensor)->to_world;
+}
 
 }  // namespace equaltime

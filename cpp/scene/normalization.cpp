@@ -66,7 +66,7 @@ Normalization::Normalization(const SceneDescription& description) {
   Bounds world;
   for (const ShapeDescription& shape : description.shapes)
     std::visit([&](const auto& s) { include_shape(world, s); }, shape);
-  const Vec3d camera = description.sensor.to_world.column(3);
+  const Vec3d camera = placement(description.sensor).column(3);
   origin_ = world.empty() ? camera : max(world.lo, min(world.hi, camera));
   const double extent = world.empty() ? 0 : max_component(world.extent());
   if (extent > 0) length_scale_ = std::ldexp(1.0, kExtentExponent - exponent_of(extent));

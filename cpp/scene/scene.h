@@ -37,7 +37,7 @@ struct Scene {
   std::vector<std::uint32_t> disk_shapes;
   std::vector<Bsdf> bsdfs;
   Lights lights;
-  PerspectiveCamera camera;
+  Sensor sensor;
   PixelFilter filter;
   FilmDescription film;
   std::size_t dropped_triangles = 0;  // of no area, so that no ray can meet them

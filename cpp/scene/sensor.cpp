@@ -5,31 +5,38 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sampling/warps.h"
+
 namespace equaltime {
 
 namespace {
 
 /// Of the geometry's extent: from here, a camera ray's rounding in float64 is 2 % of what it looks at.
 constexpr double kFarthest = 0x1p46;
+/// Relative to a distance or the extent of the geometry: more than all rounding of a camera ray.
+constexpr double kSlack = 16 * static_cast<double>(kUnitRoundoff);
 
-/// A little less than the distance from the camera to the bounds of the geometry; 0 inside them.
-double clear_distance(const Bounds& bounds, const Vec3d& camera) noexcept {
+double extent_of(const Bounds& bounds) noexcept { return bounds.empty() ? 0 : max_component(bounds.extent()); }
+
+/// The distance from the camera to the bounds of the geometry, 0 inside them; throws if it is too large.
+double distance_to(const Bounds& bounds, const Vec3d& camera) {
   if (bounds.empty()) return 0;
-  const Vec3d nearest = max(bounds.lo, min(bounds.hi, camera));
-  return length(nearest - camera) * (1 - 16 * static_cast<double>(kUnitRoundoff)) -
-         16 * static_cast<double>(kUnitRoundoff) * max_component(bounds.extent());
+  const double distance = length(max(bounds.lo, min(bounds.hi, camera)) - camera);
+  const double extent = extent_of(bounds);
+  if (extent > 0 && !(distance <= kFarthest * extent))
+    throw std::invalid_argument(
+        "the camera is so far from the geometry, for its size, that float64 cannot tell its parts apart");
+  return distance;
 }
 
 }  // namespace
 
 PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const FilmDescription& film,
-                                     const Normalization& normalization)
+                                     const Normalization& normalization, double aperture)
     : origin_(normalization.point(d.to_world.column(3))) {
-  advance_ = std::max(0.0, clear_distance(normalization.bounds(), origin_));
-  const double extent = normalization.bounds().empty() ? 0 : max_component(normalization.bounds().extent());
-  if (extent > 0 && !(advance_ <= kFarthest * extent))
-    throw std::invalid_argument(
-        "the camera is so far from the geometry, for its size, that float64 cannot tell its parts apart");
+  const Bounds& bounds = normalization.bounds();
+  const double clear = distance_to(bounds, origin_) * (1 - kSlack) - kSlack * extent_of(bounds) - aperture;
+  advance_ = std::max(0.0, clear);
   const double half_width = std::tan(0.5 * d.x_fov_degrees * std::numbers::pi / 180);
   const double pixel = 2 * half_width / film.width;
   const double x0 = half_width - pixel * film.width * d.principal_point_x;
@@ -49,6 +56,69 @@ Ray PerspectiveCamera::ray(double x, double y) const noexcept {
   const Vec3d d = along * (1 / norm);
   const double start = std::max(advance_, near_ * norm);
   return {Vec3f(origin_ + d * start), Vec3f(d), far_ > 0 ? static_cast<float>(far_ * norm - start) : kInfinity};
+}
+
+ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescription& film,
+                               const Normalization& normalization)
+    : view_(d.view, film, normalization, normalization.length(d.aperture_radius)),
+      focus_(normalization.length(d.focus_distance) / length(d.view.to_world.column(2))) {
+  const double radius = normalization.length(d.aperture_radius);
+  lens_x_ = d.view.to_world.column(0) * radius;
+  lens_y_ = d.view.to_world.column(1) * radius;
+}
+
+Ray ThinLensCamera::ray(double x, double y, Point2f lens) const noexcept {
+  const auto& [origin, axis, right, down, advance, near, far] = view_;
+  const Point2f place = square_to_disk(lens);
+  const Vec3d from = lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
+  // As for a pinhole, but one axis length is divided out of what leads to the plane of focus.
+  const Vec3d along = axis + right * x + down * y - from / focus_;
+  const double norm = length(along);
+  const Vec3d d = along * (1 / norm);
+  const double start = std::max(advance, near * norm);
+  return {Vec3f(origin + from + d * start), Vec3f(d), far > 0 ? static_cast<float>(far * norm - start) : kInfinity};
+}
+
+OrthographicCamera::OrthographicCamera(const OrthographicDescription& d, const FilmDescription& film,
+                                       const Normalization& normalization) {
+  const double pixel = 2.0 / film.width;
+  const double scale = normalization.length(1);
+  corner_ = normalization.point(d.to_world.point({1, 0.5 * pixel * film.height, 0}));
+  right_ = d.to_world.vector({-pixel, 0, 0}) * scale;
+  down_ = d.to_world.vector({0, -pixel, 0}) * scale;
+  const double unit = length(d.to_world.column(2));
+  direction_ = d.to_world.column(2) / unit;
+  const Bounds& bounds = normalization.bounds();
+  const Vec3d& to = direction_;
+  first_ = bounds.empty() ? corner_
+                          : Vec3d{to.x > 0 ? bounds.lo.x : bounds.hi.x, to.y > 0 ? bounds.lo.y : bounds.hi.y,
+                                  to.z > 0 ? bounds.lo.z : bounds.hi.z};
+  (void)distance_to(bounds, corner_);  // throws
+  slack_ = kSlack * extent_of(bounds);
+  if (d.near) near_ = *d.near * unit * scale;
+  far_ = d.far ? *d.far * unit * scale : static_cast<double>(kInfinity);
+}
+
+Ray OrthographicCamera::ray(double x, double y) const noexcept {
+  const Vec3d origin = corner_ + right_ * x + down_ * y;
+  const double clear = dot(first_ - origin, direction_) * (1 - kSlack) - slack_;
+  const double start = std::max(clear, near_);
+  return {Vec3f(origin + direction_ * start), Vec3f(direction_), static_cast<float>(far_ - start)};
+}
+
+Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
+                   const Normalization& normalization) {
+  if (const auto* lens = std::get_if<ThinLensDescription>(&description)) {
+    if (lens->aperture_radius == 0) return PerspectiveCamera(lens->view, film, normalization);
+    if (!(lens->aperture_radius > 0 && std::isfinite(lens->aperture_radius)))
+      throw std::invalid_argument("a lens needs a finite radius that is not negative");
+    if (!(lens->focus_distance > 0 && std::isfinite(lens->focus_distance)))
+      throw std::invalid_argument("a lens needs a finite, positive focus distance");
+    return ThinLensCamera(*lens, film, normalization);
+  }
+  if (const auto* parallel = std::get_if<OrthographicDescription>(&description))
+    return OrthographicCamera(*parallel, film, normalization);
+  return PerspectiveCamera(*std::get_if<PerspectiveDescription>(&description), film, normalization);
 }
 
 }  // namespace equaltime

@@ -1,26 +1,77 @@
-// Sensor: camera rays, made in float64 and advanced towards the geometry before they are rounded, so that a distant
-// camera loses no digits.
+// Sensors: camera rays, made in float64 and advanced towards the geometry before they are rounded, so that a distant
+// camera loses no digits. Camera space looks along +z, +x to the left of the image, +y up: Mitsuba's. Places on the film
+// are in pixels from its upper left corner.
 #pragma once
 
+#include <variant>
+
 #include "math/ray.h"
+#include "sampling/sampler.h"
 #include "scene/normalization.h"
 
 namespace equaltime {
 
-/// Camera space looks along +z, +x to the left of the image, +y up: Mitsuba's.
+/// A pinhole.
 class PerspectiveCamera {
  public:
   PerspectiveCamera() = default;
+  /// `aperture` is how far from the pinhole rays may begin all the same.
   PerspectiveCamera(const PerspectiveDescription& description, const FilmDescription& film,
-                    const Normalization& normalization);
+                    const Normalization& normalization, double aperture = 0);
 
-  /// The ray through a place on the full film, in pixels from its upper left corner.
   [[nodiscard]] Ray ray(double x, double y) const noexcept;
 
  private:
+  friend class ThinLensCamera;
   Vec3d origin_, axis_, right_, down_;  // direction = axis + x·right + y·down, x and y in pixels
   double advance_ = 0;                  // along every ray: no geometry is nearer to the camera
   double near_ = 0, far_ = 0;           // along the axis; far 0: none
 };
+
+/// A lens without thickness: rays begin anywhere on its disk and meet, for one place on the film, in the plane of focus.
+class ThinLensCamera {
+ public:
+  ThinLensCamera(const ThinLensDescription& description, const FilmDescription& film,
+                 const Normalization& normalization);
+
+  [[nodiscard]] Ray ray(double x, double y, Point2f lens) const noexcept;
+
+ private:
+  PerspectiveCamera view_;
+  Vec3d lens_x_, lens_y_;  // radii of the lens
+  double focus_;           // distance of the plane of focus
+};
+
+/// Parallel rays.
+class OrthographicCamera {
+ public:
+  OrthographicCamera(const OrthographicDescription& description, const FilmDescription& film,
+                     const Normalization& normalization);
+
+  [[nodiscard]] Ray ray(double x, double y) const noexcept;
+
+ private:
+  Vec3d corner_, right_, down_;  // of the film, and one pixel
+  Vec3d direction_;              // unit
+  Vec3d first_;                  // no geometry is before the plane through this point, across the direction
+  double slack_ = 0;             // for the rounding of that
+  double near_ = 0, far_;        // along every ray
+};
+
+using Sensor = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera>;
+
+/// Throws std::invalid_argument for numbers that are none, and for a camera too far away for float64.
+[[nodiscard]] Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
+                                 const Normalization& normalization);
+
+/// The ray through a place on the film. `lens` gives two uniform numbers, and is called only where there is a lens.
+template <auto E, class LensNumbers>
+[[nodiscard]] EQUALTIME_INLINE Ray camera_ray(const Sensor& sensor, double x, double y, LensNumbers&& lens) noexcept {
+  if constexpr (E.lens) {
+    if (const auto* thin = std::get_if<ThinLensCamera>(&sensor)) return thin->ray(x, y, lens());
+    if (const auto* parallel = std::get_if<OrthographicCamera>(&sensor)) return parallel->ray(x, y);
+  }
+  return std::get_if<PerspectiveCamera>(&sensor)->ray(x, y);
+}
 
 }  // namespace equaltime

@@ -28,8 +28,7 @@ inline SceneDescription room() {
       RectangleDescription{placed({0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {1, 1, 0}), false, green},
       RectangleDescription{placed({0.3, 0, 0}, {0, 0, 0.2}, {0, -1, 0}, {0, 1.9, 0}), false, lamp},
   };
-  d.sensor.to_world = placed({-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {-0.125, 1, 4});
-  d.sensor.x_fov_degrees = 33;
+  d.sensor = PerspectiveDescription{placed({-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {-0.125, 1, 4}), 33, {}, {}};
   d.film = {33, 26, 0, 0, 33, 26, FilterKind::tent, 1};
   return d;
 }
@@ -67,6 +66,20 @@ inline SceneDescription full_room() {
   return d;
 }
 
+inline PerspectiveDescription& view_of(SceneDescription& d) { return std::get<PerspectiveDescription>(d.sensor); }
+
+/// Seen through a lens that is as large as a lamp.
+inline SceneDescription through_a_lens(SceneDescription d) {
+  d.sensor = ThinLensDescription{view_of(d), 0.25, 3.5};
+  return d;
+}
+
+/// Seen from infinitely far away, clipped.
+inline SceneDescription from_afar(SceneDescription d) {
+  d.sensor = OrthographicDescription{placed({-1.25, 0, 0}, {0, 1.25, 0}, {0, 0, -1.25}, {-0.125, 1, 4}), 2.75, 4.0};
+  return d;
+}
+
 inline std::shared_ptr<const Scene> built(SceneDescription description) {
   return std::make_shared<const Scene>(build_scene(std::move(description)));
 }
@@ -88,9 +101,17 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
   for (SpotLightDescription& light : d.spot_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
-  scale(d.sensor.to_world, 1);
-  for (auto* clip : {&d.sensor.near, &d.sensor.far})
-    if (*clip) **clip *= s;
+  const auto scale_view = [&](PerspectiveDescription& view) {
+    scale(view.to_world, 1);
+    for (auto* clip : {&view.near, &view.far})
+      if (*clip) **clip *= s;
+  };
+  if (auto* view = std::get_if<PerspectiveDescription>(&d.sensor)) scale_view(*view);
+  if (auto* lens = std::get_if<ThinLensDescription>(&d.sensor)) {
+    scale_view(lens->view);
+    lens->aperture_radius *= s, lens->focus_distance *= s;
+  }
+  if (auto* parallel = std::get_if<OrthographicDescription>(&d.sensor)) scale(parallel->to_world, 4);
   return d;
 }
 

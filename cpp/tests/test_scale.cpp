@@ -9,7 +9,7 @@ using namespace scenes;
 constexpr std::uint64_t kSamples = 8;
 
 SceneDescription clipped(SceneDescription d) {
-  d.sensor.near = 3.5, d.sensor.far = 5;
+  view_of(d).near = 3.5, view_of(d).far = 5;
   return d;
 }
 
@@ -23,7 +23,8 @@ Moments rescaled(Moments moments, double s) {
 const Settings kByTree{.lights = LightSelection::tree};
 
 TEST("lengths times a power of two change no bit, with point light intensities scaled by its square") {
-  for (const SceneDescription& d : {room(), full_room(), clipped(full_room())})
+  for (const SceneDescription& d :
+       {room(), full_room(), clipped(full_room()), through_a_lens(clipped(room())), from_afar(full_room())})
     for (const Settings& settings : {Settings{}, kByTree}) {
       const Moments reference = rendered(built(d), kSamples, settings);
       CHECK(mean(reference) > 0.01);

@@ -15,6 +15,7 @@ struct Effects {
   bool layered = false;           // plastics: an interface over a diffuse body
   bool point_lights = false;      // and spots and directional lights: what no ray meets
   bool environment = false;
+  bool lens = false;  // the camera is no pinhole: a thin lens, or parallel rays
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -23,7 +24,7 @@ struct Effects {
     return (analytic_shapes || !need.analytic_shapes) && (smooth_normals || !need.smooth_normals) &&
            (rough_conductors || !need.rough_conductors) && (anisotropy || !need.anisotropy) &&
            (specular || !need.specular) && (layered || !need.layered) && (point_lights || !need.point_lights) &&
-           (environment || !need.environment);
+           (environment || !need.environment) && (lens || !need.lens);
   }
 };
 

@@ -16,7 +16,9 @@ Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, s
   const Sampler sampler = Sampler::at(task.settings.sampler, task.seed, pixel, index, replicates);
   const PixelFilter::Offset offset = scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)));
   ++probe.counters.paths;
-  const Ray ray = scene.camera.ray(static_cast<double>(px) + 0.5 + offset.x, static_cast<double>(py) + 0.5 + offset.y);
+  const Ray ray =
+      camera_ray<E>(scene.sensor, static_cast<double>(px) + 0.5 + offset.x, static_cast<double>(py) + 0.5 + offset.y,
+                    [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); });
   return trace_path<E>(scene, task.settings, ray, sampler, probe) * offset.weight;
 }
 
@@ -84,6 +86,7 @@ std::string kernel_name(const Effects& e) {
   append(e.layered, "layered");
   append(e.point_lights, "point_lights");
   append(e.environment, "environment");
+  append(e.lens, "lens");
   return name.empty() ? "diffuse meshes" : name;
 }
 
