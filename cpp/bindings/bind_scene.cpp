@@ -58,7 +58,10 @@ FilterKind filter(const std::string& name) {
   if (name == "box") return FilterKind::box;
   if (name == "tent") return FilterKind::tent;
   if (name == "gaussian") return FilterKind::gaussian;
-  throw py::value_error("a filter is \"box\", \"tent\" or \"gaussian\", not \"" + name + "\"");
+  if (name == "mitchell") return FilterKind::mitchell;
+  if (name == "lanczos") return FilterKind::lanczos;
+  throw py::value_error("a filter is \"box\", \"tent\", \"gaussian\", \"mitchell\" or \"lanczos\", not \"" + name +
+                        "\"");
 }
 
 ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale, const ArrayD& to_world) {
@@ -192,10 +195,10 @@ void bind_builder(py::module_& m) {
       .def(
           "set_film",
           [](D& d, std::uint32_t width, std::uint32_t height, std::array<std::uint32_t, 4> crop,
-             const std::string& name, double parameter) {
-            d.film = {width, height, crop[0], crop[1], crop[2], crop[3], filter(name), parameter};
+             const std::string& name, double parameter, double second) {
+            d.film = {width, height, crop[0], crop[1], crop[2], crop[3], filter(name), parameter, second};
           },
-          "width"_a, "height"_a, "crop"_a, "filter"_a, "parameter"_a)
+          "width"_a, "height"_a, "crop"_a, "filter"_a, "parameter"_a, "second"_a = 0.0)
       .def(
           "build",
           [](D& d, const std::string& intersection) {

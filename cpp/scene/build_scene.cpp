@@ -227,7 +227,7 @@ Scene Builder::build(Intersection mode) {
           std::move(bsdfs),
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),
-          PixelFilter(film.filter, film.filter_parameter),
+          PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
           film,
           dropped_triangles_};
 }

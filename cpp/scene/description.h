@@ -124,12 +124,13 @@ struct OrthographicDescription {
   std::optional<double> near, far;  // in camera space
 };
 using SensorDescription = std::variant<PerspectiveDescription, ThinLensDescription, OrthographicDescription>;
-enum class FilterKind : std::uint8_t { box, tent, gaussian };
+enum class FilterKind : std::uint8_t { box, tent, gaussian, mitchell, lanczos };
 struct FilmDescription {
   std::uint32_t width = 256, height = 256;
   std::uint32_t crop_x = 0, crop_y = 0, crop_width = 256, crop_height = 256;
   FilterKind filter = FilterKind::box;
-  double filter_parameter = 0.5;  // box, tent: radius; gaussian: standard deviation, cut at four of them
+  // box, tent: radius; gaussian: standard deviation, cut at four of them; mitchell: B and C; lanczos: radius
+  double filter_parameter = 0.5, second_filter_parameter = 0;
 };
 
 struct SceneDescription {

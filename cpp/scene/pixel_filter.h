@@ -1,7 +1,9 @@
 // Filter importance sampling (Ernst, Stamminger & Greiner 2006): a sample's place is drawn from its pixel's filter, so
-// that it touches one pixel and pixels stay independent.
+// that it touches one pixel and pixels stay independent. A filter with negative lobes is drawn by its absolute value,
+// and the weight has its sign: the mean stays that of the filter, and the variance says what the lobes cost.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "sampling/ordered_table.h"
@@ -13,31 +15,35 @@ namespace equaltime {
 class PixelFilter {
  public:
   PixelFilter() = default;
-  PixelFilter(FilterKind kind, double parameter);
+  /// The parameters are those of FilmDescription; throws std::invalid_argument for some that make no filter.
+  PixelFilter(FilterKind kind, double parameter, double second = 0);
 
   struct Offset {
     double x, y;   // pixels from the pixel's centre
-    float weight;  // filter over density: 1, or close to it for the Gaussian, whose density is tabulated
+    float weight;  // filter over density: for box and tent 1, for others, whose density is tabulated, close to ±constant
   };
   [[nodiscard]] Offset sample(Point2f u) const noexcept;
   /// Half the filter's width, in pixels.
   [[nodiscard]] double radius() const noexcept { return radius_; }
 
  private:
+  /// A filter along one axis.
+  using Profile = double (*)(double x, double parameter, double second) noexcept;
   struct Offset1d {
     double x;
     double weight;
   };
-  [[nodiscard]] Offset1d sample_gaussian(float u) const noexcept;
-  [[nodiscard]] double gaussian(double x) const noexcept;
+  void tabulate(Profile profile, double integral);
+  [[nodiscard]] Offset1d sample_table(float u) const noexcept;
   /// Where an interval of the table begins, or a place within it.
   [[nodiscard]] double place(double interval) const noexcept;
 
   FilterKind kind_ = FilterKind::box;
   double radius_ = 0.5;
-  double deviation_ = 0.5;
-  double scale_ = 1;             // of the weights
-  std::vector<double> heights_;  // of the Gaussian, at the ends of the intervals
+  double parameter_ = 0.5, second_ = 0;
+  Profile profile_ = nullptr;    // of a tabulated filter
+  double scale_ = 1;             // of its weights
+  std::vector<double> heights_;  // its absolute value, at the ends of the intervals
   OrderedTable intervals_;
 };
 
