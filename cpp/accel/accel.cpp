@@ -60,10 +60,18 @@ RTCBounds bounds_of(const DiskGeometry& d) noexcept {
   return bounds_around(d.center, half);
 }
 
+RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
+  const auto half = [&](double a) { return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a)); };
+  return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
+}
+
 std::optional<double> intersect_primitive(const SphereGeometry& s, const Ray& r) noexcept {
   return intersect_sphere(s, r);
 }
 std::optional<double> intersect_primitive(const DiskGeometry& d, const Ray& r) noexcept { return intersect_disk(d, r); }
+std::optional<double> intersect_primitive(const CylinderGeometry& c, const Ray& r) noexcept {
+  return intersect_cylinder(c, r);
+}
 
 Ray to_ray(const RTCRay& r) noexcept { return {{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar}; }
 
@@ -104,9 +112,7 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
 }  // namespace
 
 struct Accel::Impl {
-  std::vector<TriangleMesh> meshes;
-  std::vector<SphereGeometry> spheres;
-  std::vector<DiskGeometry> disks;
+  Geometries geometries;
   std::atomic<std::int64_t> memory{0};
   Device device;
   EmbreeScene scene;
@@ -156,22 +162,19 @@ void Accel::Impl::build(Intersection mode) {
   scene.reset(rtcNewScene(device.get()));
   rtcSetSceneFlags(scene.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   std::size_t triangles = 0;
-  for (const TriangleMesh& mesh : meshes) triangles += mesh.triangles.size();
+  for (const TriangleMesh& mesh : geometries.meshes) triangles += mesh.triangles.size();
   const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   rtcSetSceneBuildQuality(scene.get(), quality);
-  for (TriangleMesh& mesh : meshes) add_mesh(mesh, quality);
-  add_group(spheres);
-  add_group(disks);
+  for (TriangleMesh& mesh : geometries.meshes) add_mesh(mesh, quality);
+  add_group(geometries.spheres);
+  add_group(geometries.disks);
+  add_group(geometries.cylinders);
   rtcCommitScene(scene.get());
   check(device.get(), "building the scene");
 }
 
-Accel::Accel(std::vector<TriangleMesh> meshes, std::vector<SphereGeometry> spheres, std::vector<DiskGeometry> disks,
-             Intersection mode)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->meshes = std::move(meshes);
-  impl_->spheres = std::move(spheres);
-  impl_->disks = std::move(disks);
+Accel::Accel(Geometries geometries, Intersection mode) : impl_(std::make_unique<Impl>()) {
+  impl_->geometries = std::move(geometries);
   impl_->build(mode);
 }
 Accel::~Accel() = default;
@@ -200,9 +203,7 @@ bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz,
   return query.tfar < 0;
 }
 
-const std::vector<TriangleMesh>& Accel::meshes() const noexcept { return impl_->meshes; }
-const std::vector<SphereGeometry>& Accel::spheres() const noexcept { return impl_->spheres; }
-const std::vector<DiskGeometry>& Accel::disks() const noexcept { return impl_->disks; }
+const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }
 std::size_t Accel::memory_bytes() const noexcept {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load()));
 }

@@ -1,5 +1,5 @@
-// Accel: nearest hit and occlusion over triangle meshes (Embree), spheres and disks (analytic, float64, inside Embree's
-// BVH). The only place that knows Embree. Immutable once built and safe to query from any number of threads.
+// Accel: nearest hit and occlusion over triangle meshes (Embree), spheres, disks and cylinders (analytic, float64, inside
+// Embree's BVH). The only place that knows Embree. Immutable once built and safe to query from any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,19 @@
 
 namespace equaltime {
 
-/// Which primitive was hit. Meshes are numbered as given; then come all spheres as one group, then all disks.
+/// Which primitive was hit. Meshes are numbered as given; then come all spheres as one group, all disks, all
+/// cylinders.
 struct PrimitiveId {
   std::uint32_t geometry;
   std::uint32_t primitive;
+};
+
+/// All that rays may meet. The order of its members is that of PrimitiveId::geometry.
+struct Geometries {
+  std::vector<TriangleMesh> meshes;
+  std::vector<SphereGeometry> spheres;
+  std::vector<DiskGeometry> disks;
+  std::vector<CylinderGeometry> cylinders;
 };
 
 /// Robust is watertight at shared edges; fast trades that for speed, and is a named choice.
@@ -23,8 +32,7 @@ enum class Intersection : std::uint8_t { robust, fast };
 
 class Accel {
  public:
-  Accel(std::vector<TriangleMesh> meshes, std::vector<SphereGeometry> spheres, std::vector<DiskGeometry> disks,
-        Intersection mode = Intersection::robust);
+  explicit Accel(Geometries geometries, Intersection mode = Intersection::robust);
   ~Accel();
   Accel(Accel&&) noexcept;
   Accel& operator=(Accel&&) noexcept;
@@ -39,9 +47,7 @@ class Accel {
     return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
 
-  [[nodiscard]] const std::vector<TriangleMesh>& meshes() const noexcept;
-  [[nodiscard]] const std::vector<SphereGeometry>& spheres() const noexcept;
-  [[nodiscard]] const std::vector<DiskGeometry>& disks() const noexcept;
+  [[nodiscard]] const Geometries& geometries() const noexcept;
   /// The acceleration structure's own memory as Embree reports it, without the primitives.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

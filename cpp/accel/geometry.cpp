@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace equaltime {
 
@@ -15,21 +16,29 @@ Barycentric barycentric(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const
   return {static_cast<float>(u), static_cast<float>(v)};
 }
 
-std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept {
-  const Vec3d d(ray.direction);
-  const Vec3d oc = Vec3d(ray.origin) - sphere.center;
+namespace {
+
+/// Where oc + t·d, in any number of dimensions, is at the distance `radius` from 0; none if d is 0 or misses.
+std::optional<std::pair<double, double>> meet_ball(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
   const double a = length_squared(d);
   const double b = -dot(oc, d);
   const Vec3d closest = oc + d * (b / a);
-  const double discriminant = square(sphere.radius) - length_squared(closest);
-  if (discriminant < 0) return std::nullopt;
-  // c = |oc|² - r², from |oc| - r so that an origin close to the sphere keeps its side.
+  const double discriminant = square(radius) - length_squared(closest);
+  if (!(discriminant >= 0)) return std::nullopt;
+  // c = |oc|² - r², from |oc| - r so that an origin close to the surface keeps its side.
   const double distance = length(oc);
-  const double c = (distance - sphere.radius) * (distance + sphere.radius);
+  const double c = (distance - radius) * (distance + radius);
   const double q = b + std::copysign(std::sqrt(a * discriminant), b);
-  double t0 = q != 0 ? c / q : 0.0;
-  double t1 = q / a;
-  if (t0 > t1) std::swap(t0, t1);
+  const double t0 = q != 0 ? c / q : 0.0, t1 = q / a;
+  return t0 > t1 ? std::pair(t1, t0) : std::pair(t0, t1);
+}
+
+}  // namespace
+
+std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept {
+  const auto meetings = meet_ball(Vec3d(ray.origin) - sphere.center, Vec3d(ray.direction), sphere.radius);
+  if (!meetings) return std::nullopt;
+  const auto [t0, t1] = *meetings;
   const double t_max = ray.t_max;
   if (t0 > 0) return t0 < t_max ? std::optional(t0) : std::nullopt;
   if (t1 > 0 && t1 < t_max) return t1;
@@ -46,6 +55,18 @@ std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) n
   const Vec3d r = d * t - to_center;
   if (square(dot(disk.inv_u, r)) + square(dot(disk.inv_v, r)) > 1) return std::nullopt;
   return t;
+}
+
+std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const Ray& ray) noexcept {
+  const Vec3d d(ray.direction), oc = Vec3d(ray.origin) - cylinder.base;
+  const double rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
+  const auto meetings = meet_ball(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
+  if (!meetings) return std::nullopt;
+  for (const double t : {meetings->first, meetings->second}) {
+    const double height = start + rise * t;
+    if (t > 0 && t < static_cast<double>(ray.t_max) && height >= 0 && height <= cylinder.length) return t;
+  }
+  return std::nullopt;
 }
 
 }  // namespace equaltime

@@ -33,6 +33,12 @@ struct DiskGeometry {
   Vec3d inv_v;
 };
 
+struct CylinderGeometry {  // a tube without caps
+  Vec3d base;
+  Vec3d axis;  // unit, from the base to the other end
+  double length, radius;
+};
+
 /// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.
 struct Barycentric {
   float u, v;
@@ -43,5 +49,6 @@ struct Barycentric {
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
 [[nodiscard]] std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept;
 [[nodiscard]] std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) noexcept;
+[[nodiscard]] std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const Ray& ray) noexcept;
 
 }  // namespace equaltime

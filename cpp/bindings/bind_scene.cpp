@@ -147,6 +147,14 @@ void bind_builder(py::module_& m) {
           "center"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
           "pole"_a = Triple{0, 0, 1})
       .def(
+          "add_cylinder",
+          [](D& d, const Triple& base, const Triple& end, double r, bool flip, Index front, Index back,
+             const std::optional<Triple>& radiance) {
+            return append(d.shapes,
+                          CylinderDescription{vec(base), vec(end), r, flip, surface(front, back, radiance)});
+          },
+          "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+      .def(
           "add_point_light",
           [](D& d, const Triple& p, const Triple& i) {
             return append(d.point_lights, PointLightDescription{vec(p), vec(i)});

@@ -51,6 +51,7 @@ class Builder {
   void add(std::size_t index, RectangleDescription& rectangle);
   void add(std::size_t index, DiskDescription& disk);
   void add(std::size_t index, SphereDescription& sphere);
+  void add(std::size_t index, CylinderDescription& cylinder);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
   void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
@@ -60,10 +61,8 @@ class Builder {
   SceneDescription& description_;
   Normalization normalization_;
   std::vector<Surface> surfaces_;
-  std::vector<TriangleMesh> meshes_;
-  std::vector<SphereGeometry> spheres_;
-  std::vector<DiskGeometry> disks_;
-  std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_;
+  Geometries geometries_;
+  std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
   std::vector<AreaLight> area_lights_;
   std::size_t dropped_triangles_ = 0;
 };
@@ -94,7 +93,7 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
   mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
-  meshes_.push_back(std::move(mesh));
+  geometries_.meshes.push_back(std::move(mesh));
 }
 
 void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped) {
@@ -164,7 +163,7 @@ void Builder::add(std::size_t index, DiskDescription& d) {
   const double area = length(scaled_normal);
   if (!(area > 0) || !is_finite(center)) fail(index, "a disk needs an area");
   const Vec3d n = scaled_normal / area;
-  disks_.push_back({center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))});
+  geometries_.disks.push_back({center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))});
   const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
   Surface& surface = surfaces_[add_surface(d.surface, flipped)];
   if (!surface.radiance.is_black()) {
@@ -179,7 +178,7 @@ void Builder::add(std::size_t index, SphereDescription& s) {
     fail(index, "a sphere needs a finite centre and a positive radius");
   const Vec3d center = normalization_.point(s.center);
   const double radius = normalization_.length(s.radius);
-  spheres_.push_back({center, radius});
+  geometries_.spheres.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
   surface.pole = to_float(s.pole);
   if (!surface.radiance.is_black()) {
@@ -189,10 +188,25 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   sphere_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
 
+void Builder::add(std::size_t index, CylinderDescription& c) {
+  const Vec3d base = normalization_.point(c.base), axis = normalization_.point(c.end) - base;
+  const double height = length(axis), radius = normalization_.length(c.radius);
+  if (!(height > 0) || !(radius > 0) || !std::isfinite(height) || !std::isfinite(radius))
+    fail(index, "a cylinder needs two finite ends that differ, and a positive radius");
+  const CylinderGeometry cylinder{base, axis / height, height, radius};
+  geometries_.cylinders.push_back(cylinder);
+  Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
+  if (!surface.radiance.is_black()) {
+    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
+    area_lights_.emplace_back(CylinderLight(cylinder, c.flip_normals, surface.radiance));
+  }
+  cylinder_shapes_.push_back(static_cast<std::uint32_t>(index));
+}
+
 std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
   std::vector<MeshView> views;
   for (std::size_t i = 0; i < mesh_shapes_.size(); ++i) {
-    const TriangleMesh& mesh = accel.meshes()[i];
+    const TriangleMesh& mesh = accel.geometries().meshes[i];
     const Surface& surface = surfaces_[mesh_shapes_[i]];
     views.push_back({mesh.triangles.data(), mesh.vertices.data(), surface.planes.data(),
                      surface.normals.empty() ? nullptr : surface.normals.data(),
@@ -216,7 +230,7 @@ Scene Builder::build(Intersection mode) {
   for (const BsdfDescription& b : description_.bsdfs) bsdfs.push_back(make_bsdf(b));
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
-  Accel accel(std::move(meshes_), std::move(spheres_), std::move(disks_), mode);
+  Accel accel(std::move(geometries_), mode);
   std::vector<MeshView> views = view_meshes(accel);
   return {normalization_,
           std::move(accel),
@@ -224,6 +238,7 @@ Scene Builder::build(Intersection mode) {
           std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
+          std::move(cylinder_shapes_),
           std::move(bsdfs),
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),
@@ -244,13 +259,13 @@ Scene build_scene(SceneDescription description, Intersection mode) {
 
 std::size_t Scene::triangle_count() const noexcept {
   std::size_t n = 0;
-  for (const TriangleMesh& mesh : accel.meshes()) n += mesh.triangles.size();
+  for (const TriangleMesh& mesh : accel.geometries().meshes) n += mesh.triangles.size();
   return n;
 }
 
 std::size_t Scene::memory_bytes() const noexcept {
   std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
-  for (const TriangleMesh& mesh : accel.meshes())
+  for (const TriangleMesh& mesh : accel.geometries().meshes)
     bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
   for (const Surface& surface : surfaces)
     bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f);

@@ -75,7 +75,14 @@ struct SphereDescription {
   SurfaceDescription surface;
   Vec3d pole{0, 0, 1};  // the axis round which azimuth is counted
 };
-using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription>;
+struct CylinderDescription {  // a tube without caps, front outwards
+  Vec3d base, end;            // of its axis
+  double radius = 1;
+  bool flip_normals = false;
+  SurfaceDescription surface;
+};
+using ShapeDescription =
+    std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription, CylinderDescription>;
 
 // --- Emitters that are not surfaces -------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@
 #include "sampling/alias_table.h"
 #include "sampling/sampler.h"
 #include "scene/area_lights.h"
+#include "scene/cylinder_light.h"
 #include "scene/directional_light.h"
 #include "scene/environment.h"
 #include "scene/light_tree.h"
@@ -20,7 +21,7 @@
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight>;
+using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight>;
 /// Lights that no ray meets: only light sampling finds them.
 using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
@@ -34,6 +35,7 @@ template <auto E, class F>
   if constexpr (E.analytic_shapes) {
     if (const auto* sphere = std::get_if<SphereLight>(&light)) return f(*sphere);
     if (const auto* disk = std::get_if<DiskLight>(&light)) return f(*disk);
+    if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
   }
   if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
   return f(*std::get_if<TriangleLight>(&light));

@@ -36,6 +36,13 @@ void include_shape(Bounds& b, const SphereDescription& s) {
   b.include(s.center - half);
   b.include(s.center + half);
 }
+void include_shape(Bounds& b, const CylinderDescription& c) {
+  const Vec3d half{c.radius, c.radius, c.radius};
+  for (const Vec3d& end : {c.base, c.end}) {
+    b.include(end - half);
+    b.include(end + half);
+  }
+}
 
 /// The largest value that any emitter's radiance takes, or a directional light's irradiance, in the user's units.
 double brightest(const SceneDescription& d) {

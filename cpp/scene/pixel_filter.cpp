@@ -64,16 +64,19 @@ PixelFilter::PixelFilter(FilterKind kind, double parameter, double second)
     case FilterKind::gaussian: {
       radius_ = kGaussianCut * parameter;
       const double bell = std::sqrt(2 * std::numbers::pi) * std::erf(kGaussianCut / std::numbers::sqrt2);
-      return tabulate(gaussian, parameter * (bell - 2 * kGaussianCut * kGaussianFloor));
+      tabulate(gaussian, parameter * (bell - 2 * kGaussianCut * kGaussianFloor));
+      break;
     }
     case FilterKind::mitchell:
       radius_ = kMitchellRadius;
-      return tabulate(mitchell, 1);
+      tabulate(mitchell, 1);
+      break;
     case FilterKind::lanczos:
-      return tabulate(lanczos, lanczos_integral(parameter));
+      tabulate(lanczos, lanczos_integral(parameter));
+      break;
     case FilterKind::box:
     case FilterKind::tent:
-      return;
+      break;
   }
 }
 

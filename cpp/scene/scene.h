@@ -35,6 +35,7 @@ struct Scene {
   std::vector<MeshView> meshes;   // one a mesh of accel (rectangles are meshes of two triangles)
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
+  std::vector<std::uint32_t> cylinder_shapes;
   std::vector<Bsdf> bsdfs;
   Lights lights;
   Sensor sensor;
@@ -109,6 +110,18 @@ template <auto E>
 }
 
 template <auto E>
+[[nodiscard]] Interaction on_cylinder(const CylinderGeometry& cylinder, const Surface& surface, const Ray& ray,
+                                      std::uint32_t shape) noexcept {
+  const double t = intersect_cylinder(cylinder, ray).value_or(0);
+  const Vec3d r = Vec3d(ray.origin) + Vec3d(ray.direction) * t - cylinder.base;
+  const double height = dot(r, cylinder.axis);
+  const Vec3d n = normalize(r - cylinder.axis * height);
+  const Vec3f nf(n), p(cylinder.base + cylinder.axis * height + n * cylinder.radius);
+  const Vec3f around(cross(cylinder.axis, n));
+  return face<E>({{p, nf, point_offset(p, nf)}, nf, around, shape, 0, surface.flipped, false}, ray);
+}
+
+template <auto E>
 [[nodiscard]] EQUALTIME_INLINE Interaction on_triangle(const MeshView& mesh, const Ray& ray,
                                                        std::uint32_t primitive) noexcept {
   const TrianglePlane& plane = mesh.planes[primitive];
@@ -137,10 +150,16 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const no
   if (!hit) return std::nullopt;
   if constexpr (E.analytic_shapes) {
     if (hit->geometry >= meshes.size()) {
-      const bool sphere = hit->geometry == meshes.size();
-      const std::uint32_t shape = sphere ? sphere_shapes[hit->primitive] : disk_shapes[hit->primitive];
-      if (sphere) return detail::on_sphere<E>(accel.spheres()[hit->primitive], surfaces[shape], ray, shape);
-      return detail::on_disk<E>(accel.disks()[hit->primitive], surfaces[shape], ray, shape);
+      const Geometries& all = accel.geometries();
+      const std::uint32_t i = hit->primitive;
+      switch (hit->geometry - meshes.size()) {
+        case 0:
+          return detail::on_sphere<E>(all.spheres[i], surfaces[sphere_shapes[i]], ray, sphere_shapes[i]);
+        case 1:
+          return detail::on_disk<E>(all.disks[i], surfaces[disk_shapes[i]], ray, disk_shapes[i]);
+        default:
+          return detail::on_cylinder<E>(all.cylinders[i], surfaces[cylinder_shapes[i]], ray, cylinder_shapes[i]);
+      }
     }
   }
   return detail::on_triangle<E>(meshes[hit->geometry], ray, hit->primitive);

@@ -14,7 +14,7 @@ namespace random_scene {
 
 using namespace equaltime;
 
-using AnyLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, PointLight, SpotLight>;
+using AnyLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, PointLight, SpotLight, CylinderLight>;
 
 struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
@@ -33,7 +33,7 @@ inline AnyLight random_light(Random& random, double size, double decades) {
   const Vec3d at = random.point(1);
   const Spectrum radiance(static_cast<float>(std::pow(10, random.in(-decades, decades))));
   const Vec3d x = random.direction() * size, y = normalize(cross(x, random.direction())) * (size * random.in(0.1, 1));
-  switch (random.engine() % 6) {
+  switch (random.engine() % 7) {
     case 0:
       return TriangleLight(Vec3f(at), Vec3f(at + x), Vec3f(at + random.direction() * size), radiance);
     case 1:
@@ -46,6 +46,8 @@ inline AnyLight random_light(Random& random, double size, double decades) {
       const double cutoff = random.in(0.01, 3.14);
       return SpotLight(Vec3f(at), random.direction(), radiance, cutoff, cutoff * random.in(0, 1));
     }
+    case 5:
+      return CylinderLight({at, normalize(x), size * random.in(0.1, 4), size}, random.engine() % 2 == 0, radiance);
     default:
       return PointLight{Vec3f(at), radiance};
   }
@@ -73,6 +75,7 @@ inline Receiver random_receiver(Random& random, double reach = 1.5) {
 inline Optional<LightSample> sampled(const AnyLight& light, Vec3f receiver, Point2f u) {
   if (const auto* point = std::get_if<PointLight>(&light)) return point->sample(receiver, 1);
   if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, 1);
+  if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return cylinder->sample(receiver, u, 1);
   if (const auto* triangle = std::get_if<TriangleLight>(&light)) return triangle->sample(receiver, u, 1);
   if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return rectangle->sample(receiver, u, 1);
   if (const auto* sphere = std::get_if<SphereLight>(&light)) return sphere->sample(receiver, u, 1);

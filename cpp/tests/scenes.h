@@ -47,6 +47,8 @@ inline SceneDescription full_room() {
   d.shapes.emplace_back(SphereDescription{{0, 1.5, 0}, 0.0625, false, {0, {}, Vec3d{1, 2, 3}}});
   d.shapes.emplace_back(
       DiskDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {0.25, 0.5, -0.5}), false, {2, 3, Vec3d{0.5, 0.5, 1}}});
+  d.shapes.emplace_back(CylinderDescription{{-0.75, 0.25, 0.5}, {-0.5, 1, 0.25}, 0.125, false, {1, 0, {}}});
+  d.shapes.emplace_back(CylinderDescription{{0.5, 1, 0}, {0.75, 1.25, 0}, 0.0625, true, {0, 1, Vec3d{0.5, 1, 0.5}}});
   MeshDescription pyramid;  // smooth normals over four triangles, one of them without a BSDF of its own side
   pyramid.vertices = {{-0.25, 0, 0.5}, {0.25, 0, 0.5}, {0, 0, 0}, {0, 0.5, 0.25}};
   pyramid.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}};
@@ -96,6 +98,8 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     if (auto* rectangle = std::get_if<RectangleDescription>(&shape)) scale(rectangle->to_world, 4);
     if (auto* disk = std::get_if<DiskDescription>(&shape)) scale(disk->to_world, 4);
     if (auto* sphere = std::get_if<SphereDescription>(&shape)) sphere->center = sphere->center * s, sphere->radius *= s;
+    if (auto* tube = std::get_if<CylinderDescription>(&shape))
+      tube->base = tube->base * s, tube->end = tube->end * s, tube->radius *= s;
   }
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);

@@ -7,7 +7,7 @@ namespace equaltime {
 
 Effects derive_effects(const Scene& scene) noexcept {
   Effects e;
-  e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty();
+  e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty() || !scene.cylinder_shapes.empty();
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);

@@ -7,7 +7,7 @@
 namespace equaltime {
 
 struct Effects {
-  bool analytic_shapes = false;   // spheres and disks
+  bool analytic_shapes = false;   // spheres, disks and cylinders
   bool smooth_normals = false;    // interpolated over meshes
   bool rough_conductors = false;  // microfacets
   bool anisotropy = false;        // of microfacets: shading frames need tangents

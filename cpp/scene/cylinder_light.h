@@ -1,0 +1,38 @@
+// Cylinder light: a tube without caps that shines outwards, or inwards. Sampled by area, over the strip of it that faces
+// the receiver.
+#pragma once
+
+#include "accel/geometry.h"
+#include "math/optional.h"
+#include "sampling/sampler.h"
+#include "scene/emitter_bounds.h"
+#include "scene/light_types.h"
+
+namespace equaltime {
+
+class CylinderLight {
+ public:
+  CylinderLight(const CylinderGeometry& tube, bool inward, const Spectrum& radiance) noexcept
+      : tube_(tube), radiance_(radiance), inward_(inward) {}
+
+  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
+  [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] EmitterBounds bounds() const noexcept;
+
+ private:
+  /// The part of the tube whose front faces a receiver: within `half` of an angle round the axis.
+  struct Strip {
+    Vec3d middle;  // unit, across the axis
+    double half;   // radians, 0 to π; 0: none
+  };
+  [[nodiscard]] Strip facing(const Vec3d& receiver) const noexcept;
+  /// Density per solid angle of points uniform in a strip; 0 if the point's front does not face the receiver.
+  [[nodiscard]] double density(const Strip& strip, const Vec3d& to_point, const Vec3d& normal) const noexcept;
+
+  CylinderGeometry tube_;
+  Spectrum radiance_;
+  bool inward_;
+};
+
+}  // namespace equaltime
