@@ -167,6 +167,25 @@ py::dict sample_filter(const Scene& scene, const Array& u) {
   return py::dict("offset"_a = offset, "weight"_a = weight);
 }
 
+/// Camera rays through places on the full film, in pixels, with the lens numbers given: as a path gets them, but in
+/// world space and in the scene's own units. Each is where the ray begins, its direction and its length.
+py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens) {
+  const py::ssize_t n = count(places, 2, "places");
+  require(count(lens, 2, "lens") == n, "as many lens numbers as places");
+  py::array_t<double> origin({n, py::ssize_t{3}}), direction({n, py::ssize_t{3}}), reach(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const double *p = places.data(i, 0), *u = lens.data(i, 0);
+    const Ray ray = camera_ray<kAllEffects>(scene.sensor, p[0], p[1], [&]() noexcept {
+      return Point2f{static_cast<float>(u[0]), static_cast<float>(u[1])};
+    });
+    const Vec3d o = scene.normalization.world_point(Vec3d(ray.origin)), d(ray.direction);
+    std::copy_n(&o.x, 3, origin.mutable_data(i, 0));
+    std::copy_n(&d.x, 3, direction.mutable_data(i, 0));
+    reach.mutable_at(i) = scene.normalization.world_length(static_cast<double>(ray.t_max));
+  }
+  return py::dict("origin"_a = origin, "direction"_a = direction, "length"_a = reach);
+}
+
 /// The two numbers of a slot for samples 0 … n-1 of a pixel.
 py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, std::uint64_t pixel, py::ssize_t n,
                                    std::uint32_t slot_index, std::uint32_t replicates) {
@@ -190,6 +209,7 @@ void bind_sampling(py::module_& m) {
   parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none());
   parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none());
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
+  parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);
   parts.def(
       "mis_weight",

@@ -28,7 +28,7 @@ struct Effects {
   }
 };
 
-inline constexpr Effects kAllEffects{true, true, true, true, true, true, true, true};
+inline constexpr Effects kAllEffects{true, true, true, true, true, true, true, true, true};
 
 [[nodiscard]] Effects derive_effects(const Scene& scene) noexcept;
 

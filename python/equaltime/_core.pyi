@@ -28,6 +28,13 @@ class MeshData:
 
 def read_ply(path: str | os.PathLike[str]) -> MeshData: ...
 def read_obj(path: str | os.PathLike[str]) -> MeshData: ...
+def finished_mesh(
+    path: str | os.PathLike[str],
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    normals: ArrayLike | None,
+    uvs: ArrayLike | None,
+) -> MeshData: ...
 def build_info() -> dict[str, Any]: ...
 def measure_limit(
     scene: Scene,
@@ -103,7 +110,22 @@ class SceneBuilder:
         radiance: _Vec3 | None,
         pole: _Vec3 = [0.0, 0.0, 1.0],
     ) -> int: ...
+    def add_cylinder(
+        self,
+        base: _Vec3,
+        end: _Vec3,
+        radius: float,
+        *,
+        flip_normals: bool,
+        front: int | None,
+        back: int | None,
+        radiance: _Vec3 | None,
+    ) -> int: ...
     def add_point_light(self, position: _Vec3, intensity: _Vec3) -> int: ...
+    def add_spot_light(
+        self, position: _Vec3, direction: _Vec3, intensity: _Vec3, cutoff_degrees: float, beam_degrees: float
+    ) -> int: ...
+    def add_directional_light(self, direction: _Vec3, irradiance: _Vec3) -> int: ...
     def add_constant_environment(self, radiance: _Vec3) -> None: ...
     def add_image_environment(self, pixels: ArrayLike, scale: float, to_world: ArrayLike) -> None: ...
     def set_perspective(
@@ -113,14 +135,18 @@ class SceneBuilder:
         near: float | None = None,
         far: float | None = None,
         principal_point_offset: Sequence[float] = [0.0, 0.0],
+        aperture_radius: float = 0.0,
+        focus_distance: float = 1.0,
     ) -> None: ...
+    def set_orthographic(self, to_world: ArrayLike, near: float | None = None, far: float | None = None) -> None: ...
     def set_film(
         self,
         width: int,
         height: int,
         crop: tuple[int, int, int, int],
-        filter: Literal["box", "tent", "gaussian"],
+        filter: str,
         parameter: float,
+        second: float = 0.0,
     ) -> None: ...
     def build(self, intersection: Literal["robust", "fast"] = "robust") -> Scene: ...
 

@@ -1,192 +1,40 @@
-"""Small scenes, one for each feature: dictionaries that both Mitsuba and equaltime take as they are.
-
-Colours are numbers or what `rgb` returns; transforms are Mitsuba's own. A variant of Mitsuba must have been chosen.
-"""
+"""Small scenes, one for each feature: dictionaries that both Mitsuba and equaltime take as they are."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import mitsuba as mi
-import numpy as np
+from .scene_parts import (
+    Dict,
+    at,
+    ball,
+    box,
+    flat,
+    floor,
+    from_afar,
+    glass,
+    icosahedron,
+    lamp,
+    light,
+    lights,
+    mesh,
+    metal,
+    metals,
+    point,
+    red_and_green,
+    rgb,
+    rough,
+    scene,
+    seen,
+    sky,
+    spot,
+    towards,
+    turned_tile,
+    window,
+)
 
 __all__ = ["EVERYDAY", "OTHER_RULE", "SCENES", "lights"]
-
-Dict = dict[str, Any]
-
-
-def rgb(*value: float) -> Dict:
-    return {"type": "rgb", "value": list(value)}
-
-
-def at(x: float, y: float, z: float, scale: Any = 1.0, turn: float = 0.0, axis: Any = (1, 2, 0)) -> Any:
-    """A place, with a size and a turn by so many degrees about an axis before."""
-    t, unit = mi.ScalarTransform4f, np.divide(axis, math.hypot(*axis))  # Mitsuba does not make it one
-    return t().translate([x, y, z]) @ t().rotate(unit.tolist(), turn) @ t().scale(scale)
-
-
-def towards(origin: Any, target: Any = (0, 0, 0), scale: Any = 1.0) -> Any:
-    t = mi.ScalarTransform4f
-    return t().look_at(origin=list(origin), target=list(target), up=[0, 1, 0]) @ t().scale(scale)
-
-
-def scene(*objects: Dict, depth: int = 4, film: Dict | None = None, **sensor: Any) -> Dict:
-    """Objects near the origin, seen from the front and a little above, in 40x32 pixels."""
-    film = {"type": "hdrfilm", "width": 40, "height": 32, "pixel_format": "rgb", "rfilter": {"type": "box"}} | (
-        film or {}
-    )
-    view = {"type": "perspective", "fov": 40.0, "to_world": towards((0.5, 1.5, 5)), "film": film} | sensor
-    parts = {f"object{i}": part for i, part in enumerate(objects)}
-    return {"type": "scene", "integrator": {"type": "path", "max_depth": depth}, "sensor": view, **parts}
-
-
-def floor() -> Dict:
-    return {
-        "type": "rectangle",
-        "to_world": at(0, -1, 0, 4, -90, (1, 0, 0)),
-        "bsdf": {"type": "diffuse", "reflectance": rgb(0.6, 0.5, 0.4)},
-    }
-
-
-def light(shape: str, to_world: Any, *radiance: float, **extra: Any) -> Dict:
-    return {
-        "type": shape,
-        "to_world": to_world,
-        "emitter": {"type": "area", "radiance": rgb(*(radiance or (9.0, 10.0, 11.0)))},
-        **extra,
-    }
-
-
-def lamp() -> Dict:
-    return light("sphere", at(1, 3, 2, 0.5))
-
-
-def window() -> Dict:
-    return light("rectangle", towards((-3, 2, 3), scale=[0.5, 2, 1]), 3, 2, 1)
-
-
-def ball(bsdf: Dict, **extra: Any) -> Dict:
-    return {"type": "sphere", "radius": 0.9, "bsdf": bsdf, **extra}
-
-
-def box(bsdf: Dict | None = None, **extra: Any) -> Dict:
-    return {"type": "cube", "to_world": at(0, 0, 0, 0.7, 50), "bsdf": bsdf or {"type": "diffuse"}, **extra}
-
-
-def metal(kind: str = "conductor", **extra: Any) -> Dict:
-    return {"type": kind, "eta": rgb(0.2, 0.9, 1.1), "k": rgb(3.9, 2.4, 2.1), **extra}
-
-
-def rough(distribution: str, alpha: float, across: float | None = None) -> Dict:
-    alphas = {"alpha": alpha} if across is None else {"alpha_u": alpha, "alpha_v": across}
-    return metal("roughconductor", distribution=distribution, **alphas)
-
-
-def metals(distribution: str, *alphas: float) -> Dict:
-    """A ball, a box and a tile of a rough metal under a lamp, a window and a dim sky."""
-    bsdf = rough(distribution, *alphas)
-    return scene(
-        *(floor(), lamp(), window(), {"type": "constant", "radiance": rgb(0.2, 0.3, 0.4)}),
-        {"type": "sphere", "to_world": at(-1.1, 0, 0, 0.7, 40), "bsdf": bsdf},
-        {"type": "cube", "to_world": at(0.4, -0.3, 0.4, 0.4, 50), "bsdf": bsdf},
-        {"type": "rectangle", "to_world": at(1.3, 0.4, -0.5, 0.6, 20), "bsdf": bsdf},
-        {"type": "disk", "to_world": at(0.2, 1.0, -1, 0.6, -20), "bsdf": {"type": "twosided", "bsdf": bsdf}},
-    )
-
-
-def red_and_green() -> Dict:
-    return {
-        "type": "twosided",
-        "front": {"type": "diffuse", "reflectance": rgb(0.9, 0.1, 0.1)},
-        "behind": {"type": "diffuse", "reflectance": rgb(0.1, 0.9, 0.1)},
-    }
-
-
-def turned_tile(angle: float, **extra: Any) -> Dict:
-    return {"type": "rectangle", "to_world": at(0, 0, 0, 0.9, angle, (0, 1, 0)), "bsdf": red_and_green(), **extra}
-
-
-def lights(shape: str, **extra: Any) -> Dict:
-    """Two lights of one shape near enough to fill much of the sky, one stretched (but for spheres) and turned."""
-    stretched = 0.6 if shape == "sphere" else [0.9, 0.4, 0.6]
-    return scene(
-        *(floor(), box()),
-        light(shape, towards((-1.5, 1.5, 1), (0, -1, 0), stretched), **extra),
-        light(shape, at(1.6, 0.5, -1, 0.3, 100), 2, 8, 3, **extra),
-    )
-
-
-def glass(**dielectric: Any) -> Dict:
-    """A ball in front of a lamp that it hides, so that all of its light passes through or reflects."""
-    lit = light("disk", towards((0, 0.2, -3), scale=0.7), 5, 6, 7)
-    return scene(
-        *(floor(), lit, {"type": "constant", "radiance": 0.3}), ball({"type": "dielectric", **dielectric}), depth=9
-    )
-
-
-def icosahedron(path: Path, normals: bool = False, uvs: bool = False) -> Path:
-    """Write a mesh, ascii PLY or OBJ by the name of the file, with the ball's normals and some parametrisation."""
-    g = (1 + math.sqrt(5)) / 2
-    corners = np.array([v for a in (-1, 1) for b in (-g, g) for v in ((0, a, b), (a, b, 0), (b, 0, a))], dtype=float)
-    faces = [
-        (i, j, k) if np.linalg.det(corners[[i, j, k]]) > 0 else (i, k, j)
-        for i in range(12)
-        for j in range(i)
-        for k in range(j)
-        if all(np.linalg.norm(corners[a] - corners[b]) < 2.1 for a, b in ((i, j), (j, k), (k, i)))
-    ]
-    columns = {"v": corners, "vt": corners[:, :2] * (0.3, 0.5), "vn": corners / np.linalg.norm(corners[0])}
-    columns = {name: c for name, c in columns.items() if name == "v" or {"vt": uvs, "vn": normals}[name]}
-    if path.suffix == ".obj":
-        lines = [" ".join([name, *map(str, row)]) for name, rows in columns.items() for row in rows]
-        form = {"v": "{0}", "vvt": "{0}/{0}", "vvn": "{0}//{0}", "vvtvn": "{0}/{0}/{0}"}["".join(columns)]
-        lines += ["f " + " ".join(form.format(i + 1) for i in face) for face in faces]
-    else:
-        names = {"v": "x y z", "vt": "u v", "vn": "nx ny nz"}
-        lines = ["ply", "format ascii 1.0", f"element vertex {len(corners)}"]
-        lines += [f"property float {n}" for name in columns for n in names[name].split()]
-        lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-        lines += [" ".join(map(str, row)) for row in np.hstack(list(columns.values()))]
-        lines += [" ".join(map(str, (3, *face))) for face in faces]
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
-def mesh(path: Path, bsdf: Dict | None = None, **extra: Any) -> Dict:
-    shape = {"type": path.suffix[1:], "filename": str(path), "to_world": at(0, 0, 0, 0.5, 50)}
-    return scene(floor(), lamp(), window(), shape | {"bsdf": bsdf or {"type": "diffuse"}} | extra)
-
-
-def flat(path: Path) -> Dict:
-    """For lights: Mitsuba's light from a mesh with vertex normals depends on the technique."""
-    return {"filename": str(path), "face_normals": True}
-
-
-def sky(path: Path, width: int, height: int) -> Dict:
-    """An environment image with bright spots off the axes and at a pole, so that half a texel would be seen."""
-    pixels = np.full((height, width, 3), (0.2, 0.3, 0.4), np.float32)
-    pixels[height // 4, width // 5] = (40.0, 30.0, 20.0)
-    pixels[2 * height // 3, 2 * width // 3] = (0.0, 5.0, 9.0)
-    pixels[0] += 1.0
-    mi.Bitmap(pixels).write(str(path))
-    environment = {"type": "envmap", "filename": str(path), "scale": 0.5, "to_world": at(0, 0, 0, 1, 70)}
-    mirror = {"type": "sphere", "to_world": at(-1, 0, 0, 0.8), "bsdf": metal()}
-    return scene(
-        floor(), environment, mirror, {"type": "sphere", "to_world": at(1, 0, 0, 0.7), "bsdf": rough("ggx", 0.2)}
-    )
-
-
-def seen(film: Dict | None = None, **sensor: Any) -> Dict:
-    """A scene that is about the camera."""
-    return scene(floor(), lamp(), {"type": "constant", "radiance": 0.1}, box(), film=film, **sensor)
-
-
-def point(x: float, y: float, z: float) -> Dict:
-    return {"type": "point", "position": [x, y, z], "intensity": rgb(9, 10, 11)}
-
 
 EVERYDAY = ("cube lights", "many lights of unlike power", "rough metals, GGX 0.4", "a glass ball", "a crop")
 """The scenes of the everyday suite; the others are for ``-m slow``."""
@@ -216,6 +64,26 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
         floor(), box(), light("sphere", at(1, 1, 1, 0.5), 1, 2, 3, bsdf={"type": "diffuse", "reflectance": 0.8})
     ),
     "a point light": lambda _: scene(floor(), point(1, 2, 3), box()),
+    "a spot light": lambda _: scene(
+        *(floor(), box(), light("sphere", at(1, 3, -2, 0.5)), spot((1, 3, 2), (0, -0.5, 0))),
+        spot((-2, 2, 1), (-1, -1, 0), cutoff_angle=30.0, beam_width=5.0),
+    ),
+    "directional lights": lambda _: scene(
+        *(floor(), box(), {"type": "constant", "radiance": 0.1}),
+        {"type": "directional", "direction": [1, -2, -0.5], "irradiance": rgb(3, 2, 1)},
+        {"type": "directional", "to_world": towards((0, 0, 0), (-1, -1, -1)), "irradiance": rgb(0.2, 0.2, 1)},
+    ),
+    "cylinder lights": lambda _: scene(
+        *(floor(), box()),
+        light("cylinder", at(-1.5, 0.5, 0.5, 0.4, 60), 5, 4, 3, p0=[0, 0, -1], p1=[0, 0.5, 1], radius=0.4),
+        light("cylinder", at(1.5, 0.5, 0, 0.8, 30), 2, 8, 3, flip_normals=True, radius=0.5),
+    ),
+    "cylinders": lambda _: scene(
+        *(floor(), lamp(), window()),
+        {"type": "cylinder", "p0": [-1, -1, 0], "p1": [-0.6, 0.8, 0.3], "radius": 0.4, "bsdf": red_and_green()},
+        {"type": "cylinder", "to_world": at(0.9, -0.5, 0, 0.6, 70), "bsdf": rough("ggx", 0.1, 0.4)},
+        {"type": "cylinder", "to_world": at(0, 0.6, 1, 0.3, 90), "bsdf": {"type": "twosided", "b": metal()}},
+    ),
     "many lights of unlike power": lambda _: scene(
         *(floor(), point(-1, 2, -3), lamp(), window(), box(), light("disk", at(-1.5, 1, 0, 0.3), 40, 1, 1)),
         {"type": "constant", "radiance": rgb(0.5, 0.4, 0.3)},
@@ -289,5 +157,11 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
     "a crop": lambda _: seen(
         {"width": 90, "height": 70, "crop_offset_x": 30, "crop_offset_y": 20, "crop_width": 40, "crop_height": 32}
     ),
+    "a lens": lambda _: seen(type="thinlens", aperture_radius=0.3, focus_distance=4.0),
+    "a lens that is clipped": lambda _: seen(
+        type="thinlens", aperture_radius=0.1, focus_distance=6.0, near_clip=4.9, far_clip=6.5
+    ),
+    "parallel rays": lambda _: from_afar(towards((0.5, 1.5, 5), scale=[1.5, 1.5, 1])),
+    "parallel rays, clipped": lambda _: from_afar(towards((0.5, 1.5, 5)), near_clip=4.9, far_clip=6.5),
     "a high film": lambda _: seen({"width": 32, "height": 40}),
 }

@@ -63,9 +63,19 @@ class ChangedBuilder:
     def add_sphere(self, center: ArrayLike, radius: float, **sides: Any) -> int:
         return self.inner.add_sphere(self._place(center), radius * self.length, **self._lit(sides))
 
+    def add_cylinder(self, base: ArrayLike, end: ArrayLike, radius: float, **sides: Any) -> int:
+        return self.inner.add_cylinder(self._place(base), self._place(end), radius * self.length, **self._lit(sides))
+
     def add_point_light(self, position: ArrayLike, intensity: ArrayLike) -> int:
         bright = np.asarray(intensity) * self.light * self.length**2
         return self.inner.add_point_light(self._place(position), bright)
+
+    def add_spot_light(self, position: ArrayLike, direction: Any, intensity: ArrayLike, *angles: float) -> int:
+        bright = np.asarray(intensity) * self.light * self.length**2
+        return self.inner.add_spot_light(self._place(position), direction, bright, *angles)
+
+    def add_directional_light(self, direction: Any, irradiance: ArrayLike) -> int:
+        return self.inner.add_directional_light(direction, np.asarray(irradiance) * self.light)
 
     def add_constant_environment(self, radiance: ArrayLike) -> None:
         self.inner.add_constant_environment(np.asarray(radiance) * self.light)
@@ -74,10 +84,20 @@ class ChangedBuilder:
         self.inner.add_image_environment(pixels, scale * self.light, to_world)
 
     def set_perspective(
-        self, to_world: ArrayLike, fov: float, near: float | None = None, far: float | None = None, *more: Any
+        self,
+        to_world: ArrayLike,
+        fov: float,
+        near: float | None = None,
+        far: float | None = None,
+        *more: Any,
+        **lens: float,
     ) -> None:
         near, far = (None if clip is None else clip * self.length for clip in (near, far))
-        self.inner.set_perspective(self._transform(to_world, 1.0), fov, near, far, *more)
+        lens = {name: value * self.length for name, value in lens.items()}
+        self.inner.set_perspective(self._transform(to_world, 1.0), fov, near, far, *more, **lens)
+
+    def set_orthographic(self, to_world: ArrayLike, *clips: Any) -> None:
+        self.inner.set_orthographic(self._transform(to_world, self.length), *clips)
 
 
 def changed(scene: et.Scene, **changes: Any) -> _core.Scene:

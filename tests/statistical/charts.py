@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ConeChart",
+    "CylinderChart",
     "DiskChart",
     "HalfVectorChart",
     "LatLongChart",
@@ -213,3 +214,55 @@ class DiskChart(_Plane):
     def places(self, directions: Array) -> Array:
         a, b = self._met(directions)
         return np.stack([a * a + b * b, turn(b, a)], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class CylinderChart:
+    """The part of a tube round the axis' unit vector, from -1 to 1 along it, whose front faces a receiver: height and
+    azimuth. The front is the outside, or the inside.
+    """
+
+    axis: Array
+    radius: float
+    receiver: Array
+    inward: bool
+
+    @property
+    def basis(self) -> Array:
+        """Rows: towards the middle of what is seen, across that, and along the axis."""
+        z = unit(self.axis)
+        across = self.receiver - z * (self.receiver @ z)
+        x = unit(across) * (-1.0 if self.inward and self._beyond else 1.0)
+        return np.stack([x, np.cross(z, x), z])
+
+    @property
+    def _distance(self) -> float:
+        z = unit(self.axis)
+        return float(np.linalg.norm(self.receiver - z * (self.receiver @ z)))
+
+    @property
+    def _beyond(self) -> bool:
+        return self._distance > self.radius
+
+    @property
+    def half(self) -> float:
+        if not self._beyond:
+            return np.pi
+        outside = float(np.arccos(self.radius / self._distance))
+        return np.pi - outside if self.inward else outside
+
+    def directions(self, square: Array) -> tuple[Array, Array]:
+        height, angle = 2.0 * square[:, 0] - 1.0, self.half * (2.0 * square[:, 1] - 1.0)
+        normal = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1) @ self.basis
+        to_point = self.radius * normal + height[:, None] * self.basis[2] - self.receiver
+        distance = np.linalg.norm(to_point, axis=1)
+        cosine = np.abs((normal * to_point).sum(axis=1)) / distance
+        return to_point / distance[:, None], cosine / distance**2 * 4.0 * self.half * self.radius
+
+    def places(self, directions: Array) -> Array:
+        o, d = self.basis @ self.receiver, directions @ self.basis.T
+        a, b = (d[:, :2] ** 2).sum(axis=1), d[:, :2] @ o[:2]
+        root = np.sqrt(np.maximum(0.0, b**2 - a * (o[:2] @ o[:2] - self.radius**2)))
+        t = (-b + (root if self.inward else -root)) / a
+        at = o + t[:, None] * d
+        return np.stack([0.5 * (at[:, 2] + 1.0), 0.5 * (np.arctan2(at[:, 1], at[:, 0]) / self.half + 1.0)], axis=-1)

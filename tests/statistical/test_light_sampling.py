@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime._core import parts
 
-from .charts import ConeChart, DiskChart, RectangleChart, SphereChart, TriangleChart
+from .charts import ConeChart, CylinderChart, DiskChart, RectangleChart, SphereChart, TriangleChart
 from .chi2 import LEVEL, SAMPLES, Chart, Histogram, Masses, share
 from .worlds import Add, affine, build, octahedron, turned
 
@@ -109,6 +109,24 @@ def sphere(radius: float, *receivers: tuple[float, float, float], inward: bool =
     ]
 
 
+def cylinder(*receivers: tuple[float, float, float], inward: bool = False) -> list[Subject]:
+    """A tube of radius 0.5 round z, from z = -1 to 1; receivers in the same frame, all turned together."""
+
+    def add(builder: _core.SceneBuilder) -> None:
+        axis = TURN[:, 2]
+        builder.add_cylinder(-axis, axis, 0.5, flip_normals=inward, front=None, back=None, radiance=WHITE)
+
+    return [
+        Subject(
+            f"{'inside ' * inward}cylinder from {place}",
+            add,
+            lambda p: CylinderChart(TURN[:, 2], 0.5, p, inward),
+            tuple(TURN @ place),
+        )
+        for place in receivers
+    ]
+
+
 def add_ball(builder: _core.SceneBuilder) -> None:
     """A mesh of 128 emissive triangles, half of which show the receiver their backs."""
     builder.add_mesh(*octahedron(2), front=None, back=None, radiance=WHITE)
@@ -150,6 +168,8 @@ SUBJECTS = [
     *sphere(1.0, (0, 0, 1.001), (1, 1, 1), (30, 20, -10)),
     *sphere(0.001, (5, 3, 1)),
     *sphere(1.0, (0.0, 0.0, 0.0), (0.3, 0.5, 0.7), inward=True),
+    *cylinder((0.7, 0.1, 0.3), (0.2, 0.9, 1.6)),
+    *cylinder((0.1, 0.2, 0.0), (0.01, 0.02, 1.5), (0.4, 0.5, 1.3), inward=True),
     *(
         Subject(f"ball of triangles, {lights}", add_ball, lambda p: ConeChart(-p, 1.0), (1.5, 0.5, 1.0), lights)
         for lights in ("uniform", "power", "tree")
@@ -201,7 +221,13 @@ def test_directions_are_drawn_with_the_stated_density(subject: Subject) -> None:
     assert histogram.p(trial.masses) > EACH, histogram.looks
 
 
-@pytest.mark.parametrize("name", ["rectangle 2 by 1 from (1, 0.5, 0.01)", "disk", "sphere 0.001", "ball", "all kinds"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rectangle 2 by 1 from (1, 0.5, 0.01)", "disk", "sphere 0.001", "cylinder", "inside cylinder"),
+        *("ball", "all kinds"),
+    ],
+)
 def test_a_slightly_wrong_density_is_rejected(name: str) -> None:
     trial = Trial(next(s for s in SUBJECTS if s.name.startswith(name)))
     histogram, masses = trial.histogram, trial.masses

@@ -12,7 +12,7 @@ import numpy as np
 from equaltime.crosscheck.vectors import Array, Index, normalize, perpendicular
 from equaltime.scene import geometry
 from equaltime.scene.assets import Assets
-from equaltime.scene.geometry import DiskSurface, MeshSurface, QuadSurface, SphereSurface
+from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, SphereSurface
 from equaltime.scene.model import Cube, SceneModel, Shape, as_array
 
 __all__ = ["Disk", "Sphere", "Triangles", "collect"]
@@ -76,7 +76,7 @@ def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere],
             spheres.append(Sphere(index, surface.center, surface.radius, front, axis))
         elif isinstance(surface, DiskSurface):
             disks.append(_disk(index, surface))
-        else:
+        elif not isinstance(surface, CylinderSurface):  # which `check` refuses
             meshes.append(_triangles(index, shape, surface))
     return _joined(meshes), spheres, disks
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.model import Constant, EnvMap, FreeEmitter, Point, as_array
+from equaltime.scene.model import Constant, Directional, FreeEmitter, Point, Spot, as_array
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["add_emitter"]
@@ -16,11 +16,23 @@ def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures
     if isinstance(emitter, Point):
         if any(emitter.intensity):
             builder.add_point_light(emitter.world_position, emitter.intensity)
+    elif isinstance(emitter, Spot):
+        _add_spot(builder, emitter)
+    elif isinstance(emitter, Directional):
+        if any(emitter.irradiance):
+            builder.add_directional_light(emitter.world_direction, emitter.irradiance)
     elif isinstance(emitter, Constant):
         if any(emitter.radiance):
             builder.add_constant_environment(emitter.radiance)
-    elif isinstance(emitter, EnvMap):
-        if emitter.scale > 0.0 and (pixels := assets.image(emitter)).any():
-            builder.add_image_environment(pixels, emitter.scale, as_array(emitter.to_world))
-    else:
-        raise Unsupported(emitter)
+    elif emitter.scale > 0.0 and (pixels := assets.image(emitter)).any():
+        builder.add_image_environment(pixels, emitter.scale, as_array(emitter.to_world))
+
+
+def _add_spot(builder: Builder, spot: Spot) -> None:
+    if spot.texture is not None:
+        raise Unsupported(spot.texture, "a spot light with a texture is not supported yet")
+    to_world = as_array(spot.to_world)
+    if any(spot.intensity):
+        builder.add_spot_light(
+            to_world[:3, 3].tolist(), to_world[:3, 2].tolist(), spot.intensity, spot.cutoff_angle, spot.beam
+        )

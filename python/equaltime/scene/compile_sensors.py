@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from equaltime.scene.builder import Builder
-from equaltime.scene.model import Box, Gaussian, HdrFilm, Perspective, Sensor, Tent, as_array
+from equaltime.scene.model import (
+    Box,
+    CatmullRom,
+    Filter,
+    Gaussian,
+    HdrFilm,
+    Lanczos,
+    Mitchell,
+    Orthographic,
+    Sensor,
+    Tent,
+    ThinLens,
+    as_array,
+)
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["set_film", "set_sensor"]
@@ -13,21 +26,33 @@ def set_sensor(builder: Builder, sensor: Sensor) -> None:
     """Set the camera; raises `Unsupported` for one that the core cannot use yet."""
     if sensor.medium is not None:
         raise Unsupported(sensor.medium)
-    if not isinstance(sensor, Perspective):
-        raise Unsupported(sensor)
-    offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
-    builder.set_perspective(as_array(sensor.to_world), sensor.x_fov, sensor.near_clip, sensor.far_clip, offset)
+    to_world, near, far = as_array(sensor.to_world), sensor.near_clip, sensor.far_clip
+    if isinstance(sensor, Orthographic):
+        builder.set_orthographic(to_world, near, far)
+    elif isinstance(sensor, ThinLens):
+        radius, focus = sensor.aperture_radius, sensor.focus
+        builder.set_perspective(to_world, sensor.x_fov, near, far, aperture_radius=radius, focus_distance=focus)
+    else:
+        offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
+        builder.set_perspective(to_world, sensor.x_fov, near, far, offset)
 
 
 def set_film(builder: Builder, film: HdrFilm) -> None:
-    """Set the film; raises `Unsupported` for a filter that the core cannot use yet."""
-    rfilter = film.rfilter
+    """Set the film with its filter."""
+    builder.set_film(film.width, film.height, film.crop, *_filter(film.rfilter))
+
+
+def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
+    """Return the core's name of the filter and its parameters."""
     if isinstance(rfilter, Box):
-        parameter = 0.5  # half its width
-    elif isinstance(rfilter, Tent):
-        parameter = rfilter.radius
-    elif isinstance(rfilter, Gaussian):
-        parameter = rfilter.stddev
-    else:
-        raise Unsupported(rfilter)
-    builder.set_film(film.width, film.height, film.crop, rfilter.type, parameter)
+        return "box", 0.5  # half its width
+    if isinstance(rfilter, Tent):
+        return "tent", rfilter.radius
+    if isinstance(rfilter, Gaussian):
+        return "gaussian", rfilter.stddev
+    if isinstance(rfilter, Mitchell):
+        return "mitchell", rfilter.B, rfilter.C
+    if isinstance(rfilter, CatmullRom):
+        return "mitchell", 0.0, 0.5
+    assert isinstance(rfilter, Lanczos)
+    return "lanczos", float(rfilter.lobes)

@@ -6,7 +6,7 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.geometry import DiskSurface, MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import Color, Instance, Shape, TexturePlugin
 from equaltime.scene.unsupported import Unsupported
 
@@ -45,6 +45,9 @@ def _add_surface(
         builder.add_rectangle(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
     elif isinstance(placed, DiskSurface):
         builder.add_disk(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
+    elif isinstance(placed, CylinderSurface):
+        ends = placed.base.tolist(), placed.end.tolist()
+        builder.add_cylinder(*ends, placed.radius, flip_normals=flipped, front=front, back=back, radiance=radiance)
     else:
         builder.add_sphere(
             placed.center.tolist(),

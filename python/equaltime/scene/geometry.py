@@ -6,7 +6,7 @@ Everything is float64 in the scene's own units, placed and oriented as in Mitsub
 - a cube faces outwards, however it is mirrored;
 - a mesh with the file's normals follows them; one without, or with ``face_normals``, follows the order of its
   vertices after they were placed, so that a mirrored one faces the other way;
-- a mirrored sphere is inside out;
+- a mirrored sphere or cylinder is inside out;
 - ``flip_normals`` turns any of them.
 
 Radiance leaves the front side only. A side whose BSDF is None absorbs everything.
@@ -26,13 +26,12 @@ from equaltime.scene.model import (
     Bsdf,
     Color,
     Cube,
+    Cylinder,
     Diffuse,
     Disk,
     Gltf,
     MeshFile,
-    Obj,
     Plugin,
-    Ply,
     Rectangle,
     SceneModel,
     Solid,
@@ -46,7 +45,10 @@ from equaltime.scene.model import (
 from equaltime.scene.sides import sides
 from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface", "Surface", "surface", "surfaces"]
+__all__ = [
+    *("CylinderSurface", "DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface"),
+    *("Surface", "surface", "surfaces"),
+]
 
 Array = NDArray[np.float64]
 
@@ -113,7 +115,20 @@ class SphereSurface:
     """(3,) unit: the axis round which azimuth is counted"""
 
 
-Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface
+@dataclass(frozen=True, slots=True, eq=False)
+class CylinderSurface:
+    """A tube without caps; its front side is the outside unless flipped."""
+
+    sides: Sides
+    base: Array
+    """(3,)"""
+    end: Array
+    """(3,)"""
+    radius: float
+    flip_normals: bool
+
+
+Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface | CylinderSurface
 
 
 def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
@@ -123,7 +138,7 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
     """Return `shape` in world space; raises ValueError if its file cannot be used, `Unsupported` if it cannot."""
-    if not isinstance(shape, Rectangle | Disk | Sphere | Cube | Ply | Obj | Gltf):
+    if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile | Gltf):
         raise Unsupported(shape)
     both, to_world = _sides(shape), as_array(shape.to_world)
     if isinstance(shape, Rectangle):
@@ -132,6 +147,8 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
         return DiskSurface(both, to_world, shape.flip_normals)
     if isinstance(shape, Sphere):
         return _sphere(shape, both, to_world)
+    if isinstance(shape, Cylinder):
+        return _cylinder(shape, both, to_world)
     if isinstance(shape, Cube):
         turned = mirrors(to_world) != shape.flip_normals
         faces = meshes.flip(meshes.CUBE_FACES) if turned else meshes.CUBE_FACES
@@ -144,6 +161,12 @@ def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
     pole = to_world[:3, 2] / scale
     return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals, pole)
+
+
+def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:
+    base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
+    scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a cylinder
+    return CylinderSurface(sides, base, end, scale * shape.radius, mirrors(to_world) != shape.flip_normals)
 
 
 def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:

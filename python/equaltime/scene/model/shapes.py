@@ -94,6 +94,8 @@ class Cylinder(Solid):
     def _has_length(self) -> Self:
         if self.p0 == self.p1:
             raise ValueError("p0 and p1 are the same point: the cylinder has no length")
+        if linear_scale(self.to_world) is None:
+            raise ValueError("to_world of a cylinder must scale all directions alike, without shear")
         return self
 
 
