@@ -6,6 +6,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -42,6 +44,36 @@ struct MeshArrays {
   std::vector<std::string> warnings;
 };
 
+template <class T>
+std::vector<T> copied(const py::array_t<T, py::array::c_style | py::array::forcecast>& array, py::ssize_t width) {
+  if (array.ndim() != 2 || array.shape(1) != width)
+    throw py::value_error("an array of a mesh has the shape (N, " + std::to_string(width) + ")");
+  return std::vector<T>(array.data(), array.data() + array.size());
+}
+
+using Reals = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+
+/// Arrays that another reader has filled, brought to what MeshData promises.
+MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, const Indices& faces,
+                    const std::optional<Reals>& normals, const std::optional<Reals>& uvs) {
+  MeshData mesh;
+  mesh.vertices = copied(vertices, 3);
+  mesh.faces = copied(faces, 3);
+  if (normals) mesh.normals = copied(*normals, 3);
+  if (uvs) mesh.uvs = copied(*uvs, 2);
+  const std::size_t count = mesh.vertices.size() / 3;
+  if ((normals && mesh.normals.size() != 3 * count) || (uvs && mesh.uvs.size() != 2 * count))
+    throw py::value_error("a mesh has as many normals and uvs as vertices, or none");
+  for (const std::uint32_t i : mesh.faces)
+    if (i >= count) throw py::value_error("a face names a vertex that does not exist");
+  {
+    const py::gil_scoped_release release;
+    finish_mesh(mesh, path, 0, [&](std::uint32_t i) { return path.string() + ": vertex " + std::to_string(i); });
+  }
+  return MeshArrays(std::move(mesh));
+}
+
 MeshArrays read(const std::filesystem::path& path, MeshData (*reader)(const std::filesystem::path&)) {
   return MeshArrays([&] {
     const py::gil_scoped_release release;
@@ -74,6 +106,9 @@ void bind_meshes(py::module_& m) {
       .def_readonly("normals", &MeshArrays::normals, "(N, 3) float64 as in the file, not normalised, or None")
       .def_readonly("uvs", &MeshArrays::uvs, "(N, 2) float64 or None")
       .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted; without the path");
+  m.def("finished_mesh", &finished, py::arg("path"), py::arg("vertices"), py::arg("faces"), py::arg("normals"),
+        py::arg("uvs"),
+        "Bring arrays of another reader to the promises of MeshData; `path` is for messages. Raises MeshError.");
   m.def(
       "read_ply", [](const std::filesystem::path& path) { return read(path, &read_ply); }, py::arg("path"),
       "Read a PLY file, ascii or binary. Raises MeshError.");

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime.images import one_line
 from equaltime.scene.gltf import Contents, Triangles, split
-from equaltime.scene.model import EnvMap, Gltf, MeshFile, Obj, Ply
+from equaltime.scene.model import EnvMap, Gltf, MeshFile, Ply, Serialized
 from equaltime.scene.search import Search
-from equaltime.scene.unsupported import Unsupported
+from equaltime.scene.serialized import read_serialized
 
 __all__ = ["Assets", "Mesh"]
 
@@ -34,7 +34,7 @@ class Assets:
 
     def __init__(self, search: Search) -> None:
         self._search = search
-        self._meshes: dict[str, Mesh] = {}
+        self._meshes: dict[tuple[str, int], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
         self._contents: dict[Path, Contents] = {}
@@ -42,18 +42,19 @@ class Assets:
     def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
         path = self.path(shape.filename)
-        if shape.filename not in self._meshes:
+        key = (shape.filename, shape.shape_index if isinstance(shape, Serialized) else 0)
+        if key not in self._meshes:
             mesh = self._read_mesh(shape, path)
             _check_mesh(path, mesh)
-            self._meshes[shape.filename] = mesh
-        return self._meshes[shape.filename]
+            self._meshes[key] = mesh
+        return self._meshes[key]
 
     def _read_mesh(self, shape: MeshFile, path: Path) -> Mesh:
         if isinstance(shape, Gltf):
             return self._within(path).mesh(split(shape.filename)[1] or "")
-        if not isinstance(shape, Ply | Obj):
-            raise Unsupported(shape)
         try:
+            if isinstance(shape, Serialized):
+                return read_serialized(path, shape.shape_index)
             return _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
         except (OSError, ValueError) as error:
             message = str(error)

@@ -29,7 +29,6 @@ from equaltime.scene.model import (
     Cylinder,
     Diffuse,
     Disk,
-    Gltf,
     MeshFile,
     Plugin,
     Rectangle,
@@ -138,7 +137,7 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
     """Return `shape` in world space; raises ValueError if its file cannot be used, `Unsupported` if it cannot."""
-    if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile | Gltf):
+    if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile):
         raise Unsupported(shape)
     both, to_world = _sides(shape), as_array(shape.to_world)
     if isinstance(shape, Rectangle):
