@@ -81,36 +81,6 @@ def test_arrays_have_their_types_cannot_be_written_and_outlive_the_mesh(tmp_path
     np.testing.assert_array_equal(faces, [[0, 1, 2], [0, 2, 3]])
 
 
-@pytest.mark.parametrize(
-    ("name", "vertices", "faces", "has", "warning"),
-    [
-        ("negative_indices.obj", 24, 12, "normals uvs", ""),
-        ("joined_tetrahedra.obj", 15, 8, "normals", ""),
-        ("wallhole.obj", 83, 55, "normals uvs", "11 degenerate faces were dropped"),
-        ("tet.ply", 4, 4, "", ""),
-        ("metadata.ply", 4, 2, "", ""),
-    ],
-)
-def test_files_of_trimesh_are_read(name: str, vertices: int, faces: int, has: str, warning: str) -> None:
-    mesh = read(DATA / name)
-    assert (len(mesh.vertices), len(mesh.faces)) == (vertices, faces)
-    assert (mesh.normals is not None, mesh.uvs is not None) == ("normals" in has, "uvs" in has)
-    assert len(mesh.warnings) == (1 if warning else 0)
-    assert warning in "".join(mesh.warnings)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("face_in_group_name_mid_file.obj", r"mid_file\.obj:5: vn 4 does not exist: the file has 0"),
-        ("points_ascii_with_lists.ply", r"lists\.ply: the mesh is empty: the file has no faces"),
-    ],
-)
-def test_files_of_trimesh_that_are_no_meshes_are_refused(name: str, message: str) -> None:
-    with pytest.raises(MeshError, match=message):
-        read(DATA / name)
-
-
 def test_an_error_is_a_value_error_whatever_bytes_the_path_and_the_file_have(tmp_path: Path) -> None:
     path = tmp_path / "m\udcffsh.obj"
     path.write_bytes(b"v 0 0 \xff\xfe\n")
