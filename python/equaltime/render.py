@@ -214,6 +214,7 @@ def _origin(scene: Scene, strategy: str, biased: bool, seed: int, replicates: in
         scene=None if scene.source is None else str(scene.source),
         digest=scene.digest,
         window=Window(*film.crop[:2], *film.size),
+        substitutions=tuple(map(str, scene.substitutions)),
         max_depth=scene.max_depth,
         strategy=strategy,
         biased=biased,

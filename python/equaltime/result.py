@@ -77,6 +77,8 @@ class Origin:
     seed: int
     replicates: int
     backend: str
+    substitutions: tuple[str, ...] = ()
+    """What was replaced in the scene because it cannot be rendered, if anything was."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,6 +114,7 @@ class Result:
             "digest": self.origin.digest,
             "size": [window.full_width, window.full_height],
             "crop": [window.x, window.y, width, height],
+            "substitutions": list(self.origin.substitutions),
             "max_depth": self.origin.max_depth,
             "strategy": self.origin.strategy,
             "biased": self.origin.biased,

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Annotated
 
 import typer
 
 from equaltime.durations import seconds_of
 from equaltime.render import MOST_SECONDS
 
-__all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
+__all__ = ["Substitute", "parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
+
+
+Substitute = Annotated[
+    bool,
+    typer.Option(
+        "--substitute",
+        help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
+    ),
+]
+"""The option for whoever wants an image rather than none."""
 
 
 def parse_duration(text: str) -> float:

@@ -14,10 +14,10 @@ from rich.console import Console
 from rich.table import Table
 
 from equaltime.bench import Measurement, Report, Spread, measure
-from equaltime.cli.arguments import parse_definitions, parse_size
+from equaltime.cli.arguments import Substitute, parse_definitions, parse_size
 from equaltime.cli.messages import print_warnings
 from equaltime.render import MOST_THREADS
-from equaltime.scene import load
+from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
@@ -75,6 +75,7 @@ def bench(
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scenes."),
     ] = None,
+    substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
     """Measure how fast scenes render.
@@ -87,7 +88,9 @@ def bench(
     """
     chosen = Strategy.parse(strategy)
     definitions = parse_definitions(define or ())
-    loaded = [load(path, **definitions).with_(size=size, max_depth=max_depth) for path in scenes]
+    loaded = [
+        load_file(path, definitions, substitute=substitute).with_(size=size, max_depth=max_depth) for path in scenes
+    ]
     for scene in loaded:
         print_warnings(scene)
     with _progress() as progress:

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from equaltime import cost as measure_cost
-from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
+from equaltime.cli.arguments import Substitute, parse_definitions, parse_duration, parse_size
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
@@ -99,6 +99,7 @@ def cost(
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
     ] = None,
+    substitute: Substitute = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
     ] = False,
@@ -129,7 +130,7 @@ def cost(
 
     An experiment file has these keys, and says of a mistake what is known instead:
 
-    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define }]`
+    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define, substitute }]`
 
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
@@ -140,9 +141,9 @@ def cost(
       `theirs = { source, claim, figures, numbers }`
     """
     if source.is_dir():
-        if strategies is not None or define:
+        if strategies is not None or define or substitute:
             raise typer.BadParameter(
-                "--strategies and --define are for one scene or experiment, not for a folder of them"
+                "--strategies, --define and --substitute are for one scene or experiment, not for a folder of them"
             )
         changes = Changes(quick, size, budget, repeats, threads)
         return cost_folder(source, output, changes, context.obj, as_json)
@@ -158,6 +159,7 @@ def cost(
                 threads=threads,
                 strategies=split_strategies(strategies) if strategies is not None else (),
                 define=parse_definitions(define or ()),
+                substitute=substitute,
                 progress=progress,
                 command=context.obj,
             )

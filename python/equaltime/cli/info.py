@@ -10,9 +10,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from equaltime.cli.arguments import parse_definitions
+from equaltime.cli.arguments import Substitute, parse_definitions
 from equaltime.cli.messages import duration, print_warnings
-from equaltime.scene import Scene, load
+from equaltime.scene import Scene, load_file
 
 __all__ = ["info"]
 
@@ -25,10 +25,11 @@ def info(
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
     ] = None,
+    substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
     """Load a scene and tell what is in it, and what it calls for."""
-    loaded = load(scene, **parse_definitions(define or ()))
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:

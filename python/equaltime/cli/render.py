@@ -9,7 +9,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
+from equaltime.cli.arguments import Substitute, parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
 from equaltime.cli.messages import duration, print_error, print_warnings
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
@@ -17,7 +17,7 @@ from equaltime.errors import ImageError, NonFiniteSample
 from equaltime.render import MOST_THREADS, Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
-from equaltime.scene import load
+from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
@@ -95,6 +95,7 @@ def render(
         list[str] | None,
         typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
     ] = None,
+    substitute: Substitute = False,
     backend: Annotated[
         Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
     ] = "core",
@@ -128,7 +129,7 @@ def render(
     """
     chosen = Strategy.parse(strategy)
     check_output(output)
-    loaded = load(scene, **parse_definitions(define or ()))
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     if not quiet:
         print_warnings(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}

@@ -31,6 +31,7 @@ def cost(
     threads: int | None = None,
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
+    substitute: bool = False,
     progress: ProgressCallback | None = None,
     command: str = "",
 ) -> Summary:
@@ -58,6 +59,8 @@ def cost(
         What is compared, instead: labels of the experiment's strategies, or strategies as for `Strategy.parse`.
     define
         Values for the variables of a scene file.
+    substitute
+        Replace what a scene file has and cannot be rendered, as `equaltime.load` does.
     progress
         Called with an `equaltime.cost.runner.RunProgress` as the experiment goes on.
     command
@@ -91,6 +94,7 @@ def cost(
         threads=threads,
         strategies=strategies,
         define=define,
+        substitute=substitute,
     )
     run(experiment, Path(folder), progress, command=command)
     return conclude(experiment, Path(folder), command)

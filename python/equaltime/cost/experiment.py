@@ -24,7 +24,7 @@ from equaltime.cost.value import Value
 from equaltime.durations import seconds_of
 from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
 from equaltime.render import MOST_SECONDS, MOST_THREADS
-from equaltime.scene import Scene, load, load_dict
+from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
@@ -55,13 +55,19 @@ class SceneEntry(Value):
     """x, y, width, height of what is rendered."""
     define: dict[str, Any] = Field(default_factory=dict)
     """Values for the variables of the file."""
+    substitute: bool = False
+    """Replace what cannot be rendered, as `equaltime.load` does."""
 
     def load(self) -> Scene:
         """Read the scene, and change what is to be changed; raises SceneError."""
         if isinstance(self.scene, Scene):
             scene = self.scene
         else:
-            scene = load_dict(self.scene) if self.scene is not None else load(self.path or "", **self.define)
+            load_as = {"substitute": self.substitute}
+            if self.scene is not None:
+                scene = load_dict(self.scene, **load_as)
+            else:
+                scene = load_file(self.path or "", self.define, **load_as)
         changed = self.size is not None or self.crop is not None or self.max_depth is not None
         return scene.with_(size=self.size, crop=self.crop, max_depth=self.max_depth) if changed else scene
 

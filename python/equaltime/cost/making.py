@@ -31,6 +31,7 @@ def make_experiment(
     threads: int | None = None,
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
+    substitute: bool = False,
 ) -> Experiment:
     """Return the experiment that is meant; what is given here beats what its file says.
 
@@ -40,13 +41,15 @@ def make_experiment(
         Labels of the experiment's strategies, or strategies as for `Strategy.parse`.
     define
         Variables of a scene file.
+    substitute
+        Replace what cannot be rendered in a scene file.
 
     Raises
     ------
     ExperimentError, SceneError
         If something cannot be read or makes no sense.
     """
-    experiment = _experiment(source, tuple(strategies), dict(define or {}))
+    experiment = _experiment(source, tuple(strategies), {"define": dict(define or {}), "substitute": substitute})
     if quick:
         experiment = quicker(experiment)
     changes: dict[str, object] = {}
@@ -80,7 +83,7 @@ def split_strategies(text: str) -> tuple[str, ...]:
     return tuple(strategies)
 
 
-def _experiment(source: Source, strategies: tuple[str, ...], define: dict[str, object]) -> Experiment:
+def _experiment(source: Source, strategies: tuple[str, ...], options: dict[str, object]) -> Experiment:
     if isinstance(source, Scene):
         return default_experiment(SceneEntry(scene=source), strategies)
     if isinstance(source, Mapping):
@@ -88,9 +91,10 @@ def _experiment(source: Source, strategies: tuple[str, ...], define: dict[str, o
     if not isinstance(source, Experiment):
         path = Path(source)
         if not is_experiment(path):
-            return default_experiment(SceneEntry(path=path, define=define), strategies)
-        if define:
-            raise ExperimentError((Problem(str(path), "definitions belong to scenes: write them in the experiment"),))
+            return default_experiment(SceneEntry.model_validate({"path": path, **options}), strategies)
+        if any(options.values()):
+            problem = "definitions belong to scenes: write them in the experiment, and substitute too"
+            raise ExperimentError((Problem(str(path), problem),))
         source = read_experiment(path)
     return _chosen(source, strategies) if strategies else source
 

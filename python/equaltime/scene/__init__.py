@@ -10,6 +10,6 @@ from __future__ import annotations
 
 from equaltime.scene.geometry import Surface, surface, surfaces
 from equaltime.scene.model import SceneModel
-from equaltime.scene.scene import Scene, load, load_dict
+from equaltime.scene.scene import Scene, load, load_dict, load_file
 
-__all__ = ["Scene", "SceneModel", "Surface", "load", "load_dict", "surface", "surfaces"]
+__all__ = ["Scene", "SceneModel", "Surface", "load", "load_dict", "load_file", "surface", "surfaces"]

@@ -20,6 +20,7 @@ from equaltime.scene.model import (
     ShapeGroup,
     SpectrumPlugin,
 )
+from equaltime.scene.substitutes import SUBSTITUTES
 from equaltime.scene.tree import Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
@@ -163,10 +164,13 @@ class _Resolver:
             return f"'{node.type}'{origin} is {_a(plugin.kind)}, not {_a(what)}"
         hint = f"; choose one with -D {node.variable}=path" if what == "integrator" and node.variable else ""
         if (known_kind := mitsuba_kind(node.type)) is not None and node.kind in (None, known_kind):
+            hint = hint or ("; --substitute replaces it" if node.type in SUBSTITUTES.get(known_kind, {}) else "")
             return f"the {what} '{node.type}'{origin} is {NOT_YET}{hint}"
         known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
         supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
         hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)
+        if what != "plugin" and node.type in SUBSTITUTES.get(what, {}):
+            hint += "; --substitute replaces it"
         return f"unknown {what} '{node.type}'{origin.rstrip(',')}{hint}"
 
     def _kind(self, node: Object) -> Kind | None:

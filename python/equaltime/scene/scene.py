@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -26,13 +27,14 @@ from equaltime.scene.model import Path as PathIntegrator
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.search import Search
+from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import Object, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.validate import explain
 from equaltime.scene.xml_reader import read_xml
 
-__all__ = ["Scene", "load", "load_dict"]
+__all__ = ["Scene", "load", "load_dict", "load_file"]
 
 P = TypeVar("P", bound=Plugin)
 
@@ -59,7 +61,9 @@ class Scene:
     assets: Assets = field(repr=False)
     """The meshes and images that it names."""
     warnings: tuple[str, ...] = ()
-    """What is odd about its files but does no harm."""
+    """What is odd about its files but does no harm, and what was replaced."""
+    substitutions: tuple[Substitution, ...] = ()
+    """What was replaced or left out, if that was asked for."""
     _places: Places = field(default=NOWHERE, repr=False)
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
 
@@ -140,16 +144,19 @@ class Scene:
         if max_depth is not None:
             model = _changed(model, integrator=_deep(model.integrator, max_depth))
         seconds = {"load": self._seconds.get("load", 0.0)}
-        return Scene(model, self.source, self.assets, self.warnings, self._places, seconds)
+        return dataclasses.replace(self, model=model, _seconds=seconds)
 
 
-def load(path: str | Path, /, **defines: object) -> Scene:
+def load(path: str | Path, /, *, substitute: bool = False, **defines: object) -> Scene:
     """Read a scene file: TOML, Mitsuba 3's XML, or glTF 2.0 (see `equaltime.scene.gltf`).
 
     Parameters
     ----------
     path
         The file. Other files that it names are looked for relative to its folder.
+    substitute
+        Replace what cannot be rendered by something that can, as far as there is a likeness, instead of refusing it;
+        what was replaced by what is in `Scene.substitutions`, and among its warnings.
     defines
         Values for the variables (``$name``) of the file, as ``-D name=value`` on the command line.
 
@@ -159,20 +166,25 @@ def load(path: str | Path, /, **defines: object) -> Scene:
         With every problem that was found, each with file and line.
 
     """
+    return load_file(path, defines, substitute=substitute)
+
+
+def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
+    """Do what `load` does, with the variables in a mapping: any name may be one."""
     started = perf_counter()
     path = Path(path)
     report = Report()
     search = Search(path.parent)
     root = _read(path, defines, report, search)
-    return _finish(root, report, path, search, started)
+    return _finish(root, report, path, search, started, substitute=substitute)
 
 
-def load_dict(scene: Mapping[str, object]) -> Scene:
+def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene:
     """Read a scene from nested dictionaries, the same that ``mitsuba.load_dict`` takes.
 
     Beyond those it takes a sequence of three numbers for a colour, the name of an object for the object, and for
     transforms NumPy arrays, nested lists and lists of steps (see `equaltime.scene.transforms.parse`). Files are looked
-    for relative to the current folder.
+    for relative to the current folder. With `substitute`, what cannot be rendered is replaced, as in `load`.
 
     Raises
     ------
@@ -182,7 +194,7 @@ def load_dict(scene: Mapping[str, object]) -> Scene:
     """
     started = perf_counter()
     report, search = Report(), Search(Path.cwd())
-    return _finish(read_dict(scene, report, search), report, None, search, started)
+    return _finish(read_dict(scene, report, search), report, None, search, started, substitute=substitute)
 
 
 def _read(path: Path, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
@@ -197,15 +209,20 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
     return reader(str(path), content, defines, report, search)
 
 
-def _finish(root: Object | None, report: Report, source: Path | None, search: Search, started: float) -> Scene:
+def _finish(
+    root: Object | None, report: Report, source: Path | None, search: Search, started: float, *, substitute: bool
+) -> Scene:
     """Make the scene of a tree, or raise SceneError with all problems."""
     assets = Assets(search)
+    done: tuple[Substitution, ...] = ()
+    if root is not None and substitute:
+        root, done = substituted(root)
     resolved = Resolved(None, [], []) if root is None else resolve(root, report)
-    warnings = (*report.notes, *_check_files(resolved, assets, report))
+    warnings = (*report.notes, *map(str, done), *_check_files(resolved, assets, report))
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
-    return Scene(resolved.model, source, assets, warnings, places, {"load": perf_counter() - started})
+    return Scene(resolved.model, source, assets, warnings, done, places, {"load": perf_counter() - started})
 
 
 def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:

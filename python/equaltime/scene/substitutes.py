@@ -1,0 +1,215 @@
+"""Replaces what equaltime cannot render by something that it can, on request, and says what it did.
+
+A substitute is not the same image: it keeps the shape of things and the colours that can be carried over. What has no
+likeness is left out. Without the request all of this is refused, by name and place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest
+from equaltime.scene.model import PLUGINS, Kind
+from equaltime.scene.tree import Child, Object, Reference, Value
+
+__all__ = ["Substitution", "substituted"]
+
+Made = tuple[Object | None, str]
+"""What stands for an object, or None if nothing does, and how people call that."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Substitution:
+    """One thing that was replaced or left out."""
+
+    place: str
+    what: str
+    """What the file asks for, such as ``bsdf 'measured'``."""
+    by: str
+    """What was taken instead, such as ``'diffuse'``; empty if it was left out."""
+
+    def __str__(self) -> str:
+        done = f"is replaced by {self.by}" if self.by else "is left out"
+        return f"{self.place}: the {self.what} {done}"
+
+
+def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
+    """Return the scene `root` with substitutes where they are needed, and the list of them."""
+    replacer = _Replacer()
+    scene = replacer.contents(root)
+    return replacer.without_references(scene), tuple(replacer.done)
+
+
+class _Replacer:
+    def __init__(self) -> None:
+        self.done: list[Substitution] = []
+        self._gone: set[str] = set()
+        """Names of objects that are left out."""
+
+    def contents(self, node: Object) -> Object:
+        """Return `node` with all that is in it replaced where needed."""
+        children: list[Child] = []
+        for child in node.children:
+            if not isinstance(child.node, Object):
+                children.append(child)
+            elif (made := self._object(child.node)) is not None:
+                children.append(Child(child.name, made))
+            else:
+                self._gone |= {name for name in (child.node.id, child.name) if name}
+        return self._parameters(dataclasses.replace(node, children=children))
+
+    def without_references(self, node: Object) -> Object:
+        """Return `node` without references to what was left out."""
+        children = [
+            Child(child.name, self.without_references(child.node)) if isinstance(child.node, Object) else child
+            for child in node.children
+            if not (isinstance(child.node, Reference) and child.node.id in self._gone)
+        ]
+        return dataclasses.replace(node, children=children)
+
+    def _object(self, node: Object) -> Object | None:
+        inner = self.contents(node)
+        kind = node.kind or mitsuba_kind(node.type) or _family(node)
+        if kind is None:
+            return inner
+        step = SUBSTITUTES.get(kind, {}).get(node.type)
+        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not nearest(node.type, MITSUBA[kind]):
+            step = FALLBACKS[kind]
+        if step is None:
+            return inner
+        made, words = step(dataclasses.replace(inner, kind=kind))
+        self.done.append(Substitution(str(node.place), f"{kind} '{node.type}'", words))
+        return made
+
+    def _parameters(self, node: Object) -> Object:
+        """Leave out the parameters that are known and not supported."""
+        plugin = PLUGINS.get(node.type)
+        gone = set(plugin.later) if plugin is not None else set[str]()
+        kept: list[Child] = []
+        for child in node.children:
+            hidden = child.name == "hide_emitters" and isinstance(child.node, Value) and child.node.data is True
+            if hidden or child.name in gone:
+                self.done.append(Substitution(str(child.node.place), f"parameter '{child.name}' of '{node.type}'", ""))
+            else:
+                kept.append(child)
+        return dataclasses.replace(node, children=kept)
+
+
+def _family(node: Object) -> Kind | None:
+    return next((kind for kind, steps in SUBSTITUTES.items() if node.type in steps), None)
+
+
+# -- what stands for what ----------------------------------------------------------------------------------------------
+
+
+def _as(kind: Kind, type: str, names: Mapping[str, str] | None = None, **extra: object) -> Callable[[Object], Made]:
+    """Return what makes a `type` of an object, with those of its parameters that `names` gives new names to."""
+
+    def make(node: Object) -> Made:
+        renamed = names or {}
+        children = [Child(renamed[c.name], c.node) for c in node.children if c.name is not None and c.name in renamed]
+        children += [Child(name, Value(node.place, value)) for name, value in extra.items()]
+        return dataclasses.replace(node, type=type, kind=kind, variable=None, children=children), f"'{type}'"
+
+    return make
+
+
+def _same(*names: str) -> dict[str, str]:
+    return {name: name for name in names}
+
+
+def _nothing(_node: Object) -> Made:
+    return None, ""
+
+
+def _inner(node: Object) -> Made:
+    """Take the first object of the same family that is inside."""
+    for child in node.children:
+        if isinstance(child.node, Object) and (child.node.kind or mitsuba_kind(child.node.type)) == node.kind:
+            named = dataclasses.replace(child.node, id=node.id, key=node.key)
+            return named, f"the '{child.node.type}' in it"
+    return FALLBACKS[node.kind or "bsdf"](node)
+
+
+def _phong(node: Object) -> Made:
+    exponent = next((c.node.data for c in node.children if c.name == "exponent" and isinstance(c.node, Value)), 30.0)
+    alpha = math.sqrt(2.0 / (float(exponent) + 2.0)) if isinstance(exponent, int | float) and exponent > 0 else 0.25
+    return _as("bsdf", "roughplastic", _same("diffuse_reflectance"), alpha=alpha)(node)
+
+
+def _blend(node: Object) -> Made:
+    """Blend the first two of a mixture by their weights; others are left out."""
+    weights = next((str(c.node.data) for c in node.children if c.name == "weights" and isinstance(c.node, Value)), "")
+    numbers = [float(word) for word in re.findall(r"[0-9.]+(?:[eE][-+]?[0-9]+)?", weights)][:2]
+    nested = [child for child in node.children if not isinstance(child.node, Value)][:2]
+    if len(nested) < 2 or len(numbers) < 2 or sum(numbers) <= 0.0:
+        return _inner(node)
+    weight = Child("weight", Value(node.place, numbers[1] / sum(numbers)))
+    return dataclasses.replace(node, type="blendbsdf", children=[weight, *nested]), "'blendbsdf'"
+
+
+DISNEY: Final = {
+    **_same("roughness", "anisotropic", "metallic", "sheen", "clearcoat", "eta"),
+    **{"baseColor": "base_color", "base_color": "base_color"},
+    **{"specularTransmission": "spec_trans", "specular_transmission": "spec_trans"},
+    **{"subsurface": "flatness", "specularTint": "spec_tint", "specular_tint": "spec_tint"},
+    **{"sheenTint": "sheen_tint", "sheen_tint": "sheen_tint"},
+    **{"clearcoatGloss": "clearcoat_gloss", "clearcoat_gloss": "clearcoat_gloss"},
+}
+"""The parameters of the Disney BSDF, in the spellings in use; what is left out has no likeness here."""
+THIN: Final = ("base_color", "roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "eta")
+SPECULAR: Final = ("int_ior", "ext_ior", "diffuse_reflectance", "specular_reflectance", "nonlinear", "alpha")
+_diffuse = _as("bsdf", "diffuse", {"reflectance": "reflectance"})
+_path = _as("integrator", "path", _same("max_depth", "rr_depth"))
+
+SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
+    "bsdf": {
+        "measured": _diffuse,
+        "measured_polarized": _diffuse,
+        "hair": _as("bsdf", "roughplastic"),
+        "principledthin": _as("bsdf", "principled", _same(*THIN)),
+        "pplastic": _as("bsdf", "roughplastic", _same(*SPECULAR, "distribution")),
+        "circular": _as("bsdf", "null"),
+        "polarizer": _as("bsdf", "null"),
+        "retarder": _as("bsdf", "null"),
+        "phong": _phong,
+        "ward": _as("bsdf", "roughplastic", _same("diffuse_reflectance")),
+        "difftrans": _as("bsdf", "diffuse", {"transmittance": "reflectance"}),
+        "mixturebsdf": _blend,
+        "coating": _inner,
+        "roughcoating": _inner,
+        "disneybsdf": _as("bsdf", "principled", DISNEY),
+        "disneydiffuse": _as("bsdf", "principled", DISNEY, specular=0.0),
+        "disneymetal": _as("bsdf", "principled", DISNEY, metallic=1.0),
+        "disneyglass": _as("bsdf", "principled", DISNEY, spec_trans=1.0),
+        "disneyclearcoat": _as("bsdf", "principled", DISNEY, base_color=0.0, clearcoat=1.0),
+        "disneysheen": _as("bsdf", "principled", DISNEY, sheen=1.0),
+    },
+    "emitter": {
+        "sunsky": _as("emitter", "constant", radiance=1.0),
+        "timed_sunsky": _as("emitter", "constant", radiance=1.0),
+        "sky": _as("emitter", "constant", radiance=1.0),
+        "sun": _nothing,
+        "projector": _as("emitter", "spot", _same("to_world")),
+        "directionalarea": _as("emitter", "area", _same("radiance")),
+    },
+    "integrator": {"aov": _inner, **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path)},
+    "film": {"specfilm": _as("film", "hdrfilm", _same("width", "height"))},
+    "medium": dict.fromkeys(("homogeneous", "heterogeneous"), _nothing),
+    "shape": dict.fromkeys(
+        ("bsplinecurve", "linearcurve", "sdfgrid", "ellipsoids", "ellipsoidsmesh", "blender", "heightfield"), _nothing
+    ),
+    "texture": {"volume": _as("texture", "uniform", value=0.5)},
+}
+"""For each plugin that cannot be rendered, what stands for it."""
+FALLBACKS: Final[Mapping[Kind, Callable[[Object], Made]]] = {
+    "bsdf": _diffuse,
+    "integrator": _path,
+    "sampler": _as("sampler", "independent", _same("sample_count")),
+    "texture": _as("texture", "uniform", value=0.5),
+}
+"""For any other plugin of these families that is not known."""
