@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import equaltime as et
+from equaltime.scene.geometry import MeshSurface
+
 COMPONENTS = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 SQUARE = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
@@ -45,7 +48,7 @@ class Builder:
         """Add an accessor to an array (N,) or (N, components)."""
         array = np.ascontiguousarray(values, dtype="<" + dtype)
         width = 1 if array.ndim == 1 else array.shape[1]
-        fields = {"componentType": COMPONENTS[dtype], "count": len(array), "type": TYPES[width]}
+        fields = {"componentType": COMPONENTS[dtype], "count": len(array), "type": TYPES.get(width)}
         return self.add("accessors", {"bufferView": self.view(array.tobytes()), **fields, **more})
 
     def mesh(self, positions: ArrayLike = TRIANGLE, indices: ArrayLike | None = None, **primitive: Any) -> int:
@@ -121,3 +124,9 @@ def one_triangle(**material: Any) -> Builder:
     else:
         builder.node(mesh=builder.mesh())
     return builder
+
+
+def surfaces(builder: Builder, folder: Path) -> list[MeshSurface]:
+    found = list(et.load(builder.glb(folder / "a.glb")).surfaces())
+    assert all(isinstance(surface, MeshSurface) for surface in found)
+    return found  # type: ignore[return-value]

@@ -44,6 +44,17 @@ def test_a_buffer_may_stand_in_a_file_beside_it(tmp_path: Path) -> None:
     assert scene.digest == et.load(builder.glb(tmp_path / "b.glb")).digest
 
 
+def test_files_are_found_from_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    builder = one_triangle()
+    document = builder.document()
+    document["buffers"][0]["uri"] = "a.bin"
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "a.bin").write_bytes(builder.binary)
+    (tmp_path / "models" / "a.gltf").write_text(json.dumps(document))
+    monkeypatch.chdir(tmp_path)
+    assert len(list(et.load("models/a.gltf").surfaces())) == 1
+
+
 def test_a_file_that_changes_after_loading_is_refused(tmp_path: Path) -> None:
     scene = et.load(one_triangle().glb(tmp_path / "a.glb"))
     scene.assets.release()

@@ -1,6 +1,5 @@
-"""Meshes of glTF files: accessors of every kind, primitive modes, attributes, and where nodes put them."""
+"""Meshes of glTF files: accessors of every kind, primitive modes and attributes."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +10,10 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.scene.geometry import MeshSurface
 
-from .gltf_files import SQUARE, TRIANGLE, Builder
+from .gltf_files import SQUARE, TRIANGLE, Builder, surfaces
 
 FAN = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 STRIP = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
-
-
-def surfaces(builder: Builder, folder: Path) -> list[MeshSurface]:
-    found = list(et.load(builder.glb(folder / "a.glb")).surfaces())
-    assert all(isinstance(surface, MeshSurface) for surface in found)
-    return found  # type: ignore[return-value]
-
-
-def corners(surface: MeshSurface) -> list[list[list[float]]]:
-    result: list[list[list[float]]] = surface.vertices[surface.faces].tolist()
-    return result
 
 
 def normals_of_faces(surface: MeshSurface) -> NDArray[np.float64]:
@@ -187,101 +175,4 @@ def test_attributes_of_another_length_are_told(tmp_path: Path) -> None:
     builder = Builder()
     builder.node(mesh=builder.mesh(NORMAL=[[0, 0, 1]]))
     with pytest.raises(et.SceneError, match=r"attributes.NORMAL: has 1 values for 3 positions"):
-        et.load(builder.glb(tmp_path / "a.glb"))
-
-
-# -- nodes ----------------------------------------------------------------------------------------------------------
-
-
-def world(builder: Builder, folder: Path) -> list[list[float]]:
-    """Return where the point (1, 2, 3) of each mesh stands, rounded."""
-    return [np.round(surface.vertices[0], 9).tolist() for surface in surfaces(builder, folder)]
-
-
-def point(builder: Builder) -> int:
-    return builder.mesh([[1, 2, 3], [2, 2, 3], [1, 3, 3]])
-
-
-def test_translation_rotation_and_scale_apply_in_reverse(tmp_path: Path) -> None:
-    builder = Builder()
-    half = math.sqrt(0.5)
-    builder.node(mesh=point(builder), translation=[10, 0, 0], rotation=[0, 0, half, half], scale=[2, 3, 4])
-    assert world(builder, tmp_path) == [[10 - 6, 2, 12]]
-
-
-def test_a_matrix_is_stored_by_columns(tmp_path: Path) -> None:
-    builder = Builder()
-    builder.node(mesh=point(builder), matrix=[0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1])
-    assert world(builder, tmp_path) == [[8, 21, 33]]
-
-
-def test_children_stand_in_the_space_of_their_parents(tmp_path: Path) -> None:
-    builder = Builder()
-    mesh = point(builder)
-    child = builder.node(mesh=mesh, translation=[1, 0, 0])
-    middle = builder.node(children=[child], scale=[2, 2, 2])
-    builder.node(children=[middle], translation=[0, 100, 0])
-    assert world(builder, tmp_path) == [[4, 104, 6]]
-
-
-def test_a_chain_of_thousands_of_nodes_is_no_recursion(tmp_path: Path) -> None:
-    builder = Builder()
-    builder.node(mesh=point(builder), translation=[1, 0, 0])
-    for i in range(2_000):
-        builder.node(children=[i], translation=[1, 0, 0])
-    assert world(builder, tmp_path) == [[2_002, 2, 3]]
-
-
-def test_the_scene_says_which_nodes_are_there(tmp_path: Path) -> None:
-    builder = Builder()
-    mesh = point(builder)
-    builder.node(mesh=mesh)
-    builder.node(mesh=mesh, translation=[1, 0, 0])
-    builder.json |= {"scenes": [{"nodes": [0]}, {"nodes": [1], "name": "second"}], "scene": 1}
-    assert world(builder, tmp_path) == [[2, 2, 3]]
-    path = tmp_path / "a.glb"
-    assert [s.to_world[0][3] for s in et.load(path, scene="0").model.shapes] == [0]
-    assert [s.to_world[0][3] for s in et.load(path, scene="second").model.shapes] == [1]
-    with pytest.raises(et.SceneError, match="the file has no scene 'third'"):
-        et.load(path, scene="third")
-
-
-def test_nodes_with_two_parents_and_rings_are_refused(tmp_path: Path) -> None:
-    builder = Builder()
-    mesh = point(builder)
-    builder.json["nodes"] = [{"mesh": mesh, "children": [1]}, {"children": [0]}]
-    builder.json["scenes"] = [{"nodes": [0]}]
-    with pytest.raises(et.SceneError, match=r"scenes\[0\].nodes: node 0 is no root: it is a child of node 1"):
-        et.load(builder.glb(tmp_path / "a.glb"))
-    builder.json["nodes"] = [{"mesh": mesh}, {"children": [0]}, {"children": [0]}]
-    with pytest.raises(et.SceneError, match=r"nodes\[2\].children: node 0 already has a parent, node 1"):
-        et.load(builder.glb(tmp_path / "a.glb"))
-
-
-def test_what_is_scaled_to_nothing_is_left_out(tmp_path: Path) -> None:
-    builder = Builder()
-    mesh = point(builder)
-    builder.node(mesh=mesh)
-    builder.node(mesh=mesh, scale=[0, 0, 0])
-    scene = et.load(builder.glb(tmp_path / "a.glb"))
-    assert len(scene.model.shapes) == 1
-    assert any("scaled to nothing" in warning and "nodes[1]" in warning for warning in scene.warnings)
-
-
-def test_instances_stand_in_the_space_of_their_node(tmp_path: Path) -> None:
-    builder = Builder()
-    attributes = {
-        "TRANSLATION": builder.accessor([[0, 0, 0], [5, 0, 0]]),
-        "SCALE": builder.accessor([[1, 1, 1], [2, 2, 2]]),
-    }
-    extension = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
-    builder.node(mesh=point(builder), translation=[0, 0, 100], extensions=extension)
-    assert world(builder, tmp_path) == [[1, 2, 103], [7, 4, 106]]
-
-
-def test_instances_of_unequal_counts_are_told(tmp_path: Path) -> None:
-    builder = Builder()
-    attributes = {"TRANSLATION": builder.accessor([[0, 0, 0]]), "SCALE": builder.accessor([[1, 1, 1], [2, 2, 2]])}
-    builder.node(mesh=point(builder), extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
-    with pytest.raises(et.SceneError, match=r"nodes\[0\].extensions.EXT_mesh_gpu_instancing: expected .* 1 and 2"):
         et.load(builder.glb(tmp_path / "a.glb"))

@@ -37,6 +37,10 @@ def info(
         return 0
     table = Table(show_header=False, box=None)
     for name, value in facts.items():
+        if name == "extensions":
+            for extension, meaning in value.items():
+                table.add_row(extension, meaning)
+            continue
         table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
     Console().print(table)
     return 0
@@ -55,6 +59,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "lights": core.lights,
         "memory_bytes": core.memory_bytes,
         "effects": [name for name, used in core.effects().items() if used],
+        **({} if scene.extensions is None else {"extensions": scene.extensions}),
         "phases": dict(scene.timings),
     }
 

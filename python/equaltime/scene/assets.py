@@ -63,8 +63,12 @@ class Assets:
     def _within(self, path: Path) -> Contents:
         """Return the contents of the glTF file at `path`; files that it names stand beside it."""
         if path not in self._contents:
-            self._contents[path] = Contents(path, lambda name: self.path(str(path.parent / name)))
+            self._contents[path] = Contents(path, lambda name: self.path(str(path.parent.absolute() / name)))
         return self._contents[path]
+
+    def extensions(self, filename: str) -> dict[str, str]:
+        """Return the extensions that a glTF file uses, and what becomes of them."""
+        return self._within(self.path(filename)).extensions
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
         """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""

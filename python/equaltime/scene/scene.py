@@ -45,7 +45,8 @@ def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Repo
     return read_gltf(file, content, defines, report)
 
 
-READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, ".gltf": _gltf, ".glb": _gltf}
+GLTF: Final = (".gltf", ".glb")
+READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, **dict.fromkeys(GLTF, _gltf)}
 
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
@@ -83,6 +84,13 @@ class Scene:
         sensor = self.model.sensor
         given = "sampler" in sensor.model_fields_set and "sample_count" in sensor.sampler.model_fields_set
         return sensor.sampler.sample_count if given else None
+
+    @property
+    def extensions(self) -> dict[str, str] | None:
+        """The extensions that a glTF file uses, and what becomes of them; None if this is none."""
+        if self.source is None or self.source.suffix.lower() not in GLTF:
+            return None
+        return self.assets.extensions(self.source.name)
 
     @property
     def timings(self) -> dict[str, float]:

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.document import Document, Malformed, parse
-from equaltime.scene.gltf.primitives import Triangles, triangles
+from equaltime.scene.gltf.meshes import Source, read
+from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
 from equaltime.scene.gltf.slots import Texels
-from equaltime.scene.gltf.surfaces import look
 from equaltime.scene.gltf.textures import bake
 
 __all__ = ["Contents", "split"]
 
 _NAME: Final = re.compile(r"(.*\.(?:gltf|glb))#(.*)", re.IGNORECASE | re.DOTALL)
-_PRIMITIVE: Final = re.compile(r"/meshes/(\d{1,9})/primitives/(\d{1,9})")
+_PRIMITIVE: Final = re.compile(r"/(meshes|nodes)/(\d{1,9})/primitives/(\d{1,9})(?:/(mirrored|unmirrored))?")
 _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
@@ -41,6 +41,11 @@ class Contents:
         with self._told():
             self._document: Document = parse(path.name, path.read_bytes(), locate)
 
+    @property
+    def extensions(self) -> dict[str, str]:
+        """What becomes of the extensions that the file uses."""
+        return self._document.extensions
+
     def sha256(self, fragment: str) -> str:
         """Return the SHA-256 of a primitive's or a bitmap's data, in hexadecimal digits; raises ValueError."""
         arrays: tuple[NDArray[Any] | None, ...]
@@ -57,7 +62,7 @@ class Contents:
         return content.hexdigest()
 
     def mesh(self, fragment: str) -> Triangles:
-        """Return the primitive ``/meshes/M/primitives/P``; raises ValueError."""
+        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if skinned; raises ValueError."""
         with self._told():
             return self._mesh(fragment)
 
@@ -75,22 +80,22 @@ class Contents:
             raise ValueError(f"{self._path}: {error}") from error
 
     def _mesh(self, fragment: str) -> Triangles:
-        match = _PRIMITIVE.fullmatch(fragment)
-        meshes = self._document.gltf.meshes
-        if match is None or int(match[1]) >= len(meshes) or int(match[2]) >= len(meshes[int(match[1])].primitives):
+        match, found = _PRIMITIVE.fullmatch(fragment), None
+        if match is not None:
+            source = Source("nodes" if match[1] == "nodes" else "meshes", int(match[2]), int(match[3]))
+            found = read(self._document, source)
+        if match is None or found is None:
             raise Malformed(("", f"has no primitive '#{fragment}'; expected #/meshes/0/primitives/0 or the like"))
-        mesh, primitive = int(match[1]), int(match[2])
-        material = meshes[mesh].primitives[primitive].material
-        seen = look(None if material is None else self._document.gltf.materials[material])
-        found = triangles(self._document, mesh, primitive, seen.uv_set)
-        if found.colors is None:
-            return found
-        return replace(found, colors=found.colors * (*seen.slots["base_color"].factor, 1.0))
+        if match[4] is not None:
+            found = replace(found, faces=found.faces[mirrored_uvs(found) == (match[4] == "mirrored")])
+        return found
 
     def _bitmap(self, fragment: str) -> Texels:
         match = _BITMAP.fullmatch(fragment)
-        materials = self._document.gltf.materials
-        slot = look(materials[int(match[1])]).slots.get(match[2]) if match and int(match[1]) < len(materials) else None
-        if match is None or slot is None or slot.texture is None:
-            raise Malformed(("", f"has no bitmap '#{fragment}'; expected #/materials/0/base_color or the like"))
-        return bake(self._document, int(match[1]), match[2])
+        try:
+            if match is None:
+                raise KeyError(fragment)
+            return bake(self._document, int(match[1]), match[2])
+        except (IndexError, KeyError):
+            expected = "expected #/materials/0/base_color or the like"
+            raise Malformed(("", f"has no bitmap '#{fragment}'; {expected}")) from None

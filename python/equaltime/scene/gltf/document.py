@@ -16,8 +16,9 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
+from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
-from equaltime.scene.gltf.schema import DOCUMENT, SUPPORTED, UNREADABLE
+from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
 from equaltime.scene.known import shortened, suggestion
 
 __all__ = ["Document", "Malformed", "parse"]
@@ -51,6 +52,12 @@ class Document:
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
     """What the file asks for and does not get, in the order of being found, with the places that ask."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
+
+    @property
+    def extensions(self) -> dict[str, str]:
+        """What becomes of the extensions that the file uses."""
+        used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
+        return {name: MAPPING.get(name, "not used") for name in used}
 
     def note(self, message: str, place: str) -> None:
         """Remember to tell `message`, once for all places."""
@@ -186,8 +193,8 @@ def _version(document: Mapping[str, Any]) -> Problems:
 def _unreadable(document: Mapping[str, Any]) -> Problems:
     """Yield the extensions that are required and not supported, and the data that is stored in ways not read."""
     for i, name in enumerate(document.get("extensionsRequired", [])):
-        if name not in SUPPORTED:
-            hint = f": {UNREADABLE[name]}" if name in UNREADABLE else suggestion(name, SUPPORTED)
+        if name not in MAPPING:
+            hint = f": {UNREADABLE[name]}" if name in UNREADABLE else suggestion(name, MAPPING)
             yield f"extensionsRequired[{i}]", f"the extension {shortened(name, 60)} is not supported{hint}"
     required = document.get("extensionsRequired", [])
     for place, name in _compressed(document):

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
-from equaltime.scene.gltf.textures import bitmap_parameters
+from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
 from equaltime.scene.tree import Object, Place
 
-__all__ = ["Materials"]
+__all__ = ["Materials", "Variant"]
 
 PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
@@ -20,13 +21,24 @@ BLACK: Final = (0.0, 0.0, 0.0)
 VERTEX_COLOR: Final = "vertex_color"
 
 
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """What of a mesh its BSDF depends on."""
+
+    colored: bool
+    """It has vertex colours that count."""
+    mirrored: bool
+    """It shows its textures in a mirror, which turns normal maps over."""
+
+
 class Materials:
     """The materials of one document, each made once."""
 
     def __init__(self, document: Document, place: Place) -> None:
         self._document = document
         self._place = place
-        self._bsdfs: dict[tuple[int | None, bool], Object] = {}
+        self._bsdfs: dict[tuple[int | None, Variant], Object] = {}
+        self._looks: dict[int | None, SurfaceLook] = {}
 
     @property
     def bsdfs(self) -> list[Object]:
@@ -34,14 +46,16 @@ class Materials:
         return list(self._bsdfs.values())
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return what a material is made of; notes go to the document."""
-        return look(None if material is None else self._document.gltf.materials[material])
+        """Return what a material is made of."""
+        if material not in self._looks:
+            self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
+        return self._looks[material]
 
-    def bsdf(self, material: int | None, colored: bool) -> str:
-        """Return the id of the BSDF of a material, for meshes with vertex colours or without."""
-        key = (material, colored)
+    def bsdf(self, material: int | None, variant: Variant) -> str:
+        """Return the id of the BSDF of a material."""
+        key = (material, variant)
         if key not in self._bsdfs:
-            self._bsdfs[key] = self._bsdf(material, colored)
+            self._bsdfs[key] = self._bsdf(material, variant)
         return str(self._bsdfs[key].id)
 
     def emitter(self, material: int | None) -> Object | None:
@@ -54,24 +68,26 @@ class Materials:
     def _at(self, material: int | None) -> Place:
         return self._place if material is None else self._place.key("materials").key(material)
 
-    def _bsdf(self, material: int | None, colored: bool) -> Object:
+    def _bsdf(self, material: int | None, variant: Variant) -> Object:
         seen, place = self.look(material), self._at(material)
         for note in seen.notes:
             self._document.note(note, place.path)
-        name = ("material" if material is None else f"material_{material}") + ("_colored" if colored else "")
-        layers = self._layers(seen, material, colored, place)
+        name = "material" if material is None else f"material_{material}"
+        name += ("_colored" if variant.colored else "") + (MIRRORED if variant.mirrored else "")
+        layers = self._layers(seen, material, variant, place)
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 
-    def _layers(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+    def _layers(self, seen: SurfaceLook, material: int | None, variant: Variant, place: Place) -> Object:
         """Return the BSDF with what is wrapped around it."""
         slots = seen.slots
         if seen.unlit:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
-            bsdf = self._principled(seen, material, colored, place)
+            bsdf = self._principled(seen, material, variant.colored, place)
         if "normal" in slots and not seen.unlit:
+            name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
-                "bsdf", "normalmap", place, normalmap=self._texture(material, "normal", slots["normal"]), bsdf=bsdf
+                "bsdf", "normalmap", place, normalmap=self._texture(material, name, slots["normal"]), bsdf=bsdf
             )
         if seen.two_sided and "spec_trans" not in slots and not seen.unlit:
             bsdf = plant("bsdf", "twosided", place, bsdf=bsdf)

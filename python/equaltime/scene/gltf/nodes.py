@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from equaltime.scene.gltf.accessors import floats
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["Placed", "instances", "placed", "rigid"]
+__all__ = ["Placed", "instances", "placed", "product", "rigid"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def placed(document: Document, scene: int | None) -> Iterator[Placed]:
     while waiting:
         index, around = waiting.pop()
         node = nodes[index]
-        to_world = _product(around, _local(node))
+        to_world = product(around, _local(node))
         yield Placed(index, node, to_world)
         waiting.extend((child, to_world) for child in reversed(node.children or []))
 
@@ -86,7 +86,7 @@ def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
     return result
 
 
-def _product(a: Array, b: Array) -> Array:
+def product(a: Array, b: Array) -> Array:
     """Return a times b without BLAS, whose bits depend on the machine; too large numbers are refused later."""
     with np.errstate(over="ignore", invalid="ignore"):
         product: Array = (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
@@ -113,7 +113,7 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
     )
     if not all(np.isfinite(values).all() for values in (translations, rotations, scales)):
         raise Malformed((place, "a transform is not finite"))
-    return list(_product(at.to_world, _composed(translations, rotations, scales)))
+    return list(product(at.to_world, _composed(translations, rotations, scales)))
 
 
 def rigid(to_world: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from equaltime.scene.gltf.accessors import floats, integers
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["TRIANGLES", "Triangles", "bounds", "color", "positions", "triangles"]
+__all__ = ["TRIANGLES", "Triangles", "color", "mirrored_uvs", "triangles"]
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Tri
     """
     source = document.gltf.meshes[mesh].primitives[primitive]
     attributes, place = vars(source.attributes), f"meshes[{mesh}].primitives[{primitive}]"
-    vertices = positions(document, mesh, primitive)
+    vertices = _positions(document, mesh, primitive)
     warnings: list[str] = []
     indices = _indices(document, source, len(vertices), place)
     faces = _faces(indices, source.mode, place, warnings)
@@ -64,7 +64,7 @@ def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Tri
     return result
 
 
-def positions(document: Document, mesh: int, primitive: int) -> Array:
+def _positions(document: Document, mesh: int, primitive: int) -> Array:
     """Return the vertices (N, 3) of a primitive, with the mesh's own morph weights applied; raises `Malformed`."""
     source = document.gltf.meshes[mesh].primitives[primitive]
     index = vars(source.attributes).get("POSITION")
@@ -73,17 +73,17 @@ def positions(document: Document, mesh: int, primitive: int) -> Array:
     return _morphed(document, mesh, source, "POSITION", floats(document, index, "VEC3"))
 
 
-def bounds(document: Document, mesh: int, primitive: int) -> Array | None:
-    """Return the corners (8, 3) of the box around a primitive, or None if it cannot be told."""
-    try:
-        vertices = positions(document, mesh, primitive)
-    except ValueError:  # told where the mesh itself is read
-        return None
-    vertices = vertices[np.isfinite(vertices).all(axis=1)]
-    if len(vertices) == 0:
-        return None
-    ends = np.array([vertices.min(axis=0), vertices.max(axis=0)])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
+    """Tell of each triangle (M,) whether its texture is seen in a mirror from the front.
+
+    With v downwards, texture coordinates run clockwise round a triangle whose texture reads as it should.
+    """
+    if mesh.uvs is None:
+        return np.zeros(len(mesh.faces), np.bool_)
+    a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
+    (u1, v1), (u2, v2) = (b - a).T, (c - a).T
+    mirrored: NDArray[np.bool_] = u1 * v2 > u2 * v1
+    return mirrored
 
 
 def color(document: Document, primitive: Any) -> Array | None:

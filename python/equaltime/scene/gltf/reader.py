@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Final
 
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.materials import Materials
-from equaltime.scene.gltf.nodes import Placed, instances, placed
-from equaltime.scene.gltf.plant import add, plant
-from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, bounds, color
+from equaltime.scene.gltf.nodes import Placed, placed
+from equaltime.scene.gltf.shapes import Shapes
 from equaltime.scene.gltf.views import SKY, default_camera, default_sky, light, sensor
 from equaltime.scene.known import shortened, suggestion
-from equaltime.scene.model import mirrors
-from equaltime.scene.tree import Child, Object, Place, Reference, Report
+from equaltime.scene.tree import Child, Object, Place, Report
 
 __all__ = ["read_gltf"]
-
-Array = NDArray[np.float64]
 
 DEFINITIONS: Final = ("camera", "scene", "sky")
 """What ``-D`` may choose: camera and scene by name or number, the radiance of the sky."""
 PLACES_SHOWN: Final = 3
-FLATTEST: Final = 1e-12
 
 
 def read_gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report) -> Object | None:
@@ -64,12 +56,12 @@ class _Scene:
         self._place = place
         self._defines = defines
         self._materials = Materials(document, place)
-        self._corners: list[Array] = []
+        self._shapes = Shapes(document, place, self._materials)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""
         nodes = list(placed(self._document, self._chosen_scene()))
-        shapes = [shape for at in nodes if at.node.mesh is not None for shape in self._shapes(at)]
+        shapes = [shape for at in nodes if at.node.mesh is not None for shape in self._shapes.of(at)]
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
         lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]
@@ -95,44 +87,6 @@ class _Scene:
         known = [name for name in names if name] or [str(i) for i in range(len(names))]
         raise Malformed(("", f"the file has no {what} {shortened(wanted, 40)}{suggestion(wanted, known)}"))
 
-    # -- shapes ------------------------------------------------------------------------------------------------------
-
-    def _shapes(self, at: Placed) -> Iterator[Object]:
-        """Yield the shapes that the mesh of a node makes: one for each primitive and instance."""
-        copies = instances(self._document, at)
-        mesh = self._gltf.meshes[at.node.mesh]
-        for p, primitive in enumerate(mesh.primitives):
-            place = self._place.key("meshes").key(at.node.mesh).key("primitives").key(p)
-            if primitive.mode not in TRIANGLES:
-                self._document.note(f"{NAMES[primitive.mode]} are not drawn", place.path)
-                continue
-            for to_world in [at.to_world] if copies is None else copies:
-                if _is_flat(to_world):
-                    self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
-                    continue
-                if (corners := bounds(self._document, at.node.mesh, p)) is not None:
-                    self._corners.append(corners @ to_world[:3, :3].T + to_world[:3, 3])
-                yield self._shape(at, p, primitive, to_world, place)
-
-    def _shape(self, at: Placed, p: int, primitive: Any, to_world: Array, place: Place) -> Object:
-        flat = "NORMAL" not in vars(primitive.attributes) or primitive.attributes.NORMAL is None
-        colors = color(self._document, primitive)
-        colored = colors is not None and bool((colors[:, :3] != 1.0).any())
-        result = plant(
-            "shape",
-            "gltf",
-            place,
-            filename=f"{self._document.name}#/meshes/{at.node.mesh}/primitives/{p}",
-            to_world=to_world,
-            face_normals=flat or None,
-            flip_normals=(flat and mirrors(to_world)) or None,
-            emitter=self._materials.emitter(primitive.material),
-        )
-        add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, colored)))
-        return result
-
-    # -- camera and lights -------------------------------------------------------------------------------------------
-
     def _camera(self, nodes: list[Placed]) -> Object:
         """Return the camera that is asked for, or the first, or one that has everything in view."""
         cameras = [at for at in nodes if at.node.camera is not None]
@@ -147,7 +101,7 @@ class _Scene:
                 )
             return sensor(self._document, cameras[0], self._place)
         self._document.note("the file has no camera: one is added that has everything in view", "")
-        return default_camera(np.concatenate(self._corners or [np.zeros((0, 3))]), self._place)
+        return default_camera(self._shapes.corners(), self._place)
 
     def _sky(self, lights: list[Object], shapes: list[Object]) -> Object | None:
         """Return the sky that is asked for, or one of radiance 1 if there are no lights.
@@ -176,12 +130,3 @@ class _Scene:
     def _note_what_is_left_out(self) -> None:
         if self._gltf.animations:
             self._document.note("animations are not played: everything stands as in the file", "")
-        if self._gltf.skins:
-            self._document.note("skins are not used: meshes stand as they were modelled", "")
-
-
-def _is_flat(to_world: Array) -> bool:
-    """Tell whether a transform takes a dimension away, as `Transform` of the model refuses."""
-    linear = to_world[:3, :3]
-    lengths = np.linalg.norm(linear, axis=0)
-    return not lengths.all() or abs(float(np.linalg.det(linear / lengths))) < FLATTEST

@@ -20,7 +20,7 @@ from equaltime.scene.gltf.rules import (
     text,
 )
 
-__all__ = ["DOCUMENT", "SUPPORTED", "UNREADABLE"]
+__all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE"]
 
 UNREADABLE = {
     "EXT_meshopt_compression": "decode it first, for example with gltf-transform copy",
@@ -84,14 +84,6 @@ MATERIAL_EXTENSIONS: dict[str, Rule] = {
         attenuationColor=_color,
     ),
 }
-
-SUPPORTED = frozenset(MATERIAL_EXTENSIONS) | {
-    "EXT_mesh_gpu_instancing",
-    "KHR_lights_punctual",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-}
-"""The extensions that a file may require."""
 
 _MATERIAL = table(
     pbrMetallicRoughness=table(

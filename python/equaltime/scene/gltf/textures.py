@@ -14,17 +14,28 @@ from equaltime.scene.gltf.images import decode
 from equaltime.scene.gltf.slots import Slot, Texels
 from equaltime.scene.gltf.surfaces import look
 
-__all__ = ["bake", "bitmap_parameters"]
+__all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 
+MIRRORED: Final = "_mirrored"
+"""Ends the name of a normal map for triangles that show their texture in a mirror."""
 WRAPS: Final = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST: Final = 9728
 
 
 def bake(document: Document, material: int, name: str) -> Texels:
-    """Return the bitmap of the parameter `name` of a material; raises `Malformed`."""
-    slot = look(document.gltf.materials[material]).slots[name]
-    assert slot.texture is not None, "only textured parameters are given as bitmaps"
-    return slot.texels(decode(document, _source(document, slot.texture.index)))
+    """Return the bitmap of the parameter `name` of a material; raises `Malformed`, or KeyError if there is none."""
+    slot = look(document.gltf.materials[material]).slots[name.removesuffix(MIRRORED)]
+    if slot.texture is None:
+        raise KeyError(name)
+    found = slot.texels(decode(document, _source(document, slot.texture.index)))
+    return _turned(found) if name.endswith(MIRRORED) else found
+
+
+def _turned(normals: Texels) -> Texels:
+    """Return normals with their second component, which is green, turned round."""
+    texels = normals.texels.copy()
+    texels[..., 1] = (255 if texels.dtype == np.uint8 else 1) - texels[..., 1]
+    return Texels(texels, normals.srgb)
 
 
 def _source(document: Document, texture: int) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
-from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.nodes import Placed, rigid
 from equaltime.scene.gltf.plant import plant
 from equaltime.scene.tree import Object, Place
@@ -19,11 +19,13 @@ __all__ = ["default_camera", "default_sky", "light", "sensor"]
 Array = NDArray[np.float64]
 
 LONG_SIDE: Final = 768
+WIDEST: Final = 1000.0
 ASPECT: Final = 4.0 / 3.0
 """Of an image whose camera leaves it to the viewer."""
 TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
 """From glTF's cameras and lights, which look along -z, to Mitsuba's, which look along +z with x to the left."""
 DEFAULT_FOV: Final = 40.0
+MARGIN: Final = 1.1
 DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
 """Where the default camera stands as seen from the middle: before the asset (+z), a little to the right and above."""
 SKY: Final = 1.0
@@ -33,9 +35,11 @@ def sensor(document: Document, at: Placed, place: Place) -> Object:
     """Return the camera of a node."""
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
+    view = camera.orthographic if camera.type == "orthographic" else camera.perspective
+    if view is None:
+        raise Malformed((f"cameras[{at.node.camera}]", f"needs '{camera.type}'"))
     if camera.type == "orthographic":
-        return _orthographic(camera.orthographic, at, place)
-    view = camera.perspective
+        return _orthographic(view, at, place)
     return plant(
         "sensor",
         "perspective",
@@ -51,6 +55,9 @@ def sensor(document: Document, at: Placed, place: Place) -> Object:
 
 def _orthographic(view: Any, at: Placed, place: Place) -> Object:
     width, height = abs(view.xmag), abs(view.ymag)
+    if not min(width, height) > 0.0 or not 1.0 / WIDEST <= width / height <= WIDEST:
+        message = f"xmag and ymag must not be 0, nor one of them {WIDEST:g} times the other"
+        raise Malformed((f"cameras[{at.node.camera}].orthographic", message))
     to_world = rigid(at.to_world) @ TURNED @ transforms.scale((width, width, 1.0))
     return plant(
         "sensor",
@@ -71,13 +78,18 @@ def _film(aspect: float, place: Place) -> Object:
 
 def default_camera(corners: Array, place: Place) -> Object:
     """Return a camera that has all `corners` (N, 3) in view."""
-    low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (-np.ones(3), np.ones(3))
-    middle, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low)) or 1.0
-    distance = radius / math.sin(math.radians(DEFAULT_FOV) / 2.0)
-    origin = middle + distance * np.array(DEFAULT_VIEW) / math.hypot(*DEFAULT_VIEW)
+    if len(corners) == 0:
+        corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    middle = 0.5 * corners.min(axis=0) + 0.5 * corners.max(axis=0)
+    back = np.array(DEFAULT_VIEW) / math.hypot(*DEFAULT_VIEW)
+    right = np.cross((0.0, 1.0, 0.0), back) / math.hypot(back[0], back[2])
+    x, y, z = ((corners - middle) @ np.column_stack([right, np.cross(back, right), back])).T
+    half = math.tan(math.radians(DEFAULT_FOV) / 2.0)
+    distance = MARGIN * float(np.max(z + np.maximum(np.abs(x) / (half * ASPECT), np.abs(y) / half)))
+    origin = middle + (distance or 1.0) * back
     to_world = transforms.look_at(origin.tolist(), middle.tolist(), (0.0, 1.0, 0.0))
     film = _film(ASPECT, place)
-    return plant("sensor", "perspective", place, to_world=to_world, fov=DEFAULT_FOV, fov_axis="smaller", film=film)
+    return plant("sensor", "perspective", place, to_world=to_world, fov=DEFAULT_FOV, fov_axis="y", film=film)
 
 
 def default_sky(radiance: float, place: Place) -> Object | None:

@@ -1,0 +1,32 @@
+"""What the extensions of glTF become here, and where that is not exact: shown by ``equaltime info``."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["MAPPING"]
+
+MAPPING: Final = {
+    "EXT_mesh_gpu_instancing": "instances",
+    "KHR_lights_punctual": "point, directional, spot, in candela and lux; "
+    "approximation: a spot falls linearly with the angle, and a light's range is not used",
+    "KHR_materials_anisotropy": "principled's anisotropic; "
+    "approximation: along u, alphas at most a factor of 10 apart, no texture",
+    "KHR_materials_clearcoat": "principled's clearcoat; "
+    "approximation: a quarter as strong, alpha from 0.001 to 0.1, no normals of its own",
+    "KHR_materials_emissive_strength": "a factor on the radiance of area",
+    "KHR_materials_ior": "principled's eta",
+    "KHR_materials_pbrSpecularGlossiness": "principled with metalness and base colour that reflect nearly the same; "
+    "approximation: the specular colours of a texture are not used",
+    "KHR_materials_sheen": "principled's sheen; approximation: white, of one roughness",
+    "KHR_materials_specular": "principled's eta with the same reflection at normal incidence; "
+    "approximation: no colour, no textures",
+    "KHR_materials_transmission": "blendbsdf with thindielectric, or principled's spec_trans where there is a volume; "
+    "approximation: what passes a thin wall is not blurred by its roughness",
+    "KHR_materials_unlit": "area of the base colour; approximation: it shines on its surroundings",
+    "KHR_materials_volume": "principled's base_color; "
+    "approximation: attenuated by the thickness at the surface, not along the way",
+    "KHR_mesh_quantization": "read as it is",
+    "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
+}
+"""What each supported extension becomes."""

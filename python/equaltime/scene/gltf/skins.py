@@ -1,0 +1,72 @@
+"""Skins of glTF files: meshes that joints bend, in the pose that the file's nodes have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.accessors import floats, integers
+from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.nodes import placed, product
+
+__all__ = ["skinned"]
+
+Array = NDArray[np.float64]
+
+
+def skinned(document: Document, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
+    """Return vertices (N, 3) and normals (N, 3) of the skinned mesh of a node, in the world; raises `Malformed`.
+
+    The transform of the node itself does not count, as the specification says.
+    """
+    joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]")
+    bones = _bones(document, document.gltf.nodes[node].skin)
+    if joints.max(initial=0) >= len(bones):
+        raise Malformed((f"nodes[{node}].skin", f"a vertex names joint {joints.max()}, but there are {len(bones)}"))
+    blended = np.zeros((len(vertices), 4, 4))
+    for i in range(joints.shape[1]):
+        blended += weights[:, i, None, None] * bones[joints[:, i]]
+    moved = (blended[:, :3, :3] * vertices[:, None, :]).sum(axis=2) + blended[:, :3, 3]
+    if normals is None:
+        return moved, None
+    return moved, (_cofactors(blended[:, :3, :3]) * normals[:, None, :]).sum(axis=2)
+
+
+def _influences(document: Document, primitive: Any, count: int, place: str) -> tuple[NDArray[np.uint32], Array]:
+    """Return the joints (N, 4k) of each vertex and their weights, which sum to 1."""
+    attributes = vars(primitive.attributes)
+    joints: list[NDArray[np.uint32]] = []
+    weights: list[Array] = []
+    while (given := attributes.get(f"JOINTS_{len(joints)}")) is not None:
+        shares = attributes.get(f"WEIGHTS_{len(joints)}")
+        if shares is None:
+            raise Malformed((place, f"the mesh has JOINTS_{len(joints)} without WEIGHTS_{len(joints)}"))
+        joints.append(integers(document, given, "VEC4"))
+        weights.append(floats(document, shares, "VEC4"))
+    if not joints or {*map(len, joints), *map(len, weights)} != {count}:
+        raise Malformed((place, "the mesh of a skin needs JOINTS_0 and WEIGHTS_0 for each of its vertices"))
+    shared = np.concatenate(weights, axis=1)
+    total = shared.sum(axis=1, keepdims=True)
+    return np.concatenate(joints, axis=1), np.divide(shared, total, out=np.zeros_like(shared), where=total > 0.0)
+
+
+def _bones(document: Document, index: int) -> Array:
+    """Return what each joint of a skin does (J, 4, 4): from where the mesh was modelled to the world."""
+    skin = document.gltf.skins[index]
+    worlds = {at.index: at.to_world for at in placed(document, None)}
+    standing = np.array([worlds[joint] for joint in skin.joints])
+    if skin.inverseBindMatrices is None:
+        return standing
+    columns = floats(document, skin.inverseBindMatrices, "MAT4")
+    if len(columns) < len(standing):
+        message = f"{len(columns)} inverse bind matrices for {len(standing)} joints"
+        raise Malformed((f"skins[{index}].inverseBindMatrices", message))
+    return product(standing, columns[: len(standing)].reshape(-1, 4, 4).transpose(0, 2, 1))
+
+
+def _cofactors(matrices: Array) -> Array:
+    """Return the cofactors (N, 3, 3), which turn normals as the matrices turn surfaces, but for their length."""
+    a, b, c = np.moveaxis(matrices, 2, 0)  # columns
+    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)

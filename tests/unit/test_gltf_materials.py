@@ -1,0 +1,260 @@
+"""Materials of glTF files as the principled BSDF, its wrappers and area lights; textures as one bitmap a parameter."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from equaltime.scene import model as m
+
+from .gltf_files import Builder, one_triangle
+from .gltf_materials import UV, bsdf, loaded, principled, texels, textured, warnings
+
+
+def srgb(byte: int) -> float:
+    value = byte / 255
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
+# -- metallic-roughness -----------------------------------------------------------------------------------------------
+
+
+def test_factors_are_parameters_of_principled(tmp_path: Path) -> None:
+    pbr = {"baseColorFactor": [0.1, 0.2, 0.3, 1], "metallicFactor": 0.4, "roughnessFactor": 0.6}
+    found = principled(tmp_path, pbrMetallicRoughness=pbr)
+    assert (found.base_color, found.metallic, found.roughness, found.eta) == ((0.1, 0.2, 0.3), 0.4, 0.6, 1.5)
+
+
+@pytest.mark.parametrize("material", [{}, {"name": "nothing said"}, {"pbrMetallicRoughness": {}}])
+def test_the_default_is_white_rough_metal(tmp_path: Path, material: dict[str, Any]) -> None:
+    found = principled(tmp_path, **material)
+    assert (found.base_color, found.metallic, found.roughness) == ((1, 1, 1), 1, 1)
+
+
+def test_both_sides_only_where_the_file_says_so(tmp_path: Path) -> None:
+    assert isinstance(bsdf(one_triangle(doubleSided=True), tmp_path), m.TwoSided)
+
+
+def test_one_material_is_one_bsdf(tmp_path: Path) -> None:
+    builder = one_triangle(name="a")
+    builder.node(mesh=0)
+    shapes = loaded(builder, tmp_path).model.shapes
+    assert shapes[0].bsdf is shapes[1].bsdf
+
+
+def test_roughness_is_green_and_metalness_blue(tmp_path: Path) -> None:
+    pixels = np.array([[[10, 20, 30, 40]]], np.uint8)
+    pbr = {"metallicRoughnessTexture": {"index": 0}, "roughnessFactor": 1.0, "metallicFactor": 0.5}
+    found = bsdf(textured(pixels, tmp_path, pbrMetallicRoughness=pbr), tmp_path)
+    assert isinstance(found, m.Principled)
+    rough, metal = texels(found.roughness, tmp_path), texels(found.metallic, tmp_path)
+    assert rough.texels.tolist() == [[[20]]]
+    assert rough.texels.dtype == np.uint8
+    assert metal.texels.dtype == np.float16
+    assert metal.texels[0, 0] == pytest.approx(15 / 255, rel=1e-3)
+
+
+def test_a_colour_texture_stays_as_it_is_without_a_factor(tmp_path: Path) -> None:
+    pixels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4) * 10
+    found = bsdf(textured(pixels, tmp_path, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}), tmp_path)
+    assert isinstance(found, m.Principled)
+    color = texels(found.base_color, tmp_path)
+    assert color.srgb
+    assert np.array_equal(color.texels, pixels[..., :3])
+
+
+def test_a_factor_multiplies_the_decoded_colour(tmp_path: Path) -> None:
+    pixels = np.array([[[200, 100, 50]]], np.uint8)
+    pbr = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 1.0, 0.25, 1.0]}
+    found = bsdf(textured(pixels, tmp_path, pbrMetallicRoughness=pbr), tmp_path)
+    assert isinstance(found, m.Principled)
+    color = texels(found.base_color, tmp_path)
+    assert not color.srgb
+    assert color.texels[0, 0] == pytest.approx([0.5 * srgb(200), srgb(100), 0.25 * srgb(50)], rel=1e-3)
+
+
+@pytest.mark.parametrize(("channels", "expected"), [(1, [[9, 9, 9]]), (2, [[9, 9, 9]]), (3, [[9, 8, 7]])])
+def test_images_may_be_grey(tmp_path: Path, channels: int, expected: list[list[int]]) -> None:
+    pixels = np.array([[[9, 8, 7][:channels]]], np.uint8)
+    found = bsdf(textured(pixels, tmp_path, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}), tmp_path)
+    assert isinstance(found, m.Principled)
+    assert texels(found.base_color, tmp_path).texels[0].tolist() == expected
+
+
+def test_samplers_say_how_a_texture_is_looked_up(tmp_path: Path) -> None:
+    builder = textured(np.zeros((1, 1, 3), np.uint8), tmp_path, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    builder.json["samplers"] = [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}]
+    builder.json["textures"][0]["sampler"] = 0
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    assert isinstance(found.base_color, m.Bitmap)
+    assert (found.base_color.wrap_mode, found.base_color.filter_type) == ("clamp", "nearest")
+    assert "wrapping of u holds for v too" in warnings(builder, tmp_path)
+
+
+def test_texture_coordinates_are_scaled_then_turned_then_moved(tmp_path: Path) -> None:
+    transform = {"offset": [10, 20], "rotation": math.pi / 2, "scale": [2, 3]}
+    use = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
+    found = bsdf(
+        textured(np.zeros((1, 1, 3), np.uint8), tmp_path, pbrMetallicRoughness={"baseColorTexture": use}), tmp_path
+    )
+    assert isinstance(found, m.Principled)
+    assert isinstance(found.base_color, m.Bitmap)
+    # u = 1 becomes (2, 0), turned counter-clockwise as one sees it, v being downwards, to (0, -2)
+    assert np.allclose(found.base_color.uv_rows, [[0, 3, 10], [-2, 0, 20]])
+
+
+def test_a_set_of_texture_coordinates_may_be_chosen(tmp_path: Path) -> None:
+    builder = Builder()
+    builder.image(np.zeros((1, 1, 3), np.uint8), tmp_path)
+    material = builder.add(
+        "materials",
+        {
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}},
+            "normalTexture": {"index": 0},
+        },
+    )
+    builder.node(mesh=builder.mesh(material=material, TEXCOORD_0=UV, TEXCOORD_1=np.array(UV) * 7.0))
+    surface = next(loaded(builder, tmp_path).surfaces())
+    assert surface.uvs.tolist() == [[0, 7], [7, 7], [0, 0]]  # type: ignore[union-attr]
+    assert "all textures are looked up with TEXCOORD_1, not with TEXCOORD_0 (materials[0])" in warnings(
+        builder, tmp_path
+    )
+
+
+# -- colours of vertices ----------------------------------------------------------------------------------------------
+
+
+def test_vertex_colours_are_multiplied_by_the_factor(tmp_path: Path) -> None:
+    builder = one_triangle(pbrMetallicRoughness={"baseColorFactor": [0.5, 1, 1, 1]})
+    colors = builder.accessor([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = colors
+    scene = loaded(builder, tmp_path)
+    found = scene.model.shapes[0].bsdf
+    assert isinstance(found, m.Principled)
+    assert isinstance(found.base_color, m.MeshAttribute)
+    mesh = scene.assets.mesh(scene.model.shapes[0])  # type: ignore[arg-type]
+    assert mesh.colors[:, :3].tolist() == [[0.5, 0, 0], [0, 1, 0], [0, 0, 1]]  # type: ignore[union-attr]
+
+
+def test_white_vertices_change_nothing(tmp_path: Path) -> None:
+    builder = Builder()
+    builder.node(mesh=builder.mesh(COLOR_0=[[1, 1, 1, 1]] * 3))
+    assert bsdf(builder, tmp_path).base_color == (1, 1, 1)  # type: ignore[union-attr]
+
+
+# -- opacity ----------------------------------------------------------------------------------------------------------
+
+
+def test_blending_is_a_mask_of_that_opacity(tmp_path: Path) -> None:
+    found = bsdf(one_triangle(alphaMode="BLEND", pbrMetallicRoughness={"baseColorFactor": [1, 1, 1, 0.25]}), tmp_path)
+    assert isinstance(found, m.Mask)
+    assert found.opacity == 0.25
+
+
+@pytest.mark.parametrize(("alpha", "cutoff", "opacity"), [(0.5, None, 1), (0.49, None, 0), (0.2, 0.1, 1), (1, 1.1, 0)])
+def test_masks_are_opaque_from_the_cutoff_on(
+    tmp_path: Path, alpha: float, cutoff: float | None, opacity: float
+) -> None:
+    given = {} if cutoff is None else {"alphaCutoff": cutoff}
+    pbr = {"baseColorFactor": [1, 1, 1, alpha]}
+    found = bsdf(one_triangle(alphaMode="MASK", pbrMetallicRoughness=pbr, **given), tmp_path)
+    assert isinstance(found, m.Mask)
+    assert found.opacity == opacity
+
+
+def test_opacity_means_nothing_to_an_opaque_material(tmp_path: Path) -> None:
+    assert principled(tmp_path, pbrMetallicRoughness={"baseColorFactor": [1, 1, 1, 0.25]})
+
+
+def test_opacity_is_the_alpha_of_the_colours_texture(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 255, 255, 51], [255, 255, 255, 204]]], np.uint8)
+    pbr = {"baseColorTexture": {"index": 0}}
+    found = bsdf(textured(pixels, tmp_path, pbrMetallicRoughness=pbr, alphaMode="BLEND"), tmp_path)
+    assert isinstance(found, m.Mask)
+    assert texels(found.opacity, tmp_path).texels.tolist() == [[[51], [204]]]
+
+
+def test_a_mask_is_cut_where_the_interpolated_opacity_is(tmp_path: Path) -> None:
+    """A ramp over two texels crosses the cutoff between them, not at a texel's border."""
+    pixels = np.zeros((1, 2, 4), np.uint8)
+    pixels[0, :, 3] = (0, 255)
+    pbr = {"baseColorTexture": {"index": 0}}
+    builder = textured(pixels, tmp_path, pbrMetallicRoughness=pbr, alphaMode="MASK", alphaCutoff=0.3)
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Mask)
+    assert isinstance(found.opacity, m.Bitmap)
+    assert found.opacity.filter_type == "nearest"
+    row = texels(found.opacity, tmp_path).texels[0, :, 0]
+    # texel centres at 1/4 and 3/4: the ramp reaches 0.3 at u = 0.4, and on the way back, repeated, at u = 0.1
+    centres = (np.arange(8) + 0.5) / 8
+    assert row.tolist() == [255 if u < 0.1 or u > 0.4 else 0 for u in centres]
+
+
+# -- normals and emission ---------------------------------------------------------------------------------------------
+
+
+def test_normals_are_taken_as_they_are_stored(tmp_path: Path) -> None:
+    pixels = np.array([[[128, 128, 255]]], np.uint8)
+    found = bsdf(textured(pixels, tmp_path, normalTexture={"index": 0}, doubleSided=True), tmp_path)
+    assert isinstance(found, m.TwoSided)
+    assert isinstance(found.bsdf[0], m.NormalMap)
+    normals = texels(found.bsdf[0].normalmap, tmp_path)
+    assert normals.texels.tolist() == [[[128, 128, 255]]]
+
+
+def test_the_scale_of_normals_makes_slopes_steeper(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 128, 255]]], np.uint8)
+    found = bsdf(textured(pixels, tmp_path, normalTexture={"index": 0, "scale": 2.0}), tmp_path)
+    assert isinstance(found, m.NormalMap)
+    x, y, z = 2.0 * texels(found.normalmap, tmp_path).texels[0, 0].astype(np.float64) - 1.0
+    assert x / z == pytest.approx(2.0, rel=5e-3)
+    assert math.hypot(x, y, z) == pytest.approx(1.0, rel=5e-3)
+
+
+@pytest.mark.parametrize("scale", [1, -1])
+def test_triangles_that_mirror_their_texture_have_green_turned_round(tmp_path: Path, scale: float) -> None:
+    """Up in a normal map is up on the surface, whichever way round the texture lies on it."""
+    builder = textured(np.array([[[128, 100, 255]]], np.uint8), tmp_path, normalTexture={"index": 0})
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]]
+    upright, mirrored = [[0, 1], [1, 1], [1, 0]], [[0, 1], [-1, 0], [0, 0]]
+    mesh = builder.mesh(square, material=0, TEXCOORD_0=upright + mirrored)
+    builder.json["nodes"] = [{"mesh": mesh, "scale": [scale, 1, 1]}]
+    scene = loaded(builder, tmp_path)
+    greens = {}
+    for shape in scene.model.shapes:
+        assert isinstance(shape, m.Gltf)
+        assert isinstance(shape.bsdf, m.NormalMap)
+        greens[shape.filename.rsplit("/")[-1]] = texels(shape.bsdf.normalmap, tmp_path).texels[0, 0, 1]
+    assert greens == ({"unmirrored": 100, "mirrored": 155} if scale > 0 else {"unmirrored": 155, "mirrored": 100})
+    assert sorted(len(surface.faces) for surface in scene.surfaces()) == [1, 1]  # type: ignore[union-attr]
+
+
+def test_emission_is_an_area_light(tmp_path: Path) -> None:
+    builder = one_triangle(
+        emissiveFactor=[1, 0.5, 0.25], extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 8}}
+    )
+    emitter = loaded(builder, tmp_path).model.shapes[0].emitter
+    assert isinstance(emitter, m.Area)
+    assert emitter.radiance == (8, 4, 2)
+
+
+def test_an_emissive_texture_is_nothing_without_a_factor(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 0, 0]]], np.uint8)
+    assert loaded(textured(pixels, tmp_path, emissiveTexture={"index": 0}), tmp_path).model.shapes[0].emitter is None
+    builder = textured(pixels, tmp_path, emissiveTexture={"index": 0}, emissiveFactor=[2, 2, 2])
+    emitter = loaded(builder, tmp_path).model.shapes[0].emitter
+    assert isinstance(emitter, m.Area)
+    assert texels(emitter.radiance, tmp_path).texels.tolist() == [[[2, 0, 0]]]
+
+
+def test_unlit_is_a_light_of_its_colour_that_reflects_nothing(tmp_path: Path) -> None:
+    pbr = {"baseColorFactor": [0.1, 0.2, 0.3, 1]}
+    builder = one_triangle(pbrMetallicRoughness=pbr, extensions={"KHR_materials_unlit": {}})
+    shape = loaded(builder, tmp_path).model.shapes[0]
+    assert shape.emitter is not None
+    assert shape.emitter.radiance == (0.1, 0.2, 0.3)
+    assert shape.bsdf == m.Diffuse(reflectance=(0, 0, 0), id="material_0")
+    assert "an unlit material is a light" in warnings(builder, tmp_path)

@@ -1,0 +1,204 @@
+"""Cameras and lights of glTF files, and those that are added where there are none."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.scene import model as m
+
+from .gltf_files import Builder, one_triangle
+
+
+def with_camera(camera: dict[str, Any], **node: Any) -> Builder:
+    builder = one_triangle()
+    builder.node(camera=builder.add("cameras", camera), **node)
+    return builder
+
+
+def with_light(light: dict[str, Any], **node: Any) -> Builder:
+    builder = one_triangle()
+    builder.json["extensions"] = {"KHR_lights_punctual": {"lights": [light]}}
+    builder.node(extensions={"KHR_lights_punctual": {"light": 0}}, **node)
+    return builder
+
+
+def loaded(builder: Builder, folder: Path, **defines: object) -> et.Scene:
+    return et.load(builder.glb(folder / "a.glb"), **defines)
+
+
+def sensor(builder: Builder, folder: Path) -> m.Sensor:
+    return loaded(builder, folder).model.sensor
+
+
+def emitter(builder: Builder, folder: Path) -> m.FreeEmitter:
+    (found,) = loaded(builder, folder).model.emitters
+    return found
+
+
+PERSPECTIVE = {"type": "perspective", "perspective": {"yfov": math.pi / 2, "znear": 0.1, "aspectRatio": 2.0}}
+
+
+# -- cameras ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_perspective_camera_keeps_its_vertical_field_of_view(tmp_path: Path) -> None:
+    found = sensor(with_camera(PERSPECTIVE), tmp_path)
+    assert isinstance(found, m.Perspective)
+    assert (found.film.width, found.film.height) == (768, 384)
+    assert math.tan(math.radians(found.x_fov) / 2) == pytest.approx(2.0)
+    assert (found.near_clip, found.far_clip) == (0.1, None)
+
+
+def test_a_tall_image_is_tall(tmp_path: Path) -> None:
+    camera = {"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1, "zfar": 10.0, "aspectRatio": 0.5}}
+    found = sensor(with_camera(camera), tmp_path)
+    assert (found.film.width, found.film.height, found.far_clip) == (384, 768, 10)
+
+
+def test_cameras_look_along_minus_z_with_x_to_the_right(tmp_path: Path) -> None:
+    """Mitsuba's camera space has +z forwards and +x to the left."""
+    to_world = m.as_array(sensor(with_camera(PERSPECTIVE, translation=[1, 2, 3]), tmp_path).to_world)
+    assert to_world.tolist() == [[-1, 0, 0, 1], [0, 1, 0, 2], [0, 0, -1, 3], [0, 0, 0, 1]]
+
+
+def test_a_turned_camera_looks_along_its_own_axis(tmp_path: Path) -> None:
+    half = math.sqrt(0.5)
+    to_world = m.as_array(sensor(with_camera(PERSPECTIVE, rotation=[0, half, 0, half]), tmp_path).to_world)
+    assert np.allclose(to_world[:3, :3], [[0, 0, -1], [0, 1, 0], [1, 0, 0]])
+
+
+def test_scale_and_shear_of_a_cameras_node_do_not_count(tmp_path: Path) -> None:
+    scaled = sensor(with_camera(PERSPECTIVE, scale=[2, 3, 4], translation=[1, 2, 3]), tmp_path)
+    assert np.allclose(scaled.to_world, sensor(with_camera(PERSPECTIVE, translation=[1, 2, 3]), tmp_path).to_world)
+
+
+def test_an_orthographic_camera_sees_xmag_to_either_side(tmp_path: Path) -> None:
+    camera = {"type": "orthographic", "orthographic": {"xmag": 3.0, "ymag": 1.5, "znear": 0.0, "zfar": 10.0}}
+    found = sensor(with_camera(camera), tmp_path)
+    assert isinstance(found, m.Orthographic)
+    assert np.allclose(np.linalg.norm(np.array(found.to_world)[:3, :3], axis=0), (3, 3, 1))
+    assert (found.film.width, found.film.height) == (768, 384)
+
+
+@pytest.mark.parametrize(
+    ("camera", "expected"),
+    [
+        ({"type": "perspective"}, r"cameras\[0\]: needs 'perspective'"),
+        ({"type": "orthographic"}, r"cameras\[0\]: needs 'orthographic'"),
+        ({"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1}}, r"xmag and ymag must not be 0"),
+        ({"type": "perspective", "perspective": {"yfov": 0, "znear": 1}}, r"cameras\[0\].perspective.yfov"),
+        ({"type": "fisheye"}, r"cameras\[0\].type: expected 'perspective' or 'orthographic', found 'fisheye'"),
+    ],
+)
+def test_a_wrong_camera_is_told(tmp_path: Path, camera: dict[str, Any], expected: str) -> None:
+    with pytest.raises(et.SceneError, match=expected):
+        sensor(with_camera(camera), tmp_path)
+
+
+def test_one_of_several_cameras_may_be_chosen(tmp_path: Path) -> None:
+    builder = with_camera(PERSPECTIVE, name="front")
+    builder.node(camera=0, name="side", translation=[7, 0, 0])
+    scene = loaded(builder, tmp_path)
+    assert scene.model.sensor.to_world[0][3] == 0
+    assert "of 2 cameras the first is used; -D camera=... takes another of front, side" in scene.warnings
+    assert loaded(builder, tmp_path, camera="side").model.sensor.to_world[0][3] == 7
+    assert loaded(builder, tmp_path, camera="1").model.sensor.to_world[0][3] == 7
+    with pytest.raises(et.SceneError, match=r"the file has no camera 'sid'; did you mean 'side'\?"):
+        loaded(builder, tmp_path, camera="sid")
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
+@pytest.mark.parametrize("middle", [0.0, 10.0])
+def test_an_added_camera_has_everything_in_view(tmp_path: Path, size: float, middle: float) -> None:
+    builder = Builder()
+    random = np.random.default_rng(3)
+    points = (random.uniform(-1, 1, (30, 3)) * (3, 1, 0.2) + middle) * size
+    builder.node(mesh=builder.mesh(points))
+    scene = loaded(builder, tmp_path)
+    assert any("a camera" in w or "has no camera" in w for w in scene.warnings)
+    found = scene.model.sensor
+    assert isinstance(found, m.Perspective)
+    local = np.linalg.inv(m.as_array(found.to_world)) @ np.column_stack([points, np.ones(30)]).T
+    half = math.tan(math.radians(found.x_fov) / 2)
+    x, y, z = local[:3]
+    assert (z > 0).all()
+    assert np.abs(x / z).max() < half
+    assert np.abs(y / z).max() < half * found.film.height / found.film.width
+    filled = max(np.abs(x / z).max() / half, np.abs(y / z).max() / half / 0.75)
+    assert filled > 0.7
+
+
+# -- lights -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_point_light_has_its_candela(tmp_path: Path) -> None:
+    found = emitter(
+        with_light({"type": "point", "intensity": 10, "color": [1, 0.5, 0]}, translation=[1, 2, 3]), tmp_path
+    )
+    assert isinstance(found, m.Point)
+    assert (found.world_position, found.intensity) == ((1, 2, 3), (10, 5, 0))
+
+
+def test_a_directional_light_shines_along_minus_z(tmp_path: Path) -> None:
+    half = math.sqrt(0.5)
+    found = emitter(with_light({"type": "directional", "intensity": 3}, rotation=[-half, 0, 0, half]), tmp_path)
+    assert isinstance(found, m.Directional)
+    assert found.world_direction == pytest.approx((0, -1, 0))
+    assert found.irradiance == (3, 3, 3)
+
+
+def test_a_spot_has_its_cones(tmp_path: Path) -> None:
+    spot = {"innerConeAngle": 0.2, "outerConeAngle": 0.5}
+    found = emitter(with_light({"type": "spot", "intensity": 5, "spot": spot}, translation=[0, 4, 0]), tmp_path)
+    assert isinstance(found, m.Spot)
+    assert (found.beam, found.cutoff_angle) == pytest.approx((math.degrees(0.2), math.degrees(0.5)))
+    assert np.allclose(np.array(found.to_world)[:3, 2:], [[0, 0], [0, 4], [-1, 0]])
+
+
+def test_the_default_spot_opens_by_a_quarter_of_a_half_turn(tmp_path: Path) -> None:
+    found = emitter(with_light({"type": "spot"}), tmp_path)
+    assert isinstance(found, m.Spot)
+    assert (found.beam, found.cutoff_angle) == pytest.approx((0, 45))
+
+
+def test_a_node_that_names_no_light_is_told(tmp_path: Path) -> None:
+    builder = with_light({"type": "point"})
+    builder.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 1
+    with pytest.raises(
+        et.SceneError, match=r"KHR_lights_punctual.light: expected the index of one of 1 lights, found 1"
+    ):
+        loaded(builder, tmp_path)
+
+
+def test_a_file_without_lights_gets_a_sky(tmp_path: Path) -> None:
+    scene = loaded(one_triangle(), tmp_path)
+    assert "the file has no light: a sky of radiance 1 is added; -D sky=... sets it" in scene.warnings
+    (sky,) = scene.model.emitters
+    assert isinstance(sky, m.Constant)
+    assert sky.radiance == (1, 1, 1)
+
+
+def test_glowing_surfaces_get_a_sky_too_unless_it_is_left_out(tmp_path: Path) -> None:
+    builder = one_triangle(emissiveFactor=[1, 1, 1])
+    scene = loaded(builder, tmp_path)
+    assert any("no light but glowing surfaces" in warning for warning in scene.warnings)
+    assert len(scene.model.emitters) == 1
+    assert loaded(builder, tmp_path, sky=0).model.emitters == ()
+
+
+def test_a_sky_may_be_added_to_lights(tmp_path: Path) -> None:
+    builder = with_light({"type": "point"})
+    assert len(loaded(builder, tmp_path).model.emitters) == 1
+    _point, sky = loaded(builder, tmp_path, sky="0.25").model.emitters
+    assert isinstance(sky, m.Constant)
+    assert sky.radiance == (0.25, 0.25, 0.25)
+
+
+def test_animations_are_told_not_to_play(tmp_path: Path) -> None:
+    builder = one_triangle()
+    builder.json |= {"animations": [{}]}
+    assert any("animations are not played" in warning for warning in loaded(builder, tmp_path).warnings)
