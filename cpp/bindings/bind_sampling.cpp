@@ -53,8 +53,8 @@ struct Columns {
 };
 
 const Bsdf& bsdf_at(const Scene& scene, std::size_t index) {
-  require(index < scene.bsdfs.size(), "no such BSDF");
-  return scene.bsdfs[index];
+  require(index < scene.materials.size(), "no such BSDF");
+  return scene.materials[index].bsdf;
 }
 
 py::dict eval_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {

@@ -78,10 +78,9 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
 }
 
 py::dict effects_dict(const Effects& e) {
-  return py::dict("analytic_shapes"_a = e.analytic_shapes, "smooth_normals"_a = e.smooth_normals,
-                  "rough_conductors"_a = e.rough_conductors, "anisotropy"_a = e.anisotropy, "specular"_a = e.specular,
-                  "layered"_a = e.layered, "point_lights"_a = e.point_lights, "environment"_a = e.environment,
-                  "lens"_a = e.lens);
+  py::dict d;
+  for (const auto& [used, name] : kEffectFields) d[name] = e.*used;
+  return d;
 }
 
 /// Nearest hits of rays given in the user's units: for tests and comparisons, not for rendering.
@@ -111,6 +110,7 @@ void bind_builder(py::module_& m) {
   using D = SceneDescription;
   py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
   bind_bsdfs(builder);
+  bind_textures(builder);
   builder.def(py::init<>())
       .def(
           "add_mesh",
@@ -141,19 +141,21 @@ void bind_builder(py::module_& m) {
       .def(
           "add_sphere",
           [](D& d, const Triple& c, double r, bool flip, Index front, Index back, const std::optional<Triple>& radiance,
-             const Triple& pole) {
-            return append(d.shapes, SphereDescription{vec(c), r, flip, surface(front, back, radiance), vec(pole)});
+             const Triple& pole, const Triple& meridian, bool mirrored) {
+            return append(d.shapes, SphereDescription{vec(c), r, flip, surface(front, back, radiance), vec(pole),
+                                                      vec(meridian), mirrored});
           },
           "center"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
-          "pole"_a = Triple{0, 0, 1})
+          "pole"_a = Triple{0, 0, 1}, "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
       .def(
           "add_cylinder",
           [](D& d, const Triple& base, const Triple& end, double r, bool flip, Index front, Index back,
-             const std::optional<Triple>& radiance) {
-            return append(d.shapes,
-                          CylinderDescription{vec(base), vec(end), r, flip, surface(front, back, radiance)});
+             const std::optional<Triple>& radiance, const Triple& meridian, bool mirrored) {
+            return append(d.shapes, CylinderDescription{vec(base), vec(end), r, flip, surface(front, back, radiance),
+                                                        vec(meridian), mirrored});
           },
-          "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a)
+          "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
+          "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
       .def(
           "add_point_light",
           [](D& d, const Triple& p, const Triple& i) {
@@ -192,8 +194,7 @@ void bind_builder(py::module_& m) {
             d.sensor = ThinLensDescription{view, aperture_radius, focus_distance};
           },
           "to_world"_a, "x_fov_degrees"_a, "near"_a = py::none(), "far"_a = py::none(),
-          "principal_point_offset"_a = std::array<double, 2>{0, 0}, "aperture_radius"_a = 0.0,
-          "focus_distance"_a = 1.0)
+          "principal_point_offset"_a = std::array<double, 2>{0, 0}, "aperture_radius"_a = 0.0, "focus_distance"_a = 1.0)
       .def(
           "set_orthographic",
           [](D& d, const ArrayD& t, std::optional<double> near, std::optional<double> far) {

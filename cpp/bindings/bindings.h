@@ -13,5 +13,6 @@ void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
 void bind_render(pybind11::module_& m);    // Settings, Renderer, build information
 void bind_sampling(pybind11::module_& m);  // samplers and densities, for tests
 void bind_bsdfs(pybind11::class_<SceneDescription>& builder);
+void bind_textures(pybind11::class_<SceneDescription>& builder);
 
 }  // namespace equaltime

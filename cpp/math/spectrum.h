@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/vector.h"
+
 namespace equaltime {
 
 struct Spectrum {
@@ -29,8 +31,14 @@ struct Spectrum {
 
   [[nodiscard]] constexpr bool is_black() const noexcept { return r == 0 && g == 0 && b == 0; }
   [[nodiscard]] constexpr float max_component() const noexcept { return std::max(r, std::max(g, b)); }
+  /// Rec. 709, as Mitsuba makes a number of a colour.
+  [[nodiscard]] constexpr float luminance() const noexcept { return 0.212671F * r + 0.71516F * g + 0.072169F * b; }
   [[nodiscard]] constexpr float mean() const noexcept { return (r + g + b) * (1.0F / 3.0F); }
   [[nodiscard]] bool is_finite() const noexcept { return std::isfinite(r) && std::isfinite(g) && std::isfinite(b); }
 };
+
+[[nodiscard]] constexpr Spectrum spectrum(const Vec3d& v) noexcept {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
 
 }  // namespace equaltime

@@ -2,14 +2,6 @@
 
 namespace equaltime {
 
-namespace {
-
-Spectrum spectrum(const Vec3d& v) noexcept {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
-}  // namespace
-
 Diffuse::Diffuse(const DiffuseDescription& d) noexcept : reflectance(spectrum(d.reflectance)) {}
 Conductor::Conductor(const ConductorDescription& d) noexcept
     : eta(spectrum(d.eta)), k(spectrum(d.k)), specular_reflectance(spectrum(d.specular_reflectance)) {}

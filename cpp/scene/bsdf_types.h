@@ -7,10 +7,35 @@
 // smallest u_lobe; eval is of the others alone, and their density includes that of not taking a discrete one.
 #pragma once
 
+#include <cstdint>
+
 #include "math/spectrum.h"
 #include "math/vector.h"
 
 namespace equaltime {
+
+/// What a texture may give to a model, which takes it by `set`; a model leaves alone what it does not have. A parameter
+/// that is one number takes a colour's luminance.
+enum class BsdfParameter : std::uint8_t {
+  reflectance,
+  diffuse_reflectance,
+  specular_reflectance,
+  specular_transmittance,
+  eta,
+  k,
+  alpha,
+  alpha_u,
+  alpha_v
+};
+inline constexpr const char* kBsdfParameterNames[] = {"reflectance",
+                                                      "diffuse_reflectance",
+                                                      "specular_reflectance",
+                                                      "specular_transmittance",
+                                                      "eta",
+                                                      "k",
+                                                      "alpha",
+                                                      "alpha_u",
+                                                      "alpha_v"};
 
 /// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
 struct BsdfValue {

@@ -34,6 +34,12 @@ std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector
   return tangents;
 }
 
+void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept {
+  const FrameD axes = FrameD::from_tangent(axis, meridian);
+  surface.azimuth[0] = to_float(axes.s);
+  surface.azimuth[1] = to_float(mirrored ? -axes.t : axes.t);
+}
+
 class Builder {
  public:
   explicit Builder(SceneDescription& d) : description_(d), normalization_(d) {}
@@ -53,6 +59,7 @@ class Builder {
   void add(std::size_t index, SphereDescription& sphere);
   void add(std::size_t index, CylinderDescription& cylinder);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
+  static std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);
   [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
   void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
   Lights make_lights();
@@ -60,6 +67,8 @@ class Builder {
 
   SceneDescription& description_;
   Normalization normalization_;
+  std::vector<Texture> textures_;
+  std::vector<Material> materials_;
   std::vector<Surface> surfaces_;
   Geometries geometries_;
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
@@ -71,8 +80,9 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   Surface surface;
   for (const auto& [side, bsdf] : {std::pair{0, d.front}, std::pair{1, d.back}}) {
     if (!bsdf) continue;
-    if (*bsdf >= description_.bsdfs.size()) fail(surfaces_.size(), "BSDF index out of range");
+    if (*bsdf >= materials_.size()) fail(surfaces_.size(), "BSDF index out of range");
     surface.bsdf[side] = *bsdf;
+    surface.textured = surface.textured || !materials_[*bsdf].bindings.empty();
   }
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
   surface.flipped = flipped;
@@ -81,9 +91,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
 }
 
 bool Builder::needs_tangents(const SurfaceDescription& d) const noexcept {
-  const auto anisotropic = [&](std::optional<std::uint32_t> bsdf) {
-    return bsdf && is_anisotropic(make_bsdf(description_.bsdfs[*bsdf]));
-  };
+  const auto anisotropic = [&](std::optional<std::uint32_t> bsdf) { return bsdf && materials_[*bsdf].anisotropic; };
   return anisotropic(d.front) || anisotropic(d.back);
 }
 
@@ -92,8 +100,20 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
   planes.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
+  surfaces_[shape].mesh = static_cast<std::uint32_t>(geometries_.meshes.size());
   mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
   geometries_.meshes.push_back(std::move(mesh));
+}
+
+std::vector<Point2f> Builder::float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs) {
+  std::vector<Point2f> out;
+  out.reserve(uvs.size());
+  for (const auto& [u, v] : uvs) {
+    out.push_back({static_cast<float>(u), static_cast<float>(v)});
+    if (!std::isfinite(out.back().x) || !std::isfinite(out.back().y))
+      fail(shape, "texture coordinate " + std::to_string(out.size() - 1) + " is not finite in single precision");
+  }
+  return out;
 }
 
 void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped) {
@@ -130,6 +150,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
   if (needs_tangents(mesh.surface)) surface.tangents = triangle_tangents(out, mesh.uvs);
+  if (surface.textured) surface.uvs = float_uvs(index, mesh.uvs);
   add_triangle_lights(out, surface, false);
   add_mesh(index, std::move(out));
 }
@@ -145,6 +166,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   if (!(length_squared(cross(edge_x, edge_y)) > 0)) fail(index, "a rectangle needs an area");
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
+  if (surface.textured) surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   if (needs_tangents(r.surface)) surface.tangents.assign(2, to_float(edge_x));
   if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     add_triangle_lights(out, surface, flipped);
@@ -181,6 +203,7 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   geometries_.spheres.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
   surface.pole = to_float(s.pole);
+  set_azimuth(surface, s.pole, s.meridian, s.mirrored);
   if (!surface.radiance.is_black()) {
     surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
     area_lights_.emplace_back(SphereLight(center, radius, s.flip_normals, surface.radiance));
@@ -196,6 +219,7 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   const CylinderGeometry cylinder{base, axis / height, height, radius};
   geometries_.cylinders.push_back(cylinder);
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
+  set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);
   if (!surface.radiance.is_black()) {
     surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
     area_lights_.emplace_back(CylinderLight(cylinder, c.flip_normals, surface.radiance));
@@ -210,7 +234,9 @@ std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
     const Surface& surface = surfaces_[mesh_shapes_[i]];
     views.push_back({mesh.triangles.data(), mesh.vertices.data(), surface.planes.data(),
                      surface.normals.empty() ? nullptr : surface.normals.data(),
-                     surface.tangents.empty() ? nullptr : surface.tangents.data(), mesh_shapes_[i], surface.flipped});
+                     surface.tangents.empty() ? nullptr : surface.tangents.data(),
+                     surface.uvs.empty() ? nullptr : surface.uvs.data(), surface.textured, mesh_shapes_[i],
+                     surface.flipped});
   }
   return views;
 }
@@ -223,11 +249,11 @@ Lights Builder::make_lights() {
 }
 
 Scene Builder::build(Intersection mode) {
+  textures_ = make_textures(std::move(description_.textures));
+  materials_ = make_materials(description_, textures_);
   surfaces_.reserve(description_.shapes.size());
   for (std::size_t i = 0; i < description_.shapes.size(); ++i)
     std::visit([&](auto& shape) { add(i, shape); }, description_.shapes[i]);
-  std::vector<Bsdf> bsdfs;
-  for (const BsdfDescription& b : description_.bsdfs) bsdfs.push_back(make_bsdf(b));
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
   Accel accel(std::move(geometries_), mode);
@@ -239,7 +265,8 @@ Scene Builder::build(Intersection mode) {
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
           std::move(cylinder_shapes_),
-          std::move(bsdfs),
+          std::move(materials_),
+          std::move(textures_),
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
@@ -255,21 +282,6 @@ Scene build_scene(SceneDescription description, Intersection mode) {
       film.crop_y + film.crop_height > film.height)
     throw std::invalid_argument("the film's crop is empty or reaches beyond the film");
   return Builder(description).build(mode);
-}
-
-std::size_t Scene::triangle_count() const noexcept {
-  std::size_t n = 0;
-  for (const TriangleMesh& mesh : accel.geometries().meshes) n += mesh.triangles.size();
-  return n;
-}
-
-std::size_t Scene::memory_bytes() const noexcept {
-  std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
-  for (const TriangleMesh& mesh : accel.geometries().meshes)
-    bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
-  for (const Surface& surface : surfaces)
-    bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f);
-  return bytes;
 }
 
 }  // namespace equaltime

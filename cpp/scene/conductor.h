@@ -16,6 +16,11 @@ struct Conductor {
   Spectrum eta, k, specular_reflectance;
 
   explicit Conductor(const ConductorDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::eta) eta = value;
+    if (parameter == BsdfParameter::k) k = value;
+    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+  }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float, Point2f) const noexcept {

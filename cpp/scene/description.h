@@ -11,6 +11,7 @@
 #include "math/spectrum.h"
 #include "math/transform.h"
 #include "math/vector.h"
+#include "scene/texture_description.h"
 
 namespace equaltime {
 
@@ -73,13 +74,17 @@ struct SphereDescription {
   double radius = 1;
   bool flip_normals = false;
   SurfaceDescription surface;
-  Vec3d pole{0, 0, 1};  // the axis round which azimuth is counted
+  Vec3d pole{0, 0, 1};      // the axis round which azimuth is counted
+  Vec3d meridian{1, 0, 0};  // where azimuth is 0
+  bool mirrored = false;    // azimuth runs the other way round
 };
 struct CylinderDescription {  // a tube without caps, front outwards
   Vec3d base, end;            // of its axis
   double radius = 1;
   bool flip_normals = false;
   SurfaceDescription surface;
+  Vec3d meridian{1, 0, 0};  // where azimuth is 0
+  bool mirrored = false;    // azimuth runs the other way round
 };
 using ShapeDescription =
     std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription, CylinderDescription>;
@@ -142,6 +147,8 @@ struct FilmDescription {
 
 struct SceneDescription {
   std::vector<BsdfDescription> bsdfs;
+  std::vector<TextureDescription> textures;
+  std::vector<TextureBinding> bindings;
   std::vector<ShapeDescription> shapes;
   std::vector<PointLightDescription> point_lights;
   std::vector<SpotLightDescription> spot_lights;

@@ -17,6 +17,10 @@ struct Dielectric {
   Spectrum specular_reflectance, specular_transmittance;
 
   explicit Dielectric(const DielectricDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+    if (parameter == BsdfParameter::specular_transmittance) specular_transmittance = value;
+  }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u, Point2f) const noexcept {

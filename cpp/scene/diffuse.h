@@ -15,6 +15,9 @@ struct Diffuse {
   Spectrum reflectance;
 
   explicit Diffuse(const DiffuseDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::reflectance) reflectance = value;
+  }
 
   [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
     const float pdf = cosine_hemisphere_pdf(wi.z);

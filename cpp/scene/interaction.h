@@ -5,6 +5,7 @@
 
 #include "math/frame.h"
 #include "math/ray.h"
+#include "sampling/sampler.h"
 
 namespace equaltime {
 
@@ -27,7 +28,8 @@ struct Interaction {
   std::uint32_t primitive;
   bool front;  // the ray came from the front side of the surface
 
-  bool smooth;  // the shading normal is interpolated, so that it may differ from the geometric one
+  bool smooth;    // the shading normal is interpolated, so that it may differ from the geometric one
+  Point2f place;  // on a textured surface: barycentric on a triangle, uv elsewhere
 
   /// The ray that leaves in a direction of which it is known whether it is above the surface.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {

@@ -6,14 +6,25 @@
 #include "math/numeric.h"
 #include "math/vector.h"
 #include "sampling/sampler.h"
+#include "scene/bsdf_types.h"
 #include "scene/description.h"
 
 namespace equaltime {
 
 class Microfacet {
  public:
+  /// What roughness a texture may give at least, as in Mitsuba: 0 would be a mirror.
+  static constexpr float kSmallestAlpha = 1e-4F;
+
   Microfacet(MicrofacetModel model, float alpha_u, float alpha_v) noexcept
       : alpha_u_(alpha_u), alpha_v_(alpha_v), model_(model) {}
+
+  /// Sets what of the roughness the parameter is, if it is any of it.
+  void set(BsdfParameter parameter, float alpha) noexcept {
+    const bool both = parameter == BsdfParameter::alpha;
+    if (both || parameter == BsdfParameter::alpha_u) alpha_u_ = std::max(alpha, kSmallestAlpha);
+    if (both || parameter == BsdfParameter::alpha_v) alpha_v_ = std::max(alpha, kSmallestAlpha);
+  }
 
   [[nodiscard]] bool anisotropic() const noexcept { return alpha_u_ != alpha_v_; }
 

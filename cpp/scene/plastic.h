@@ -29,6 +29,11 @@ struct Plastic {
   Spectrum diffuse_reflectance, specular_reflectance;
 
   explicit Plastic(const PlasticDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::diffuse_reflectance) diffuse_reflectance = value;
+    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+    derive();
+  }
 
   /// Of the body alone.
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {

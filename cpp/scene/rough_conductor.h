@@ -17,6 +17,12 @@ struct RoughConductor {
   Spectrum eta, k, specular_reflectance;
 
   explicit RoughConductor(const RoughConductorDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::eta) eta = value;
+    if (parameter == BsdfParameter::k) k = value;
+    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+    distribution.set(parameter, value.luminance());
+  }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
     if (!(wi.z > 0)) return {};

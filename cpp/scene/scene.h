@@ -7,9 +7,9 @@
 
 #include "accel/accel.h"
 #include "math/optional.h"
-#include "scene/bsdf.h"
 #include "scene/interaction.h"
 #include "scene/lights.h"
+#include "scene/material.h"
 #include "scene/normalization.h"
 #include "scene/pixel_filter.h"
 #include "scene/sensor.h"
@@ -24,6 +24,8 @@ struct MeshView {
   const TrianglePlane* planes;
   const Vec3f* normals;   // null: flat
   const Vec3f* tangents;  // one a triangle; null: no BSDF looks at them
+  const Point2f* uvs;     // null: none, or no texture looks at them
+  bool textured;
   std::uint32_t shape;
   bool flipped;
 };
@@ -36,7 +38,8 @@ struct Scene {
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
   std::vector<std::uint32_t> cylinder_shapes;
-  std::vector<Bsdf> bsdfs;
+  std::vector<Material> materials;  // one a BSDF of the description
+  std::vector<Texture> textures;
   Lights lights;
   Sensor sensor;
   PixelFilter filter;
@@ -47,11 +50,18 @@ struct Scene {
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Ray& ray) const noexcept;
 
-  /// BSDF on the side that the interaction is on; null where that side absorbs.
-  [[nodiscard]] const Bsdf* bsdf(const Interaction& it) const noexcept {
+  /// BSDF on the side that the interaction is on; null where that side absorbs. One that textures make is put in `own`.
+  template <auto E>
+  [[nodiscard]] EQUALTIME_INLINE const Bsdf* bsdf(const Interaction& it, std::optional<Bsdf>& own) const noexcept {
     const std::uint32_t index = surfaces[it.shape].bsdf[it.front ? 0 : 1];
-    return index == kNone ? nullptr : &bsdfs[index];
+    if (index == kNone) return nullptr;
+    const Material& material = materials[index];
+    if constexpr (E.textures)
+      if (!material.bindings.empty()) return &own.emplace(material.at(textures, uv(it)));
+    return &material.bsdf;
   }
+  /// Texture coordinates of a point of a textured surface. A mesh that has none takes its triangles' barycentric ones.
+  [[nodiscard]] Point2f uv(const Interaction& it) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
@@ -75,6 +85,7 @@ struct Met {
   Vec3f tangent;  // of any length; zero where none matters
   std::uint32_t shape, primitive;
   bool flipped, smooth;
+  Point2f place;
 };
 
 /// The interaction on the side that the ray, whose direction is unit, came from.
@@ -88,8 +99,15 @@ template <auto E>
   else
     frame = Frame::from_normal(ns);
   SurfaceAnchor anchor{met.anchor.p, met.anchor.n * side, met.anchor.offset};
-  return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth};
+  return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place};
 }
+
+/// Azimuth and polar angle, in whole turns and half turns.
+[[nodiscard]] Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept;
+/// Azimuth, in turns, and height, from 0 at the base to 1.
+[[nodiscard]] Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexcept;
+/// Distance from the centre, in radii, and azimuth, in turns.
+[[nodiscard]] Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept;
 
 template <auto E>
 [[nodiscard]] Interaction on_sphere(const SphereGeometry& sphere, const Surface& surface, const Ray& ray,
@@ -97,7 +115,10 @@ template <auto E>
   const double t = intersect_sphere(sphere, ray).value_or(0);
   const Vec3d n = normalize(Vec3d(ray.origin) + Vec3d(ray.direction) * t - sphere.center);
   const Vec3f nf(n), p(sphere.center + n * sphere.radius);
-  return face<E>({{p, nf, point_offset(p, nf)}, nf, cross(surface.pole, nf), shape, 0, surface.flipped, false}, ray);
+  Met met{{p, nf, point_offset(p, nf)}, nf, cross(surface.pole, nf), shape, 0, surface.flipped, false, {}};
+  if constexpr (E.textures)
+    if (surface.textured) met.place = sphere_uv(surface, nf);
+  return face<E>(met, ray);
 }
 
 template <auto E>
@@ -106,7 +127,10 @@ template <auto E>
   const double t = intersect_disk(disk, ray).value_or(0);
   const Vec3d point = Vec3d(ray.origin) + Vec3d(ray.direction) * t;
   const Vec3f nf(disk.normal), p(point), radial(point - disk.center);
-  return face<E>({{p, nf, point_offset(p, nf)}, nf, radial, shape, 0, surface.flipped, false}, ray);
+  Met met{{p, nf, point_offset(p, nf)}, nf, radial, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.textures)
+    if (surface.textured) met.place = disk_uv(disk, point);
+  return face<E>(met, ray);
 }
 
 template <auto E>
@@ -118,7 +142,10 @@ template <auto E>
   const Vec3d n = normalize(r - cylinder.axis * height);
   const Vec3f nf(n), p(cylinder.base + cylinder.axis * height + n * cylinder.radius);
   const Vec3f around(cross(cylinder.axis, n));
-  return face<E>({{p, nf, point_offset(p, nf)}, nf, around, shape, 0, surface.flipped, false}, ray);
+  Met met{{p, nf, point_offset(p, nf)}, nf, around, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.textures)
+    if (surface.textured) met.place = cylinder_uv(surface, nf, height / cylinder.length);
+  return face<E>(met, ray);
 }
 
 template <auto E>
@@ -128,18 +155,23 @@ template <auto E>
   Vec3d p = plane.meet(ray);
   Vec3f n(plane.n);
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;
+  const bool textured = E.textures && mesh.textured;
   Vec3f ns = n;
-  if (smooth) {
+  Point2f place{};
+  if (smooth || textured) {
     const Triangle& t = mesh.triangles[primitive];
     const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
     const auto [u, v] = barycentric(v0, v1, v2, p);
-    const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
-    if (length_squared(sum) > 0) ns = normalize(sum);
+    if (smooth) {
+      const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
+      if (length_squared(sum) > 0) ns = normalize(sum);
+    }
+    if (textured) place = {u, v};
   }
   Vec3f tangent;
   if constexpr (E.anisotropy)
     if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
-  return face<E>({{Vec3f(p), n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth}, ray);
+  return face<E>({{Vec3f(p), n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, place}, ray);
 }
 
 }  // namespace detail

@@ -60,7 +60,11 @@ struct Surface {
   std::vector<TrianglePlane> planes;       // of each triangle (meshes)
   std::vector<Vec3f> normals;              // one a vertex, or none (meshes)
   std::vector<Vec3f> tangents;             // one a triangle if a BSDF is anisotropic, or none (meshes)
+  bool textured = false;                   // a texture looks at where on the surface a point is
+  std::uint32_t mesh = kNone;              // its number among the scene's meshes, if it is one
+  std::vector<Point2f> uvs;                // one a vertex, or none; of textured meshes only
   Vec3f pole;                              // the axis round which azimuth is counted (spheres)
+  Vec3f azimuth[2];                        // across it, where azimuth is 0 and a quarter turn (spheres, cylinders)
 };
 
 }  // namespace equaltime

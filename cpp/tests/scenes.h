@@ -65,6 +65,11 @@ inline SceneDescription full_room() {
     sky.pixels.emplace_back(0.125F * x, 0.25F, i == 19 ? 40.0F : 0.5F);
   }
   d.environment = sky;
+  BitmapDescription bitmap;  // of three texels, grey
+  bitmap.width = 3, bitmap.channels = 1, bitmap.format = TexelFormat::u8;
+  bitmap.texels = {std::byte{10}, std::byte{200}, std::byte{90}};
+  d.textures = {CheckerboardDescription{{0.1, 0.5, 0.2}, {0.6, 0.1, 0.1}, {4, 0, 0, 0, 4, 0}}, bitmap};
+  d.bindings = {{1, BsdfParameter::reflectance, 0}, {3, BsdfParameter::alpha, 1}};
   return d;
 }
 

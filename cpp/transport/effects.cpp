@@ -15,9 +15,11 @@ Effects derive_effects(const Scene& scene) noexcept {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();
     for (const std::uint32_t side : surface.bsdf) {
       if (side == kNone) continue;
-      const Bsdf& bsdf = scene.bsdfs[side];
+      const Material& material = scene.materials[side];
+      const Bsdf& bsdf = material.bsdf;
+      e.textures = e.textures || !material.bindings.empty();
       e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
-      e.anisotropy = e.anisotropy || is_anisotropic(bsdf);
+      e.anisotropy = e.anisotropy || material.anisotropic;
       e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
                    std::holds_alternative<ThinDielectric>(bsdf);
       e.layered = e.layered || std::holds_alternative<Plastic>(bsdf);

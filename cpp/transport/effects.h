@@ -15,20 +15,46 @@ struct Effects {
   bool layered = false;           // plastics: an interface over a diffuse body
   bool point_lights = false;      // and spots and directional lights: what no ray meets
   bool environment = false;
-  bool lens = false;  // the camera is no pinhole: a thin lens, or parallel rays
+  bool lens = false;      // the camera is no pinhole: a thin lens, or parallel rays
+  bool textures = false;  // parameters of BSDFs that vary over a surface
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
   /// A kernel for these effects renders every scene that calls for no others.
-  [[nodiscard]] constexpr bool covers(const Effects& need) const noexcept {
-    return (analytic_shapes || !need.analytic_shapes) && (smooth_normals || !need.smooth_normals) &&
-           (rough_conductors || !need.rough_conductors) && (anisotropy || !need.anisotropy) &&
-           (specular || !need.specular) && (layered || !need.layered) && (point_lights || !need.point_lights) &&
-           (environment || !need.environment) && (lens || !need.lens);
-  }
+  [[nodiscard]] constexpr bool covers(const Effects& need) const noexcept;
 };
 
-inline constexpr Effects kAllEffects{true, true, true, true, true, true, true, true, true};
+struct EffectField {
+  bool Effects::*value;
+  const char* name;
+};
+
+/// Every effect by its name: what is done for each of them alike.
+inline constexpr EffectField kEffectFields[] = {
+    {&Effects::analytic_shapes, "analytic_shapes"},
+    {&Effects::smooth_normals, "smooth_normals"},
+    {&Effects::rough_conductors, "rough_conductors"},
+    {&Effects::anisotropy, "anisotropy"},
+    {&Effects::specular, "specular"},
+    {&Effects::layered, "layered"},
+    {&Effects::point_lights, "point_lights"},
+    {&Effects::environment, "environment"},
+    {&Effects::lens, "lens"},
+    {&Effects::textures, "textures"},
+};
+static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");
+
+constexpr bool Effects::covers(const Effects& need) const noexcept {
+  for (const auto& [value, name] : kEffectFields)
+    if (need.*value && !(this->*value)) return false;
+  return true;
+}
+
+inline constexpr Effects kAllEffects = [] {
+  Effects all;
+  for (const auto& [value, name] : kEffectFields) all.*value = true;
+  return all;
+}();
 
 [[nodiscard]] Effects derive_effects(const Scene& scene) noexcept;
 

@@ -73,20 +73,11 @@ const KernelRow& choose_kernel(const Effects& need) noexcept {
 
 std::string kernel_name(const Effects& e) {
   std::string name;
-  const auto append = [&name](bool used, const char* word) {
-    if (!used) return;
+  for (const auto& [used, word] : kEffectFields) {
+    if (!(e.*used)) continue;
     if (!name.empty()) name += '+';
     name += word;
-  };
-  append(e.analytic_shapes, "analytic_shapes");
-  append(e.smooth_normals, "smooth_normals");
-  append(e.rough_conductors, "rough_conductors");
-  append(e.anisotropy, "anisotropy");
-  append(e.specular, "specular");
-  append(e.layered, "layered");
-  append(e.point_lights, "point_lights");
-  append(e.environment, "environment");
-  append(e.lens, "lens");
+  }
   return name.empty() ? "diffuse meshes" : name;
 }
 

@@ -109,7 +109,8 @@ template <Effects E, class Probe>
     auto it = probe.template intersect<E>(scene, ray);
     if (!it) return L + beta * escaped<E>(scene, settings, ray, made);
     L += beta * emitted<E>(scene, settings, *it, made);
-    const Bsdf* bsdf = scene.bsdf(*it);
+    std::optional<Bsdf> own;
+    const Bsdf* bsdf = scene.bsdf<E>(*it, own);
     if (depth >= settings.max_depth || !bsdf) return L;
 
     Optional<Scattering> scattered;

@@ -109,6 +109,8 @@ class SceneBuilder:
         back: int | None,
         radiance: _Vec3 | None,
         pole: _Vec3 = [0.0, 0.0, 1.0],
+        meridian: _Vec3 = [1.0, 0.0, 0.0],
+        mirrored: bool = False,
     ) -> int: ...
     def add_cylinder(
         self,
@@ -120,7 +122,20 @@ class SceneBuilder:
         front: int | None,
         back: int | None,
         radiance: _Vec3 | None,
+        meridian: _Vec3 = [1.0, 0.0, 0.0],
+        mirrored: bool = False,
     ) -> int: ...
+    def add_bitmap(
+        self,
+        texels: ArrayLike,
+        *,
+        srgb: bool,
+        filter: Literal["nearest", "bilinear"] = "bilinear",
+        wrap: Literal["repeat", "mirror", "clamp"] = "repeat",
+        to_uv: ArrayLike | None = None,
+    ) -> int: ...
+    def add_checkerboard(self, color0: _Vec3, color1: _Vec3, *, to_uv: ArrayLike | None = None) -> int: ...
+    def bind(self, bsdf: int, parameter: str, texture: int) -> None: ...
     def add_point_light(self, position: _Vec3, intensity: _Vec3) -> int: ...
     def add_spot_light(
         self, position: _Vec3, direction: _Vec3, intensity: _Vec3, cutoff_degrees: float, beam_degrees: float

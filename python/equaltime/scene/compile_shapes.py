@@ -57,4 +57,6 @@ def _add_surface(
             back=back,
             radiance=radiance,
             pole=placed.pole.tolist(),
+            meridian=placed.meridian.tolist(),
+            mirrored=placed.mirrored,
         )

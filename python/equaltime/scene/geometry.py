@@ -112,6 +112,10 @@ class SphereSurface:
     flip_normals: bool
     pole: Array
     """(3,) unit: the axis round which azimuth is counted"""
+    meridian: Array
+    """(3,) unit: where azimuth is 0"""
+    mirrored: bool
+    """Azimuth runs the other way round."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,8 +162,9 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     center = meshes.place(np.array([shape.center]), to_world)[0]
     scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
-    pole = to_world[:3, 2] / scale
-    return SphereSurface(sides, center, scale * shape.radius, mirrors(to_world) != shape.flip_normals, pole)
+    mirrored, axes = mirrors(to_world), to_world[:3, :3] / scale
+    flipped = mirrored != shape.flip_normals
+    return SphereSurface(sides, center, scale * shape.radius, flipped, axes[:, 2], axes[:, 0], mirrored)
 
 
 def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:

@@ -1,0 +1,94 @@
+// Textures of a SceneBuilder: bitmaps as NumPy arrays in the precision that they keep, and what they are bound to.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <cstring>
+
+#include "bindings/bindings.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+using ArrayD = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+UvTransform uv_transform(const std::optional<ArrayD>& a) {
+  UvTransform t = kSameUv;
+  if (!a) return t;
+  if (a->ndim() != 2 || a->shape(0) != 2 || a->shape(1) != 3) throw py::value_error("to_uv is a 2x3 matrix");
+  std::copy_n(a->data(), 6, t.data());
+  return t;
+}
+
+TexelFormat format(const py::array& texels) {
+  if (texels.dtype().is(py::dtype("uint8"))) return TexelFormat::u8;
+  if (texels.dtype().is(py::dtype("float16"))) return TexelFormat::half;
+  if (texels.dtype().is(py::dtype("float32"))) return TexelFormat::float32;
+  throw py::value_error("texels are uint8, float16 or float32");
+}
+
+TextureFilter filter(const std::string& name) {
+  if (name == "nearest") return TextureFilter::nearest;
+  if (name == "bilinear") return TextureFilter::bilinear;
+  throw py::value_error("a texture's filter is \"nearest\" or \"bilinear\", not \"" + name + "\"");
+}
+
+TextureWrap wrap(const std::string& name) {
+  if (name == "repeat") return TextureWrap::repeat;
+  if (name == "mirror") return TextureWrap::mirror;
+  if (name == "clamp") return TextureWrap::clamp;
+  throw py::value_error("a texture wraps by \"repeat\", \"mirror\" or \"clamp\", not \"" + name + "\"");
+}
+
+std::uint32_t add_bitmap(SceneDescription& d, const py::array& given, bool srgb, const std::string& filter_name,
+                         const std::string& wrap_name, const std::optional<ArrayD>& to_uv) {
+  const py::array texels = py::array::ensure(given, py::array::c_style);
+  if (texels.ndim() != 3) throw py::value_error("texels have the shape (H, W, 1) or (H, W, 3)");
+  BitmapDescription bitmap;
+  bitmap.height = static_cast<std::uint32_t>(texels.shape(0));
+  bitmap.width = static_cast<std::uint32_t>(texels.shape(1));
+  bitmap.channels = static_cast<std::uint32_t>(texels.shape(2));
+  bitmap.format = format(texels);
+  bitmap.texels.resize(static_cast<std::size_t>(texels.nbytes()));
+  std::memcpy(bitmap.texels.data(), texels.data(), bitmap.texels.size());
+  bitmap.srgb = srgb;
+  bitmap.filter = filter(filter_name);
+  bitmap.wrap = wrap(wrap_name);
+  bitmap.to_uv = uv_transform(to_uv);
+  d.textures.emplace_back(std::move(bitmap));
+  return static_cast<std::uint32_t>(d.textures.size() - 1);
+}
+
+std::uint32_t add_checkerboard(SceneDescription& d, std::array<double, 3> color0, std::array<double, 3> color1,
+                               const std::optional<ArrayD>& to_uv) {
+  d.textures.emplace_back(CheckerboardDescription{
+      {color0[0], color0[1], color0[2]}, {color1[0], color1[1], color1[2]}, uv_transform(to_uv)});
+  return static_cast<std::uint32_t>(d.textures.size() - 1);
+}
+
+BsdfParameter parameter(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(kBsdfParameterNames); ++i)
+    if (name == kBsdfParameterNames[i]) return static_cast<BsdfParameter>(i);
+  throw py::value_error("no parameter \"" + name + "\" that a texture may give");
+}
+
+}  // namespace
+
+void bind_textures(py::class_<SceneDescription>& builder) {
+  builder
+      .def("add_bitmap", &add_bitmap, "texels"_a, py::kw_only(), "srgb"_a, "filter"_a = "bilinear", "wrap"_a = "repeat",
+           "to_uv"_a = py::none())
+      .def("add_checkerboard", &add_checkerboard, "color0"_a, "color1"_a, py::kw_only(), "to_uv"_a = py::none())
+      .def(
+          "bind",
+          [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture) {
+            d.bindings.push_back({bsdf, parameter(name), texture});
+          },
+          "bsdf"_a, "parameter"_a, "texture"_a);
+}
+
+}  // namespace equaltime

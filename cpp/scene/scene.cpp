@@ -1,0 +1,65 @@
+#include "scene/scene.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace equaltime {
+
+namespace {
+
+/// The azimuth of (x, y), in turns from 0 to 1.
+double azimuth(double x, double y) noexcept {
+  const double turns = std::atan2(y, x) * (0.5 * std::numbers::inv_pi);
+  return turns < 0 ? turns + 1 : turns;
+}
+
+}  // namespace
+
+Point2f Scene::uv(const Interaction& it) const noexcept {
+  const std::uint32_t mesh = surfaces[it.shape].mesh;
+  if (mesh == kNone || meshes[mesh].uvs == nullptr) return it.place;
+  const auto& [a, b, c] = meshes[mesh].triangles[it.primitive];
+  const Point2f* uvs = meshes[mesh].uvs;
+  const auto [u, v] = it.place;
+  return {uvs[a].x * (1 - u - v) + uvs[b].x * u + uvs[c].x * v, uvs[a].y * (1 - u - v) + uvs[b].y * u + uvs[c].y * v};
+}
+
+std::size_t Scene::triangle_count() const noexcept {
+  std::size_t n = 0;
+  for (const TriangleMesh& mesh : accel.geometries().meshes) n += mesh.triangles.size();
+  return n;
+}
+
+std::size_t Scene::memory_bytes() const noexcept {
+  std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
+  for (const TriangleMesh& mesh : accel.geometries().meshes)
+    bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+  for (const Surface& surface : surfaces)
+    bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f) +
+             surface.uvs.size() * sizeof(Point2f);
+  for (const Texture& texture : textures) bytes += std::visit([](const auto& t) { return t.memory_bytes(); }, texture);
+  return bytes;
+}
+
+namespace detail {
+
+Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept {
+  const auto x = static_cast<double>(dot(surface.azimuth[0], n)), y = static_cast<double>(dot(surface.azimuth[1], n));
+  const double polar = std::atan2(std::hypot(x, y), static_cast<double>(dot(surface.pole, n)));
+  return {static_cast<float>(azimuth(x, y)), static_cast<float>(polar * std::numbers::inv_pi)};
+}
+
+Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexcept {
+  const auto x = static_cast<double>(dot(surface.azimuth[0], n)), y = static_cast<double>(dot(surface.azimuth[1], n));
+  return {static_cast<float>(azimuth(x, y)), static_cast<float>(height)};
+}
+
+Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept {
+  const Vec3d r = point - disk.center;
+  const double x = dot(disk.inv_u, r), y = dot(disk.inv_v, r);
+  return {static_cast<float>(std::hypot(x, y)), static_cast<float>(azimuth(x, y))};
+}
+
+}  // namespace detail
+
+}  // namespace equaltime

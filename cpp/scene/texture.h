@@ -1,0 +1,77 @@
+// Textures: a colour for every (u, v). Bitmaps keep the precision of their file in memory and are decoded as they are
+// looked up: bilinear between texel centres, or the nearest texel.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "math/spectrum.h"
+#include "sampling/sampler.h"
+#include "scene/texture_description.h"
+
+namespace equaltime {
+
+/// The affine map from a surface's uv to a texture's, in float32.
+class UvMap {
+ public:
+  explicit UvMap(const UvTransform& t) noexcept;
+  [[nodiscard]] Point2f operator()(Point2f uv) const noexcept {
+    return {m_[0] * uv.x + m_[1] * uv.y + m_[2], m_[3] * uv.x + m_[4] * uv.y + m_[5]};
+  }
+
+ private:
+  std::array<float, 6> m_;
+};
+
+class Bitmap {
+ public:
+  /// Throws std::invalid_argument if the texels are not as many as the size says, or one of them is not finite.
+  explicit Bitmap(BitmapDescription description);
+
+  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept;
+  /// The colour, if it is the same everywhere.
+  [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof(*this) + texels_.size(); }
+
+ private:
+  template <class Decode>
+  [[nodiscard]] Spectrum look_up(Point2f place, Decode decode) const noexcept;
+  [[nodiscard]] Spectrum texel(std::size_t index) const noexcept;
+  [[nodiscard]] std::size_t count() const noexcept { return std::size_t{width_} * height_; }
+
+  UvMap to_uv_;
+  std::uint32_t width_, height_, channels_;
+  TexelFormat format_;
+  TextureFilter filter_;
+  TextureWrap wrap_;
+  std::vector<std::byte> texels_;
+  std::array<float, 256> decoded_{};  // of the values of a byte
+};
+
+class Checkerboard {
+ public:
+  explicit Checkerboard(const CheckerboardDescription& d) noexcept;
+  /// Of one colour.
+  explicit Checkerboard(const Spectrum& color) noexcept : to_uv_(kSameUv), colors_{color, color} {}
+
+  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept;
+  [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
+  [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(Checkerboard); }
+
+ private:
+  UvMap to_uv_;
+  Spectrum colors_[2];
+};
+
+using Texture = std::variant<Bitmap, Checkerboard>;
+
+[[nodiscard]] Texture make_texture(TextureDescription description);
+
+[[nodiscard]] inline Spectrum eval(const Texture& texture, Point2f uv) noexcept {
+  if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(uv);
+  return std::get_if<Checkerboard>(&texture)->eval(uv);
+}
+
+}  // namespace equaltime
