@@ -10,7 +10,16 @@ namespace equaltime {
 enum class CameraDimension : std::uint32_t { pixel, lens, time, count };
 
 /// Decisions taken at every vertex of a path.
-enum class BounceDimension : std::uint32_t { light_pick, light_point, bsdf_lobe, bsdf_direction, roulette, technique, count };
+enum class BounceDimension : std::uint32_t {
+  light_pick,
+  light_point,
+  bsdf_lobe,
+  bsdf_direction,
+  roulette,
+  technique,
+  material,  // which part of a mixture
+  count
+};
 
 /// The slot of a decision in one path: unique over all decisions and bounces.
 struct Slot {

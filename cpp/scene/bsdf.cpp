@@ -41,6 +41,9 @@ Bsdf make_bsdf(const BsdfDescription& description) noexcept {
     Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
     Bsdf operator()(const ThinDielectricDescription& d) const noexcept { return ThinDielectric(d); }
     Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
+    // Never asked for their light: nothing is passed through, and of a mixture one part is picked.
+    Bsdf operator()(const NullDescription&) const noexcept { return Diffuse({}); }
+    Bsdf operator()(const MixtureDescription&) const noexcept { return Diffuse({}); }
   };
   return std::visit(Make{}, description);
 }

@@ -25,7 +25,8 @@ enum class BsdfParameter : std::uint8_t {
   k,
   alpha,
   alpha_u,
-  alpha_v
+  alpha_v,
+  weight  // of a mixture
 };
 inline constexpr const char* kBsdfParameterNames[] = {"reflectance",
                                                       "diffuse_reflectance",
@@ -35,7 +36,8 @@ inline constexpr const char* kBsdfParameterNames[] = {"reflectance",
                                                       "k",
                                                       "alpha",
                                                       "alpha_u",
-                                                      "alpha_v"};
+                                                      "alpha_v",
+                                                      "weight"};
 
 /// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
 struct BsdfValue {

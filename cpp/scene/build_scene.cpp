@@ -81,8 +81,8 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   for (const auto& [side, bsdf] : {std::pair{0, d.front}, std::pair{1, d.back}}) {
     if (!bsdf) continue;
     if (*bsdf >= materials_.size()) fail(surfaces_.size(), "BSDF index out of range");
-    surface.bsdf[side] = *bsdf;
-    surface.textured = surface.textured || !materials_[*bsdf].bindings.empty();
+    surface.bsdf[side] = folded(materials_, *bsdf);
+    surface.textured = surface.textured || materials_[surface.bsdf[side]].textured;
   }
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
   surface.flipped = flipped;

@@ -13,6 +13,8 @@ void set(Bsdf& bsdf, BsdfParameter parameter, const Spectrum& value) noexcept {
   std::visit([&](auto& leaf) noexcept { leaf.set(parameter, value); }, bsdf);
 }
 
+float as_weight(const Spectrum& value) noexcept { return std::clamp(value.luminance(), 0.0F, 1.0F); }
+
 std::optional<Spectrum> constant(const Texture& texture) noexcept {
   return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
 }
@@ -27,20 +29,68 @@ Bsdf Material::at(const std::vector<Texture>& textures, Point2f uv) const noexce
   return leaf;
 }
 
+float Material::weight_at(const std::vector<Texture>& textures, Point2f uv) const noexcept {
+  return bindings.empty() ? weight : as_weight(eval(textures[bindings.front().texture], uv));
+}
+
+std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
+  const Material& m = materials[index];
+  const bool one = m.kind == Material::Kind::mixture && m.bindings.empty() && (m.weight <= 0 || m.weight >= 1);
+  return one ? folded(materials, m.parts[m.weight >= 1 ? 1 : 0]) : index;
+}
+
+namespace {
+
+Material make_material(const BsdfDescription& d) {
+  Material material{make_bsdf(d)};
+  if (std::holds_alternative<NullDescription>(d)) material.kind = Material::Kind::nothing;
+  if (const auto* mixture = std::get_if<MixtureDescription>(&d)) {
+    material.kind = Material::Kind::mixture;
+    material.parts[0] = mixture->first, material.parts[1] = mixture->second;
+    material.weight = static_cast<float>(mixture->weight);
+  }
+  return material;
+}
+
+void bind(Material& material, BsdfParameter parameter, std::uint32_t index, const Texture& texture) {
+  const auto value = constant(texture);
+  if (!value) {
+    material.bindings.push_back({parameter, index});
+    material.anisotropic = material.anisotropic || is_of_azimuth(parameter);
+  } else if (parameter == BsdfParameter::weight) {
+    material.weight = as_weight(*value);
+  } else {
+    set(material.bsdf, parameter, *value);
+  }
+}
+
+/// What a material takes from its parts, which come before it.
+void complete(std::vector<Material>& materials, std::uint32_t index) {
+  Material& m = materials[index];
+  m.textured = !m.bindings.empty();
+  m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
+  m.passes = m.kind == Material::Kind::nothing;
+  if (m.kind != Material::Kind::mixture) return;
+  for (std::uint32_t& part : m.parts) {
+    if (part >= index) throw std::invalid_argument("BSDF " + std::to_string(index) + ": a mixture follows its parts");
+    part = folded(materials, part);
+    m.textured = m.textured || materials[part].textured;
+    m.anisotropic = m.anisotropic || materials[part].anisotropic;
+    m.passes = m.passes || materials[part].passes;
+  }
+}
+
+}  // namespace
+
 std::vector<Material> make_materials(const SceneDescription& description, const std::vector<Texture>& textures) {
   std::vector<Material> materials;
-  for (const BsdfDescription& d : description.bsdfs) materials.push_back({make_bsdf(d), {}, false});
+  for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d));
   for (const auto& [bsdf, parameter, texture] : description.bindings) {
     if (bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(bsdf) + " to bind to");
     if (texture >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(texture) + " to bind");
-    if (const auto value = constant(textures[texture])) {
-      set(materials[bsdf].bsdf, parameter, *value);
-    } else {
-      materials[bsdf].bindings.push_back({parameter, texture});
-      materials[bsdf].anisotropic = materials[bsdf].anisotropic || is_of_azimuth(parameter);
-    }
+    bind(materials[bsdf], parameter, texture, textures[texture]);
   }
-  for (Material& m : materials) m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
+  for (std::uint32_t i = 0; i < materials.size(); ++i) complete(materials, i);
   return materials;
 }
 

@@ -1,5 +1,6 @@
-// Material: a BSDF with what textures say about it. Made at a point: the leaf is copied and its bound parameters set.
-// A material without textures is its leaf, and costs no copy.
+// Material: what a side of a surface is made of: a leaf, with what textures say about it; nothing; or a mixture of two.
+// Made at a point: one part of a mixture is picked, its leaf copied and its bound parameters set. A leaf without
+// textures costs no copy.
 #pragma once
 
 #include <optional>
@@ -18,18 +19,30 @@ struct Material {
     std::uint32_t texture;
   };
 
-  Bsdf bsdf;  // the leaf, as it is where no texture speaks
-  std::vector<Binding> bindings;
-  bool anisotropic = false;  // looks at the azimuth of directions, so that the shading frame's tangent matters
+  enum class Kind : std::uint8_t { leaf, nothing, mixture };
+
+  Bsdf bsdf;  // of a leaf, as it is where no texture speaks
+  std::vector<Binding> bindings = {};
+  Kind kind = Kind::leaf;
+  // Of the material or any part of it:
+  bool textured = false;
+  bool anisotropic = false;         // looks at the azimuth of directions, so that the shading frame's tangent matters
+  bool passes = false;              // may let light pass straight on
+  std::uint32_t parts[2] = {0, 0};  // of a mixture
+  float weight = 0;                 // of the second part, where no texture speaks
 
   /// The leaf as the textures make it at uv.
   [[nodiscard]] Bsdf at(const std::vector<Texture>& textures, Point2f uv) const noexcept;
+  /// The share of the second part at uv.
+  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, Point2f uv) const noexcept;
 };
 
 /// One a BSDF of the description. A texture of one colour becomes a constant of the leaf.
-/// Throws std::invalid_argument if a binding names what is not there.
+/// Throws std::invalid_argument if a binding or a mixture names what is not there.
 [[nodiscard]] std::vector<Material> make_materials(const SceneDescription& description,
                                                    const std::vector<Texture>& textures);
+/// The material itself, or the only part of a mixture that is ever picked.
+[[nodiscard]] std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept;
 /// One a texture of the description; those of one colour keep no texels.
 [[nodiscard]] std::vector<Texture> make_textures(std::vector<TextureDescription> descriptions);
 

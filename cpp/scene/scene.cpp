@@ -24,6 +24,23 @@ Point2f Scene::uv(const Interaction& it) const noexcept {
   return {uvs[a].x * (1 - u - v) + uvs[b].x * u + uvs[c].x * v, uvs[a].y * (1 - u - v) + uvs[b].y * u + uvs[c].y * v};
 }
 
+std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u) const noexcept {
+  while (materials[index].kind == Material::Kind::mixture) {
+    const float w = materials[index].weight_at(textures, uv(it));
+    const bool second = u < w;
+    u = std::min(second ? u / w : (u - w) / (1 - w), kOneMinusEpsilon);
+    index = materials[index].parts[second ? 1 : 0];
+  }
+  return index;
+}
+
+float Scene::passing(std::uint32_t index, const Interaction& it) const noexcept {
+  const Material& m = materials[index];
+  if (m.kind != Material::Kind::mixture || !m.passes) return m.passes ? 1.0F : 0.0F;
+  const float w = m.weight_at(textures, uv(it));
+  return (1 - w) * passing(m.parts[0], it) + w * passing(m.parts[1], it);
+}
+
 std::size_t Scene::triangle_count() const noexcept {
   std::size_t n = 0;
   for (const TriangleMesh& mesh : accel.geometries().meshes) n += mesh.triangles.size();

@@ -50,15 +50,22 @@ struct Scene {
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Ray& ray) const noexcept;
 
-  /// BSDF on the side that the interaction is on; null where that side absorbs. One that textures make is put in `own`.
+  /// Material on the side that the interaction is on; kNone where that side absorbs.
+  [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
+    return surfaces[it.shape].bsdf[it.front ? 0 : 1];
+  }
+  /// The part of a material that is picked at the point: a leaf or nothing.
+  [[nodiscard]] std::uint32_t picked(std::uint32_t material, const Interaction& it, float u) const noexcept;
+  /// The share of light that passes straight through a material at the point.
+  [[nodiscard]] float passing(std::uint32_t material, const Interaction& it) const noexcept;
+  /// BSDF of a leaf at the point. One that textures make is put in `own`.
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE const Bsdf* bsdf(const Interaction& it, std::optional<Bsdf>& own) const noexcept {
-    const std::uint32_t index = surfaces[it.shape].bsdf[it.front ? 0 : 1];
-    if (index == kNone) return nullptr;
-    const Material& material = materials[index];
+  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, const Interaction& it,
+                                                  std::optional<Bsdf>& own) const noexcept {
+    const Material& material = materials[leaf];
     if constexpr (E.textures)
-      if (!material.bindings.empty()) return &own.emplace(material.at(textures, uv(it)));
-    return &material.bsdf;
+      if (!material.bindings.empty()) return own.emplace(material.at(textures, uv(it)));
+    return material.bsdf;
   }
   /// Texture coordinates of a point of a textured surface. A mesh that has none takes its triangles' barycentric ones.
   [[nodiscard]] Point2f uv(const Interaction& it) const noexcept;

@@ -5,6 +5,28 @@
 
 namespace equaltime {
 
+namespace {
+
+/// What a material calls for, and its parts.
+void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
+  const Material& material = scene.materials[index];
+  e.textures = e.textures || !material.bindings.empty();
+  if (material.kind != Material::Kind::leaf) {
+    e.masks = true;
+    if (material.kind == Material::Kind::mixture)
+      for (const std::uint32_t part : material.parts) add_material(e, scene, part);
+    return;
+  }
+  const Bsdf& bsdf = material.bsdf;
+  e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
+  e.anisotropy = e.anisotropy || material.anisotropic;
+  e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
+               std::holds_alternative<ThinDielectric>(bsdf);
+  e.layered = e.layered || std::holds_alternative<Plastic>(bsdf);
+}
+
+}  // namespace
+
 Effects derive_effects(const Scene& scene) noexcept {
   Effects e;
   e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty() || !scene.cylinder_shapes.empty();
@@ -13,17 +35,8 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();
-    for (const std::uint32_t side : surface.bsdf) {
-      if (side == kNone) continue;
-      const Material& material = scene.materials[side];
-      const Bsdf& bsdf = material.bsdf;
-      e.textures = e.textures || !material.bindings.empty();
-      e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
-      e.anisotropy = e.anisotropy || material.anisotropic;
-      e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
-                   std::holds_alternative<ThinDielectric>(bsdf);
-      e.layered = e.layered || std::holds_alternative<Plastic>(bsdf);
-    }
+    for (const std::uint32_t side : surface.bsdf)
+      if (side != kNone) add_material(e, scene, side);
   }
   return e;
 }

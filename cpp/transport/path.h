@@ -8,6 +8,7 @@
 #include "scene/shading.h"
 #include "transport/effects.h"
 #include "transport/settings.h"
+#include "transport/shadow.h"
 
 namespace equaltime {
 
@@ -68,8 +69,9 @@ template <Effects E, class Probe>
   const bool shared = settings.technique != Technique::light && !light->delta;
   const float weight = shared ? mis_weight(weighting(settings), light->pdf, value.pdf) : 1.0F;
   Spectrum unoccluded = value.f * light->radiance * (weight / light->pdf);
-  Ray shadow = light->infinite ? it.spawn(light->wi, above) : it.spawn_to(light->target, light->distance, above);
-  return probe.occluded(scene.accel, shadow) ? Spectrum() : unoccluded;
+  const int crossings = settings.max_depth - static_cast<int>(bounce) - 2;
+  const float share = unblocked<E>(scene, it, above, *light, crossings, probe);
+  return share > 0 ? unoccluded * share : Spectrum();
 }
 
 /// What a vertex sends back by itself, and how the path goes on.
@@ -109,10 +111,17 @@ template <Effects E, class Probe>
     auto it = probe.template intersect<E>(scene, ray);
     if (!it) return L + beta * escaped<E>(scene, settings, ray, made);
     L += beta * emitted<E>(scene, settings, *it, made);
+    std::uint32_t material = scene.material(*it);
+    if (depth >= settings.max_depth || material == kNone) return L;
+    if constexpr (E.masks) {
+      material = scene.picked(material, *it, sampler.get_1d(slot(BounceDimension::material, bounce)));
+      if (scene.materials[material].kind == Material::Kind::nothing) {
+        ray = it->spawn(-it->wo, false);  // goes on as it arrived
+        continue;
+      }
+    }
     std::optional<Bsdf> own;
-    const Bsdf* bsdf = scene.bsdf<E>(*it, own);
-    if (depth >= settings.max_depth || !bsdf) return L;
-
+    const Bsdf* bsdf = &scene.bsdf<E>(material, *it, own);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});

@@ -22,6 +22,13 @@ class RayCounter {
     return accel.occluded(ray);
   }
 
+  /// The nearest surface that a shadow ray meets, where surfaces may let it pass.
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+    ++counters.shadow_rays;
+    return scene.intersect<E>(ray);
+  }
+
   Counters counters;
 };
 
@@ -40,6 +47,10 @@ class RayRecorder {
   [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) {
     rays.push_back({ray, true});
     return accel.occluded(ray);
+  }
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
+    return intersect<E>(scene, ray);
   }
 
   Counters counters;
