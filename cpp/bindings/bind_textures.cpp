@@ -1,4 +1,5 @@
-// Textures of a SceneBuilder: bitmaps as NumPy arrays in the precision that they keep, and what they are bound to.
+// What a SceneBuilder makes of BSDFs: mixtures, and textures of their parameters; bitmaps are NumPy arrays in the
+// precision that they keep.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -76,6 +77,12 @@ BsdfParameter parameter(const std::string& name) {
   throw py::value_error("no parameter \"" + name + "\" that a texture may give");
 }
 
+std::uint32_t add_mixture(SceneDescription& d, std::uint32_t first, std::uint32_t second, double weight) {
+  if (!(weight >= 0 && weight <= 1)) throw py::value_error("the weight of a mixture lies in [0, 1]");
+  d.bsdfs.emplace_back(MixtureDescription{first, second, weight});
+  return static_cast<std::uint32_t>(d.bsdfs.size() - 1);
+}
+
 }  // namespace
 
 void bind_textures(py::class_<SceneDescription>& builder) {
@@ -83,6 +90,12 @@ void bind_textures(py::class_<SceneDescription>& builder) {
       .def("add_bitmap", &add_bitmap, "texels"_a, py::kw_only(), "srgb"_a, "filter"_a = "bilinear", "wrap"_a = "repeat",
            "to_uv"_a = py::none())
       .def("add_checkerboard", &add_checkerboard, "color0"_a, "color1"_a, py::kw_only(), "to_uv"_a = py::none())
+      .def("add_null",
+           [](SceneDescription& d) {
+             d.bsdfs.emplace_back(NullDescription{});
+             return d.bsdfs.size() - 1;
+           })
+      .def("add_mixture", &add_mixture, "first"_a, "second"_a, "weight"_a)
       .def(
           "bind",
           [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture) {

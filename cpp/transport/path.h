@@ -4,7 +4,6 @@
 // drops a sample, never draws a number whose meaning depends on the order of calls.
 #pragma once
 
-#include "math/optional.h"
 #include "scene/shading.h"
 #include "transport/effects.h"
 #include "transport/settings.h"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO
@@ -14,8 +15,8 @@ from numpy.typing import NDArray
 
 from equaltime import _core
 from equaltime.images import one_line
-from equaltime.scene.gltf import Contents, Triangles, split
-from equaltime.scene.model import EnvMap, Gltf, MeshFile, Ply, Serialized
+from equaltime.scene.gltf import Contents, Texels, Triangles, split
+from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Ply, Serialized
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
@@ -36,6 +37,7 @@ class Assets:
         self._search = search
         self._meshes: dict[tuple[str, int], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
+        self._texels: dict[tuple[str, bool], Texels] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
         self._contents: dict[Path, Contents] = {}
 
@@ -77,6 +79,15 @@ class Assets:
             self._images[path] = _read_image(path)
         return self._images[path]
 
+    def texture(self, bitmap: Bitmap) -> Texels:
+        """Return the texels of `bitmap`, finite; raises ValueError if its file cannot be read."""
+        path, fragment = self.path(bitmap.filename), split(bitmap.filename)[1]
+        key = bitmap.filename, bitmap.raw
+        if key not in self._texels:
+            within = None if fragment is None else self._within(path).bitmap(fragment)
+            self._texels[key] = within or _read_texels(path, bitmap.raw)
+        return self._texels[key]
+
     def sha256(self, filename: str) -> str:
         """Return the SHA-256 of the content, of the file or of what is meant in it, in hexadecimal digits."""
         path, fragment = self.path(filename), split(filename)[1]
@@ -93,6 +104,7 @@ class Assets:
         self._meshes.clear()
         self._images.clear()
         self._contents.clear()
+        self._texels.clear()
 
     def path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
@@ -122,11 +134,39 @@ def _check_mesh(path: Path, mesh: Mesh) -> None:
         raise ValueError(f"{path}: face {face} names a vertex that does not exist (there are {len(mesh.vertices)})")
 
 
-def _read_image(path: Path) -> NDArray[np.float32]:
-    buffer = OpenImageIO.ImageBuf(str(path))
-    pixels = buffer.get_pixels(OpenImageIO.FLOAT) if buffer.initialized else None
+def _open(path: Path) -> OpenImageIO.ImageBuf:
+    """Return the image at `path`, whose colours are as the file has them, whatever its alpha is."""
+    config = OpenImageIO.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    return OpenImageIO.ImageBuf(str(path), 0, 0, config)
+
+
+def _pixels(path: Path, buffer: OpenImageIO.ImageBuf, kind: str) -> NDArray[Any]:
+    """Return all channels (H, W, C) as OpenImageIO's type `kind`."""
+    pixels = buffer.get_pixels(OpenImageIO.TypeDesc(kind)) if buffer.initialized else None
     if pixels is None or buffer.has_error:
         raise ValueError(f"{path}: cannot be read as an image: {one_line(buffer.geterror()) or 'unknown format'}")
+    return np.asarray(pixels)
+
+
+def _read_texels(path: Path, raw: bool) -> Texels:
+    buffer = _open(path)
+    file_type = str(buffer.spec().format) if buffer.initialized else "float"
+    kind = file_type if file_type in ("uint8", "half") else "float"
+    pixels = _pixels(path, buffer, kind)
+    colors = 3 if pixels.shape[2] >= 3 else 1
+    texels = np.ascontiguousarray(pixels[..., :colors])
+    if kind == "float" and not raw and np.issubdtype(_component(buffer), np.integer):
+        texels = _from_srgb(texels)
+    if kind != "uint8" and not np.isfinite(texels).all():
+        y, x = np.argwhere(~np.isfinite(texels).all(axis=2))[0]
+        raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {texels[y, x].tolist()}")
+    return Texels(texels, srgb=kind == "uint8")
+
+
+def _read_image(path: Path) -> NDArray[np.float32]:
+    buffer = _open(path)
+    pixels = _pixels(path, buffer, "float")
     height, width, channels = pixels.shape
     if width < 2 or height < 3:
         raise ValueError(f"{path}: an environment needs at least 2x3 pixels, found {width}x{height}")

@@ -1,4 +1,7 @@
-"""Hands BSDFs to the core: each once, however often it is used and whatever it is called."""
+"""Hands BSDFs to the core: each once, however often it is used and whatever it is called.
+
+A leaf has its step; blends and masks, which are blends with nothing, are mixtures of what they wrap.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,22 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from equaltime.scene.builder import Builder
-from equaltime.scene.compile_textures import Textures
-from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, Plastic, RoughConductor, ThinDielectric
-from equaltime.scene.unsupported import Unsupported, constant
+from equaltime.scene.compile_textures import Textures, color, number
+from equaltime.scene.model import (
+    BlendBsdf,
+    Bsdf,
+    Conductor,
+    Dielectric,
+    Diffuse,
+    Mask,
+    Null,
+    Plastic,
+    RoughConductor,
+    Texture,
+    TexturePlugin,
+    ThinDielectric,
+)
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Materials"]
 
@@ -23,48 +39,66 @@ class Materials:
 
     def index(self, bsdf: Bsdf | None) -> int | None:
         """Return the core's index of `bsdf`, one side of a surface; None for one that absorbs everything."""
-        if bsdf is None:
-            return None
+        return None if bsdf is None else self._index(bsdf)
+
+    def _index(self, bsdf: Bsdf) -> int:
         nameless = bsdf.model_copy(update={"id": None})
         if nameless not in self._known:
             self._known[nameless] = self._add(bsdf)
         return self._known[nameless]
 
     def _add(self, bsdf: Bsdf) -> int:
+        if isinstance(bsdf, Mask):
+            return self._mixture(self._builder.add_null(), self._index(bsdf.bsdf), bsdf.opacity)
+        if isinstance(bsdf, BlendBsdf):
+            first, second = map(self._index, bsdf.bsdf)
+            return self._mixture(first, second, bsdf.weight)
         step = LEAVES.get(type(bsdf))
         if step is None:
             raise Unsupported(bsdf)
-        return step(self._builder, bsdf)
+        index = step(self._builder, bsdf)
+        self._textures.bind(bsdf, index)
+        return index
+
+    def _mixture(self, first: int, second: int, weight: Texture | float) -> int:
+        index = self._builder.add_mixture(first, second, number(weight))
+        if isinstance(weight, TexturePlugin):
+            self._builder.bind(index, "weight", self._textures.index(weight))
+        return index
 
 
 def _diffuse(builder: Builder, bsdf: Diffuse) -> int:
-    return builder.add_diffuse(constant(bsdf.reflectance))
+    return builder.add_diffuse(color(bsdf.reflectance))
 
 
 def _conductor(builder: Builder, bsdf: Conductor) -> int:
-    eta, k = map(constant, bsdf.ior)
-    return builder.add_conductor(eta, k, constant(bsdf.specular_reflectance))
+    eta, k = map(color, bsdf.ior)
+    return builder.add_conductor(eta, k, color(bsdf.specular_reflectance))
 
 
 def _rough_conductor(builder: Builder, bsdf: RoughConductor) -> int:
-    (eta, k), (alpha_u, alpha_v) = map(constant, bsdf.ior), map(constant, bsdf.alphas)
-    reflectance = constant(bsdf.specular_reflectance)
+    (eta, k), (alpha_u, alpha_v) = map(color, bsdf.ior), map(number, bsdf.alphas)
+    reflectance = color(bsdf.specular_reflectance)
     return builder.add_rough_conductor(bsdf.distribution, alpha_u, alpha_v, eta, k, reflectance)
 
 
 def _dielectric(builder: Builder, bsdf: Dielectric) -> int:
-    reflectance, transmittance = constant(bsdf.specular_reflectance), constant(bsdf.specular_transmittance)
+    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
     return builder.add_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
 def _thin_dielectric(builder: Builder, bsdf: ThinDielectric) -> int:
-    reflectance, transmittance = constant(bsdf.specular_reflectance), constant(bsdf.specular_transmittance)
+    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
     return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
 def _plastic(builder: Builder, bsdf: Plastic) -> int:
-    diffuse, specular = constant(bsdf.diffuse_reflectance), constant(bsdf.specular_reflectance)
+    diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
     return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
+
+
+def _null(builder: Builder, _: Null) -> int:
+    return builder.add_null()
 
 
 Step = Callable[[Builder, Any], int]
@@ -75,5 +109,6 @@ LEAVES: Final[dict[type, Step]] = {
     Dielectric: _dielectric,
     ThinDielectric: _thin_dielectric,
     Plastic: _plastic,
+    Null: _null,
 }
 """How each BSDF that wraps no other is added."""

@@ -255,7 +255,7 @@ def _check_part(part: Plugin, assets: Assets) -> Iterator[str]:
     elif isinstance(part, EnvMap):
         assets.image(part)
     elif isinstance(part, Bitmap):
-        assets.path(part.filename)
+        assets.texture(part)
 
 
 def _deep(integrator: Integrator, max_depth: int) -> Integrator:
