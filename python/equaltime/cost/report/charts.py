@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.cost.extras import optional
 from equaltime.cost.report.curves import GRID, INK, MUTED, curve_gid, draw_curves, point_titles
+from equaltime.cost.report.dots import draw_dots
 from equaltime.cost.report.looks import LIGHT, Look
 from equaltime.cost.report.svg import inline_svg
-from equaltime.cost.report.words import seconds
-from equaltime.cost.summary import SceneResult
+from equaltime.cost.report.words import percent, seconds
+from equaltime.cost.summary import SceneResult, Summary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["NARROW", "SMALL", "WIDE", "chart", "themed"]
+__all__ = ["NARROW", "SMALL", "WIDE", "chart", "dots", "themed"]
 
 WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
 """Width and height in inches: for a desk, for a phone, for one of many on a page."""
@@ -34,8 +35,18 @@ def chart(
     return themed(draw_curves(scene, targets, looks, size, legend=False), prefix, description, titles)
 
 
+def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look], width: float) -> Any:
+    """Return the times to an error on all scenes as an ``<svg>`` element whose ids begin with ``prefix``."""
+    names = ", ".join(scene.name for scene in summary.scenes)
+    description = (
+        f"Time to an error of {percent(target)}, logarithmic, one row each for {names}, one dot each for "
+        f"{', '.join(looks)}. The numbers stand in a table of the report."
+    )
+    return themed(draw_dots(summary, target, looks, width), prefix, description)
+
+
 def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
     """Return a figure as an ``<svg>`` element in the colours of the page, light or dark."""
     colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
-    colours |= {INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}
+    colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}
     return optional("markupsafe").Markup(inline_svg(figure, prefix, colours, titles or {}, description))

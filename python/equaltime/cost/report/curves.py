@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["GRID", "INK", "MUTED", "curve_gid", "draw_curves", "point_titles"]
+__all__ = ["GRID", "INK", "MUTED", "curve_gid", "draw_curves", "point_titles", "tick"]
 
 INK, MUTED, GRID = "#1b1f24", "#5c6470", "#d8dce2"
 
@@ -40,8 +40,8 @@ def draw_curves(
     _scale(axes, scene)
     _frame(axes)
     _draw_marks(axes, scene, targets)
-    _tick(axes.xaxis, seconds)
-    _tick(axes.yaxis, percent)
+    tick(axes.xaxis, seconds)
+    tick(axes.yaxis, percent)
     axes.set_xlabel("time, first sample to image", color=INK)
     axes.set_ylabel("error", color=INK)
     if legend:
@@ -157,7 +157,7 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
         )
 
 
-def _tick(axis: Any, words: Any) -> None:
+def tick(axis: Any, words: Any) -> None:
     """Put ticks at 1, 2 and 5 times powers of ten, or at the powers alone if they are many."""
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()

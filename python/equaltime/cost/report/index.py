@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from equaltime.cost.report.charts import SMALL, chart
-from equaltime.cost.report.looks import looks
-from equaltime.cost.report.tables import label_row
+from equaltime.cost.report.charts import SMALL, chart, dots
+from equaltime.cost.report.dots import clearest
+from equaltime.cost.report.looks import Look, looks
 from equaltime.cost.report.templates import write_page
 from equaltime.cost.report.theirs import beside_table
-from equaltime.cost.report.views import Row, Table
-from equaltime.cost.report.words import seconds
-from equaltime.cost.summary import SceneResult, Summary
+from equaltime.cost.report.views import Table
+from equaltime.cost.report.words import percent, seconds
+from equaltime.cost.summary import Summary
 
 __all__ = ["Card", "write_index"]
+
+_MANY = 4
+"""Scenes that can still be told apart by one of them."""
 
 State = Literal["waiting", "done", "left out", "failed"]
 
@@ -40,9 +43,10 @@ class _View:
 
     card: Card
     chart: Any = ""
-    scene: str = ""
-    """The scene of the chart."""
-    legend: tuple[Row, ...] = ()
+    """An ``<svg>`` element, safe as it is."""
+    shown: str = ""
+    """What the chart shows."""
+    looks: Mapping[str, Look] = field(default_factory=dict)
     beside: Table | None = None
     facts: str = ""
 
@@ -79,17 +83,21 @@ def _view(card: Card) -> _View:
     summary = card.summary
     if summary is None or not summary.scenes:
         return _View(card)
-    scene = _chosen(summary)
-    look = looks([strategy.label for one in summary.scenes for strategy in one.strategies], scene.baseline)
-    drawn = chart(scene, card.name, summary.targets, look, SMALL)
-    legend = tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies)
-    return _View(card, drawn, scene.name, legend, beside_table(card.name, summary), _facts(summary))
+    labels = [strategy.label for scene in summary.scenes for strategy in scene.strategies]
+    look = looks(labels, summary.scenes[0].baseline)
+    drawn, shown = _chart(summary, card.name, look)
+    return _View(card, drawn, shown, look, beside_table(card.name, summary), _facts(summary))
 
 
-def _chosen(summary: Summary) -> SceneResult:
-    """Return the scene that the numbers beside theirs are of, first of all."""
+def _chart(summary: Summary, prefix: str, look: Mapping[str, Look]) -> tuple[Any, str]:
+    """Draw all scenes if they are many, else the curves of the one that stands beside their figures; say what it is."""
+    target = clearest(summary)
+    if len(summary.scenes) > _MANY and target is not None:
+        return dots(summary, prefix, target, look, SMALL[0]), f"Time to an error of {percent(target)}"
     wanted = summary.beside[0].scene if summary.beside else ""
-    return next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
+    scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
+    where = f", {scene.name}" if len(summary.scenes) > 1 else ""
+    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}"
 
 
 def _facts(summary: Summary) -> str:

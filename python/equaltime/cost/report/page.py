@@ -12,14 +12,15 @@ from equaltime.cost.report.films import film_view, write_animation
 from equaltime.cost.report.gallery import kinds_of
 from equaltime.cost.report.looks import Look, looks
 from equaltime.cost.report.losing import INTRODUCTION, losing
+from equaltime.cost.report.overview import overview_views
 from equaltime.cost.report.pictures import Pictures, load_pictures
 from equaltime.cost.report.rays import rays_view
 from equaltime.cost.report.sentences import facts, provenance_groups
-from equaltime.cost.report.tables import check_table, label_row, overview_tables, point_table, time_table
+from equaltime.cost.report.tables import check_table, label_row, point_table, time_table
 from equaltime.cost.report.templates import write_page
 from equaltime.cost.report.theirs import beside_table
 from equaltime.cost.report.views import SceneView
-from equaltime.cost.report.words import percent, slug
+from equaltime.cost.report.words import slug
 from equaltime.cost.summary import SceneResult, Summary
 from equaltime.cost.verdict import verdict
 
@@ -63,8 +64,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
         _scene_view(scene, name, summary, look, folder, longest)
         for scene, name in zip(summary.scenes, slugs[len(_OWN_IDS) :], strict=True)
     ]
-    several = len(summary.scenes) > 1
-    tables = overview_tables(summary, look) if several else []
+    overview = overview_views(summary, look) if len(summary.scenes) > 1 else ()
     return write_page(
         "report.html",
         folder / "report.html",
@@ -74,7 +74,8 @@ def write_report(summary: Summary, folder: Path) -> Path:
         description=summary.description,
         theirs=summary.theirs,
         beside=beside_table("experiment", summary),
-        overview=[(percent(target), table) for target, table in zip(summary.targets, tables, strict=False)],
+        overview=overview,
+        looks=look,
         rays=rays_view(summary, folder),
         scenes=views,
         provenance=provenance_groups(summary),

@@ -81,7 +81,7 @@ def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
 def draw_rays(directions: Directions, columns: int) -> Figure:
     """Draw every scene's rays, uniform ones over those from the BSDF, so many scenes beside each other."""
     bands = math.ceil(len(directions) / columns)
-    size = (1.5 * columns, bands * 2.3)
+    size = (1.4 * columns, bands * 2.55)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)  # type: ignore[union-attr, call-arg]
     grid = figure.add_gridspec(2 * bands, columns)
@@ -92,9 +92,9 @@ def draw_rays(directions: Directions, columns: int) -> Figure:
             axes = figure.add_subplot(grid[2 * band + row, column])
             _draw(axes, rays[way], max(mean, 1e-30))
             if row == 0:
-                axes.set_title(name, fontsize=9, color=INK, pad=3).set_parse_math(False)
+                axes.set_title(name, fontsize=11, color=INK, pad=5).set_parse_math(False)
             words = f"{_WAYS[way]}\n{_effective(rays[way])}"
-            axes.text(0.0, -0.3, words, fontsize=7.5, color=INK, ha="center", va="top")
+            axes.text(0.0, -0.3, words, fontsize=9, color=INK, ha="center", va="top")
     return figure
 
 
@@ -112,7 +112,7 @@ def _draw(axes: Axes, rays: Rays, mean: float) -> None:
     axes.annotate(
         "", (0.06 * tail[0], 0.06 * tail[1]), tail, zorder=4, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.4}
     )
-    axes.set(xlim=(-1.08, 1.08), ylim=(-0.55, 1.04), aspect="equal")
+    axes.set(xlim=(-1.08, 1.08), ylim=(-0.78, 1.06), aspect="equal")
     axes.axis("off")
 
 

@@ -40,7 +40,7 @@ def beside_table(slug: str, summary: Summary) -> Table | None:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)
     said = any(line.theirs for line in summary.beside)
-    columns = ("theirs", "equaltime") if said else ("equaltime",)
+    columns = ("they say", "we measure") if said else ("we measure",)
     if not said:
         rows = tuple(Row(row.label, None, (), row.cells[1:], row.title) for row in rows)
     return Table(f"{slug}-beside", "", "", columns, rows)
@@ -50,7 +50,7 @@ def _row(line: Beside, several: bool) -> Row:
     place = [line.scene] if several else []
     if line.target is not None:
         place.append(f"at {percent(line.target)}")
-    theirs = Cell(line.theirs or "no figure", state="trusted" if line.theirs else "unknown")
+    theirs = Cell(line.theirs or "\N{EN DASH}", state="trusted" if line.theirs else "unknown")
     ours = _CELLS[line.quantity](line.value)
     note = (Cell(", ".join(place), state="unknown"),) if place else ()
     return Row(line.what, None, (), ((theirs,), (ours, *note)), f"{line.quantity}: {line.strategy}")

@@ -103,7 +103,7 @@ class Table:
     def marks(self, cell: Cell) -> tuple[int, ...]:
         """Return the numbers, from 1, of a cell's footnotes."""
         order = list(self._groups)
-        return tuple(dict.fromkeys(order.index(_shape(remark)) + 1 for remark in _remarks(cell)))
+        return tuple(sorted({order.index(_shape(remark)) + 1 for remark in _remarks(cell)}))
 
     @property
     def _groups(self) -> dict[str, list[str]]:

@@ -1,0 +1,68 @@
+"""All scenes at a glance: which times have a dot, and which error to reach shows the most."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from equaltime.cost.report import page
+from equaltime.cost.report.dots import clearest, draw_dots, has_dots
+from equaltime.cost.report.looks import looks
+from equaltime.cost.summary import SceneResult, Summary
+
+from .fake_summary import CONSTANTS, TARGETS, doubted, summary
+from .test_report import Page
+
+LOOKS = looks(list(CONSTANTS), "naive")
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Summary:
+    return summary(tmp_path_factory.mktemp("summary"), scenes=2)
+
+
+def untrusted(scene: SceneResult, labels: tuple[str, ...] = tuple(CONSTANTS)) -> SceneResult:
+    for label in labels:
+        scene = doubted(scene, label)
+    return scene
+
+
+def test_a_time_that_cannot_be_trusted_has_no_dot(found: Summary) -> None:
+    nothing = replace(found, scenes=tuple(map(untrusted, found.scenes)))
+    assert has_dots(found, 0.02)
+    assert not has_dots(nothing, 0.02)
+    assert clearest(nothing) is None
+
+
+def test_the_error_with_the_most_dots_is_shown_and_of_several_the_smallest(found: Summary) -> None:
+    assert clearest(found) == min(TARGETS)
+    scene = found.scenes[0]
+    naive = scene.strategies[0]
+    times = {target: time if target > 0.015 else time.doubted("why") for target, time in naive.time_to.items()}
+    changed = replace(scene, strategies=(replace(naive, time_to=times), *scene.strategies[1:]))
+    assert clearest(replace(found, scenes=(changed,))) == 0.02
+
+
+def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Summary) -> None:
+    scene = found.scenes[1]
+    best = scene.strategies[2]
+    beyond = replace(best, time_to={target: time.noted("extrapolated") for target, time in best.time_to.items()})
+    changed = replace(found, scenes=(found.scenes[0], replace(scene, strategies=(*scene.strategies[:2], beyond))))
+    axes = draw_dots(changed, 0.02, LOOKS, 6.0).axes[0]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["box0", "box1"]
+    hollow = [line for line in axes.lines if line.get_markerfacecolor() == "white" and len(line.get_ydata())]
+    assert [list(line.get_ydata()) for line in hollow] == [[1]]
+    filled = [line for line in axes.lines if line.get_marker() == "o"]
+    assert sum(len(line.get_ydata()) for line in filled) == 2
+
+
+def test_the_page_has_a_chart_for_each_error_that_is_reached(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    shown = Page(page.write_report(found, tmp_path).read_text("utf-8"))
+    charts = [str(svg["aria-label"]) for svg in shown.all("svg") if "Time to an error" in str(svg.get("aria-label"))]
+    assert len(charts) == 2 * len(TARGETS)
+    assert all("box0, box1" in chart for chart in charts)
