@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.cost.curves import Runs, error_at, error_curve, slope, speed_up, time_to_error
+from equaltime.cost.curves import Runs, error_at, error_curve, slope, time_to_error
+from equaltime.cost.ratios import speed_up
 from equaltime.cost.statistics import Interval
-from equaltime.cost.tails import block_errors, tail_index
+from equaltime.cost.tails import tail_of
 
 Array = NDArray[np.float64]
 
@@ -28,8 +29,12 @@ class Renderer:
     """Sums of so many samples of mean 0 and variance 1."""
     power: float = -0.5
     """Of error in the sample count; below -0.5 as low-discrepancy points have it."""
-    size: int = 24
+    size: int = 32
     """Pixels along a side."""
+    reference: float = 0.0
+    """Noise of the reference, relative to the render's at the last checkpoint."""
+    law: bool = False
+    """Whether its samples are known to be independent."""
 
     @property
     def deviation(self) -> Array:
@@ -44,7 +49,7 @@ class Renderer:
         """Render an image of value 1 everywhere, as often as there are repeats; a sample takes 1 / speed seconds.
 
         Means of samples are cumulative, so checkpoints of a run go together as they do in earnest; they are scaled to
-        the power that is wanted. What the tail index finds in the last images is in the runs.
+        the power that is wanted. What is seen of tails in the last images is in the runs.
         """
         rng = np.random.default_rng(seed)
         shape = (REPEATS, self.size, self.size)
@@ -53,8 +58,13 @@ class Renderer:
         noise = means * self.deviation * (SPP ** (0.5 + self.power))[:, None, None]
         seconds = SPP / speed * np.exp(DRIFT * rng.standard_normal((REPEATS, 1)))
         seconds = seconds * (1.0 + JITTER * rng.standard_normal((REPEATS, len(SPP))))
-        doubt = tail_index(block_errors(1.0 + np.repeat(noise[:, -1, ..., None], 3, axis=-1))).doubt
-        return Runs(seconds, np.square(noise).mean(axis=(2, 3)), doubt=doubt)
+        # one reference for all runs of an experiment: its seed is that of the pair
+        sigma = self.reference * self.deviation * SPP[-1] ** self.power
+        squares = np.square(noise - sigma * np.random.default_rng([1, seed // 2]).standard_normal(sigma.shape))
+        shared = np.sqrt(2.0 * np.mean(sigma**4) / sigma.size)
+        tail = tail_of(squares[:, -1].reshape(REPEATS, -1))
+        relmse = squares.mean(axis=(2, 3)) - np.mean(sigma**2)
+        return Runs(seconds, relmse, self.law, doubt=tail.doubt, unseen=tail.unseen, shared=float(shared))
 
 
 def gaussian(rng: np.random.Generator, count: int, shape: tuple[int, ...]) -> Array:
@@ -69,6 +79,16 @@ def pareto(index: float) -> Callable[[np.random.Generator, int, tuple[int, ...]]
     def draw(rng: np.random.Generator, count: int, shape: tuple[int, ...]) -> Array:
         values: Array = (1.0 + rng.pareto(index, (count, *shape)) - mean) / deviation
         return np.asarray(values.sum(axis=0))
+
+    return draw
+
+
+def rare(probability: float) -> Callable[[np.random.Generator, int, tuple[int, ...]], Array]:
+    """Return samples that are 0 but for a few, which are all alike: a light that is found by chance."""
+
+    def draw(rng: np.random.Generator, count: int, shape: tuple[int, ...]) -> Array:
+        found = rng.binomial(count, probability, shape)
+        return np.asarray((found - count * probability) / np.sqrt(probability * (1.0 - probability)))
 
     return draw
 
@@ -106,6 +126,9 @@ def cases(renderer: Renderer, seeds: Iterable[int]) -> list[Case]:
             found.append(Case("speed-up", speed_up(slow, runs, target), SPEED_UP))
             found.append(Case("error", error_at(runs, spp), target))
         found.append(Case("extrapolated", time_to_error(runs, renderer.error(256.0)), 256.0))
+        if renderer.law:
+            far = renderer.error(1e5)
+            found += [Case("law", time_to_error(runs, far), 1e5), Case("law", speed_up(slow, runs, far), SPEED_UP)]
         found.append(Case("checkpoint", error_curve(runs)[6], renderer.error(float(SPP[6]))))
         found.append(Case("slope", slope(runs), renderer.power, logarithmic=False))
     return found

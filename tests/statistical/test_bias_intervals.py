@@ -15,7 +15,7 @@ from scipy import stats
 from equaltime.cost.agreement import equality_test
 from equaltime.cost.metrics import Reference
 from equaltime.cost.parts import Parts, relmse_of_parts
-from equaltime.cost.statistics import Interval, geometric_interval, mean_interval, ratio_interval
+from equaltime.cost.statistics import Interval, geometric_interval, mean_interval, median_interval, ratio_interval
 
 Array = NDArray[np.float64]
 
@@ -97,6 +97,27 @@ def simple_coverage(narrow: float = 1.0) -> float:
 def test_means_and_ratios_hold_the_truth() -> None:
     assert 0.93 <= simple_coverage() <= 0.97
     assert simple_coverage(0.85) < 0.93
+
+
+def median_coverage(narrow: float = 1.0) -> float:
+    """Return how often medians of 6 to 12 values hold the truth, whatever their distribution."""
+    hits = []
+    for seed in range(800):
+        rng, count = np.random.default_rng(seed), 6 + seed % 7
+        for values, median in (
+            (rng.standard_normal(count), 0.0),
+            (rng.standard_cauchy(count), 0.0),
+            (rng.standard_exponential(count), np.log(2.0)),
+        ):
+            found = median_interval(values)
+            low, high = (found.value + narrow * (end - found.value) for end in (found.low, found.high))
+            hits.append(low <= median <= high)
+    return float(np.mean(hits))
+
+
+def test_medians_hold_the_truth_whatever_the_distribution() -> None:
+    assert 0.93 <= median_coverage() <= 0.97
+    assert median_coverage(0.85) < 0.93
 
 
 def equality(seed: int, bias: float = 0.0) -> float:

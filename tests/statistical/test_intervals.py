@@ -1,7 +1,7 @@
 """Coverage: 95 % intervals hold the truth in 95 ± 2 % of simulated experiments, or say that they cannot be trusted.
 
 Seeds are fixed. With n pooled cases of coverage 95 % the share that holds has a standard deviation of 0.22/√n if they
-are independent; several intervals come of one experiment, so it is up to three times that. At 300 experiments of nine
+are independent; several intervals come of one experiment, so it is up to three times that. At 240 experiments of nine
 intervals a coverage of exactly 95 % leaves 93 … 97 % in less than one of a thousand choices of seeds. Each test has a
 twin: intervals that are 15 % too narrow must fail the very same condition.
 """
@@ -15,17 +15,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from .simulated_runs import Case, Renderer, cases, gaussian, pareto
+from .simulated_runs import Case, Renderer, cases, gaussian, pareto, rare
 
 NARROW = 0.85
-EXPERIMENTS = 300
+EXPERIMENTS = 240
 
 RENDERERS = {
-    "independent": Renderer(gaussian),
+    "independent": Renderer(gaussian, law=True),
     "sobol": Renderer(gaussian, power=-0.75),
+    "noisy reference": Renderer(gaussian, power=-0.75, reference=1.5),
+    "rare": Renderer(rare(0.03), law=True),
     "light tail": Renderer(pareto(12.0), size=48),
 }
 """Squared errors of the last have the tail index 6."""
+SLOW = pytest.mark.slow
+USUAL = ("independent", "noisy reference", *(pytest.param(name, marks=SLOW) for name in ("sobol", "rare")))
 HEAVY = {f"index {0.5 * tail}": Renderer(pareto(tail), size=64) for tail in (2.2, 2.6, 3.0, 4.0, 5.0)}
 """By the tail index of squared errors: below 2 their spread is infinite."""
 
@@ -43,24 +47,29 @@ def right(share: float) -> bool:
     return 0.93 <= share <= 0.97
 
 
-@pytest.mark.parametrize("name", ["independent", "sobol"])
+@pytest.mark.parametrize("name", USUAL)
 def test_intervals_of_experiments_hold_the_truth(name: str) -> None:
-    found = simulated(name, EXPERIMENTS)
+    found = [case for case in simulated(name, EXPERIMENTS) if case.interval.trusted]
     assert len(found) >= 2000
-    assert all(case.interval.trusted for case in found)
     assert right(coverage(found))
 
 
-@pytest.mark.parametrize("name", ["independent", "sobol"])
+@pytest.mark.parametrize("name", USUAL)
+def test_nearly_all_are_trusted(name: str) -> None:
+    assert np.mean([case.interval.trusted for case in simulated(name, EXPERIMENTS)]) >= 0.95
+
+
+@pytest.mark.parametrize("name", USUAL)
 def test_narrower_ones_would_not(name: str) -> None:
     assert not right(coverage(simulated(name, EXPERIMENTS), NARROW))
 
 
-@pytest.mark.parametrize("name", ["independent", "sobol"])
+@pytest.mark.parametrize("name", USUAL)
 def test_no_kind_of_interval_leans_on_the_others(name: str) -> None:
     kinds = defaultdict(list)
     for case in simulated(name, EXPERIMENTS):
-        kinds[case.kind].append(case)
+        if case.interval.trusted:
+            kinds[case.kind].append(case)
     shares = {kind: coverage(found) for kind, found in kinds.items()}
     assert all(0.91 <= share <= 0.985 for share in shares.values()), shares
 
@@ -100,6 +109,21 @@ def test_under_any_tail_intervals_that_miss_are_marked(name: str) -> None:
     found = simulated(name, 230)
     assert len(found) >= 2000
     assert unmarked_misses(found) <= 0.07
+
+
+@pytest.mark.parametrize("name", ["index 1.3"])
+def test_under_heavy_tails_lower_ends_hold(name: str) -> None:
+    low_ends = [case for case in simulated(name, 12) if case.interval.bound == "low"]
+    assert low_ends
+    assert np.mean([case.truth < case.interval.low for case in low_ends]) <= 0.025
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["index 1.1", "index 1.3", "index 1.5"])
+def test_under_heavier_tails_lower_ends_hold(name: str) -> None:
+    low_ends = [case for case in simulated(name, 230) if case.interval.bound == "low"]
+    assert len(low_ends) >= 500
+    assert np.mean([case.truth < case.interval.low for case in low_ends]) <= 0.025
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from equaltime.cost import analysis, experiment_reader, making, report, single_r
 from equaltime.cost.making import make_experiment, split_strategies
 from equaltime.cost.record import load
 from equaltime.cost.runner import RunProgress
-from equaltime.cost.statistics import Interval
+from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.errors import ExperimentError
 
@@ -44,7 +44,9 @@ def stub(experiment: Any, rows: Any, folder: Path) -> Summary:
                 target: Interval(math.inf, 1.0, math.inf) if target > 0.05 else number for target in experiment.targets
             },
             ratio=dict.fromkeys(experiment.targets, number),
+            efficiency=number,
             error_at_budget=number,
+            fewer_samples=UNKNOWN,
             equality_p=None,
             bias=None,
             notes=(),
@@ -108,7 +110,8 @@ def test_json_has_the_summary_and_nothing_that_json_has_not(
     data = json.loads(capsys.readouterr().out)
     assert data["verdict"] == "best: 2 % in 4 s [3, 5]"
     result = data["scenes"][0]["strategies"][0]
-    assert result["time_to"]["0.1"] == {"value": None, "low": 1.0, "high": None, "trusted": True, "note": ""}
+    unreached = {"value": None, "low": 1.0, "high": None, "trusted": True, "note": "", "bound": ""}
+    assert result["time_to"]["0.1"] == unreached
     assert result["image"] == "x.npy"
 
 

@@ -19,7 +19,6 @@ from equaltime.cost.record import Row
 from equaltime.cost.reference import KnownReference, write
 from equaltime.cost.statistics import Interval
 from equaltime.cost.summary import StrategyResult, Summary
-from equaltime.cost.verdict import pick_standard, product_mean
 
 Array = NDArray[np.float64]
 
@@ -198,6 +197,8 @@ def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, Strateg
     assert any("heavy tail" in note for note in fireflies.notes)
     numbers = (*fireflies.time_to.values(), *fireflies.ratio.values(), *fireflies.curve.error, fireflies.curve.slope)
     assert not any(number.trusted for number in numbers)
+    assert all(number.bound == "low" for number in fireflies.curve.error), "what was not seen can only add"
+    assert fireflies.ratio[0.2].bound == "high"
 
 
 def test_images_are_those_of_the_first_repeat(strategies: Mapping[str, StrategyResult]) -> None:
@@ -234,16 +235,3 @@ def test_two_repeats_are_said_to_be_too_few(recorded: tuple[Path, list[Row]]) ->
     assert not best.time_to[0.2].trusted
     assert any("2 of 3 repeats" in note for note in best.notes)
     assert "no strategy's time" in summary.verdict
-
-
-def test_without_best_the_unbiased_strategy_that_errs_least_is_the_standard() -> None:
-    assert pick_standard(("a", "best"), (False, False), (0.1, 0.2)) == "best"
-    assert pick_standard(("a", "b", "c"), (True, False, False), (0.1, 0.3, 0.2)) == "c"
-    assert pick_standard(("a", "b"), (False, False), (math.nan, 0.2)) == "b"
-    assert pick_standard(("a",), (True,), (0.1,)) is None
-
-
-def test_scenes_are_joined_by_the_geometric_mean() -> None:
-    joined = product_mean([Interval(2.0, 1.0, 4.0), Interval(8.0, 4.0, 16.0)])
-    half = 2.0 ** (math.sqrt(2.0) / 2.0)
-    assert (joined.value, joined.low, joined.high) == pytest.approx((4.0, 4.0 / half, 4.0 * half))

@@ -16,35 +16,23 @@ from equaltime.cost.curves import (
     falling,
     second_curve,
     slope,
-    speed_up,
     time_to_error,
 )
+from equaltime.cost.ratios import speed_up
 from equaltime.cost.statistics import (
     Interval,
     geometric_interval,
     jackknife,
     join,
     mean_interval,
+    median_interval,
     ratio_interval,
     student,
 )
 
+from .made_up_runs import SPP, close, power_law
+
 Array = NDArray[np.float64]
-SPP = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
-
-
-def power_law(repeats: int = 8, power: float = -0.5, speed: float = 1.0, scatter: float = 0.02, seed: int = 0) -> Runs:
-    """Return runs with error = (seconds x speed)^power, but for noise that repeats differ by."""
-    rng = np.random.default_rng(seed)
-    seconds = SPP / speed * np.exp(scatter * rng.standard_normal((repeats, 1)))
-    relmse = (SPP**power) ** 2 * np.exp(scatter * rng.standard_normal((repeats, len(SPP))))
-    return Runs(seconds, relmse)
-
-
-def close(interval: Interval, value: float, within: float = 0.05) -> bool:
-    """Tell whether an interval holds the value, and is narrow."""
-    width = math.log(interval.high / interval.low)
-    return interval.low <= value <= interval.high and 0.0 < width < within and interval.low < interval.value
 
 
 def test_a_mean_has_student_s_interval() -> None:
@@ -257,9 +245,10 @@ def test_curves_have_an_interval_at_every_checkpoint() -> None:
     assert all(close(point, spp, 0.1) for point, spp in zip(second_curve(runs), SPP, strict=True))
 
 
-def test_a_doubt_about_the_runs_is_carried_by_every_number() -> None:
-    runs = replace(power_law(), doubt="heavy tail")
-    numbers = (time_to_error(runs, 0.2), time_to_error(runs, 1e-9), error_at(runs, 20.0), slope(runs))
-    for number in (*numbers, *error_curve(runs), speed_up(power_law(), runs, 0.2), speed_up(runs, power_law(), 0.2)):
-        assert not number.trusted
-        assert "heavy tail" in number.note
+def test_a_median_has_the_interval_of_the_sign_test() -> None:
+    values = np.arange(9.0)
+    found = median_interval(values)
+    assert (found.value, found.low + found.high) == (4.0, pytest.approx(8.0))
+    assert 1.0 < found.low < 2.0, "96.1 % from the second to the eighth, 82 % from the third to the seventh"
+    assert not median_interval(values[:5]).trusted
+    assert not median_interval([]).known

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,24 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.cost.agreement import LEVEL, equality_test, share
-from equaltime.cost.curves import Runs, error_at, error_curve, second_curve, slope, speed_up, time_to_error
+from equaltime.cost.curves import Runs, error_at, error_curve, second_curve, slope, time_to_error
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
 from equaltime.cost.metrics import Reference, signed_root
-from equaltime.cost.parts import relmse_of_parts
+from equaltime.cost.ratios import efficiency, fewer_samples, speed_up
 from equaltime.cost.record import Row, complete
 from equaltime.cost.reference import read as read_reference
 from equaltime.cost.statistics import FEWEST_REPEATS, UNKNOWN, Interval
+from equaltime.cost.strategy_runs import StrategyRuns, runs_of
 from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
-from equaltime.cost.tails import block_errors, tail_index
 from equaltime.cost.verdict import pick_standard, verdict
 
 __all__ = ["Curve", "SceneResult", "StrategyResult", "Summary", "runs_of", "summarise"]
 
 Floats = NDArray[np.float64]
-
-_MOST_BYTES = 5e8
-"""Of images (float64) that are looked at together; of more repeats the first are taken."""
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
@@ -52,47 +48,8 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     targets = tuple(sorted(experiment.targets, reverse=True))
     runs = len({row.key for rows in by_scene.values() for row in rows})
     facts = {**provenance, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
-    return Summary(experiment.title, experiment.description, scenes, targets, facts, verdict(scenes, targets))
-
-
-def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts that all repeats of a strategy have, and what happened at them."""
-    table: dict[int, dict[int, Row]] = defaultdict(dict)
-    for row in rows:
-        table[row.repeat][row.spp] = row
-    common = sorted(set.intersection(*(set(run) for run in table.values())))
-    chosen = [[table[repeat][spp] for spp in common] for repeat in sorted(table)]
-    seconds = np.array([[row.wall_s for row in run] for run in chosen])
-    relmse = np.array([[math.nan if row.relmse is None else row.relmse for row in run] for run in chosen])
-    first = rows[0]
-    independent = first.renderer != "command" and re.search(r"\bindependent\b", first.name) is not None
-    return tuple(common), Runs(seconds, relmse, independent, first.biased)
-
-
-@dataclass(frozen=True, eq=False)
-class _Strategy:
-    """One strategy on one scene: its rows, and what they are together."""
-
-    label: str
-    rows: tuple[Row, ...]
-    spp: tuple[int, ...]
-    runs: Runs
-
-    @property
-    def last(self) -> tuple[Row, ...]:
-        """The last row of each repeat, in order."""
-        return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
-
-    def images(self, folder: Path) -> Floats | None:
-        """Return the final images (K, H, W, 3), or of many the first; None if one is missing or not finite."""
-        width, height = self.rows[0].crop[2:]
-        most = max(int(_MOST_BYTES / (24 * width * height)), FEWEST_REPEATS)
-        try:
-            names = [row.image or "" for row in self.last[:most]]
-            stack = np.stack([np.load(folder / name, allow_pickle=False) for name in names]).astype(np.float64)
-        except (OSError, ValueError):
-            return None
-        return stack if np.isfinite(stack).all() else None
+    answer = verdict(scenes, targets, experiment.question)
+    return Summary(experiment.title, experiment.description, scenes, targets, facts, answer, experiment.question)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +65,20 @@ class _Scene:
 
     def result(self) -> SceneResult:
         first = self.rows[0]
-        strategies = [self._strategy(entry.label) for entry in self.experiment.strategies if self._of(entry.label)]
+        reference = self._reference(None)
+        strategies = [
+            StrategyRuns.of(entry.label, rows, self.place.path, self._reference(entry.label) or reference)
+            for entry in self.experiment.strategies
+            if (rows := tuple(row for row in self.rows if row.strategy == entry.label))
+        ]
         budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
         labels = [s.label for s in strategies]
         errors = [error_at(s.runs, budget).value for s in strategies]
-        standard = pick_standard(labels, [s.runs.biased for s in strategies], errors)
-        images = next((s.images(self.place.path) for s in strategies if s.label == standard), None)
-        reference = self._reference(None)
         baseline = next((s for s in strategies if s.label == self.experiment.baseline), strategies[0])
+        standard: str | None = baseline.label
+        if self.experiment.question != "bias":
+            standard = pick_standard(labels, [s.runs.biased for s in strategies], errors)
+        images = next((s.images() for s in strategies if s.label == standard and self._can_be_tested(s)), None)
         own = math.sqrt(max(first.reference_relmse or 0.0, 0.0)) if reference is None else math.sqrt(reference.relmse)
         return SceneResult(
             name=self.name,
@@ -126,20 +89,17 @@ class _Scene:
             baseline=baseline.label,
             standard=standard,
             budget_s=budget,
-            strategies=tuple(self._one(s, baseline, standard, images, reference, budget) for s in strategies),
+            strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
             reference=self._reference_file(None),
             crops=self.experiment.crops,
         )
 
-    def _of(self, label: str) -> tuple[Row, ...]:
-        return tuple(row for row in self.rows if row.strategy == label)
+    def _can_be_tested(self, strategy: StrategyRuns) -> bool:
+        """Tell whether its images may be held against others: not if light that is hardly ever found makes a bias.
 
-    def _strategy(self, label: str) -> _Strategy:
-        rows = self._of(label)
-        strategy = _Strategy(label, rows, *runs_of(rows))
-        images = strategy.images(self.place.path)
-        doubt = "" if images is None else tail_index(block_errors(images)).doubt
-        return replace(strategy, runs=replace(strategy.runs, doubt=doubt))
+        Who asks for a bias says that there is no such light.
+        """
+        return self.experiment.question == "bias" or not strategy.heavy
 
     def _reference_file(self, label: str | None) -> Path | None:
         path = self.place.reference(self.name, label)
@@ -151,21 +111,16 @@ class _Scene:
 
     def _one(
         self,
-        strategy: _Strategy,
-        baseline: _Strategy,
+        strategy: StrategyRuns,
+        baseline: StrategyRuns,
         standard: str | None,
         standard_images: Floats | None,
-        reference: Reference | None,
         budget: float,
     ) -> StrategyResult:
-        images, runs = strategy.images(self.place.path), strategy.runs
-        equality = bias = None
-        if images is not None:
-            known = self._reference(strategy.label) or reference
-            if known is not None and known.mean.shape == images.shape[1:]:
-                bias = relmse_of_parts(images, known).bias2.map(signed_root)
-            if standard_images is not None and strategy.label != standard:
-                equality = _equality(images, standard_images)
+        runs, parts, equality = strategy.runs, strategy.parts, None
+        if standard_images is not None and strategy.label != standard and self._can_be_tested(strategy):
+            images = strategy.images()
+            equality = None if images is None else _equality(images, standard_images)
         targets = self.experiment.targets
         same = strategy.label == baseline.label
         first, last = strategy.rows[0], strategy.last
@@ -178,16 +133,19 @@ class _Scene:
             curve=_curve(strategy, runs),
             time_to={target: time_to_error(runs, target) for target in targets},
             ratio={t: Interval(1.0, 1.0, 1.0) if same else speed_up(baseline.runs, runs, t) for t in targets},
+            efficiency=Interval(1.0, 1.0, 1.0) if same else efficiency(baseline.runs, runs),
             error_at_budget=error_at(runs, budget),
+            fewer_samples=Interval(1.0, 1.0, 1.0) if same else fewer_samples(baseline, strategy),
             equality_p=equality,
-            bias=bias,
+            unequal=equality is not None and equality < self.level,
+            bias=None if parts is None else parts.bias2.map(signed_root),
             notes=tuple(self._notes(strategy, runs, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
             reference=self._reference_file(strategy.label),
         )
 
-    def _notes(self, strategy: _Strategy, runs: Runs, standard: str | None, equality: float | None) -> list[str]:
+    def _notes(self, strategy: StrategyRuns, runs: Runs, standard: str | None, equality: float | None) -> list[str]:
         notes = []
         if strategy.runs.biased:
             notes.append("biased by name: it converges to something else than the scene's light transport")
@@ -213,7 +171,7 @@ def _seeds(rows: Sequence[Row]) -> dict[str, list[int]]:
     return {label: [found[repeat] for repeat in sorted(found)] for label, found in seeds.items()}
 
 
-def _curve(strategy: _Strategy, runs: Runs) -> Curve:
+def _curve(strategy: StrategyRuns, runs: Runs) -> Curve:
     own = tuple(_own([row for row in strategy.rows if row.spp == spp]) for spp in strategy.spp)
     return Curve(strategy.spp, second_curve(runs), error_curve(runs), slope(runs), own)
 

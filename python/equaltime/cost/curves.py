@@ -1,25 +1,27 @@
-"""Error against time: how long to a wanted error, how much faster, what at equal time, how steep.
+"""Error against time: how long to a wanted error, what at equal time, how steep.
 
 A strategy's curve is that of the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
 reference's noise is subtracted in relMSE, and averages away there even where single repeats fall below 0. Between
 checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors fall; noise may
 make them rise). Whatever is read off the curve is a smooth function of means over repeats, formed on the logarithm; its
 interval comes from the jackknife over repeats, which sees that checkpoints of one run share samples, and that two
-strategies' repeats share a machine that drifts.
+strategies' repeats share a machine that drifts. What the reference's noise does to all repeats alike no spread shows:
+everything is formed again with all of relMSE moved by its standard error, of two strategies by the same.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.cost.metrics import signed_root
-from equaltime.cost.statistics import UNKNOWN, Interval, few, jackknife, join, mean_interval
+from equaltime.cost.statistics import UNKNOWN, Interval, exp, few, jackknife, mean_interval
 
-__all__ = ["Runs", "error_at", "error_curve", "second_curve", "slope", "speed_up", "time_to_error"]
+__all__ = ["Runs", "error_at", "error_curve", "interval_of", "log_time", "second_curve", "slope", "time_to_error"]
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +31,10 @@ TRUSTED_REACH = 10.0
 """How far beyond the longest run a fitted slope is trusted, as a factor of time."""
 FARTHEST_REACH = 100.0
 """And how far it is used at all."""
+_CLEAR = 4.0
+"""An error drowns where its square is not so many standard errors of the reference's part in it."""
 _TAIL_OCTAVES = 3.0
+_Z95 = 1.959964
 _FEWEST_POINTS = 3
 
 
@@ -46,7 +51,11 @@ class Runs:
     biased: bool = False
     """Whether the error may stop falling: then nothing is extrapolated."""
     doubt: str = ""
-    """Why no interval of these runs can be trusted, if so (see `tails`)."""
+    """Why upper ends of errors and times cannot be trusted, if so (see `tails`); lower ones can."""
+    unseen: float = 0.0
+    """By how much larger relMSE may be for what no repeat saw (relative)."""
+    shared: float = 0.0
+    """Standard error of relMSE that all repeats share: the reference's."""
 
     @property
     def repeats(self) -> int:
@@ -56,13 +65,38 @@ class Runs:
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
         """Return log seconds and log error of the mean over the repeats that are kept, up to where it drowns."""
         seconds, square = kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum()
-        sunk = np.flatnonzero(~(square > 0.0))
+        sunk = np.flatnonzero(~(square > _CLEAR * self.shared))
         end = int(sunk[0]) if sunk.size else square.size
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
-    def judged(self, interval: Interval) -> Interval:
-        """Add what is to be doubted about all intervals of these runs."""
-        return interval.doubted(self.doubt) if self.doubt else interval
+    def moved(self, errors: float) -> Runs:
+        """Return the runs as the reference would show them that is off by so many of its standard errors."""
+        return replace(self, relmse=self.relmse + errors * self.shared)
+
+    def judged(self, interval: Interval, power: float = 1.0) -> Interval:
+        """Say of an error's interval (or a time's) how far its upper end can be trusted.
+
+        ``power`` is that of relMSE in the number: of a time at most 1, since errors fall at least as 1 / sqrt(time).
+        """
+        if self.doubt:
+            return interval.bounded("low", self.doubt)
+        return interval.widened((1.0 + self.unseen) ** power - 1.0)
+
+
+def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
+    """Return the jackknife's interval of a statistic, with what the reference's noise leaves open.
+
+    ``statistic`` takes the weights of the repeats, and by how many of its standard errors the reference is off.
+    """
+    found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
+    everything = np.ones(repeats)
+    moved = 0.5 * abs(statistic(everything, 1.0) - statistic(everything, -1.0))
+    if moved == 0.0 or not math.isfinite(found.value):
+        return found
+    if not math.isfinite(moved):
+        return found.doubted("the noise of the reference leaves it open")
+    half = math.hypot(0.5 * (found.high - found.low), _Z95 * moved)
+    return replace(found, low=found.value - half, high=found.value + half)
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -135,7 +169,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     if value > end + math.log(FARTHEST_REACH) and not runs.independent:
         note = f"not reached in {FARTHEST_REACH:g} times the longest run"
         return runs.judged(Interval(math.inf, FARTHEST_REACH * math.exp(end), math.inf).noted(note))
-    found = jackknife(lambda kept: log_time(runs, target, kept), runs.repeats).map(_exp)
+    found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats).map(exp)
     return runs.judged(_with_reach(found, value, begin, end, runs.independent))
 
 
@@ -152,40 +186,12 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, indepen
     return noted.doubted("a fitted slope may not hold so far")
 
 
-def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
-    """Return the baseline's time to an error over the other's, paired over repeats: above 1 the other is faster.
-
-    Repeat r of both must have run side by side; if one has more repeats, its last ones are left out.
-    """
-    repeats = min(baseline.repeats, runs.repeats)
-    first, second = (_first(r, repeats) for r in (baseline, runs))
-    slow, fast = time_to_error(first, target), time_to_error(second, target)
-    note = join(f"{name}: {time.note}" for name, time in (("baseline", slow), ("this", fast)) if time.note)
-    trusted = slow.trusted and fast.trusted
-    if math.isnan(slow.value) or math.isnan(fast.value) or (math.isinf(slow.value) and math.isinf(fast.value)):
-        return Interval(math.nan, math.nan, math.nan, False, note or "neither reaches it")
-    if math.isinf(slow.value):
-        return Interval(math.inf, slow.low / fast.high, math.inf, trusted, note)
-    if math.isinf(fast.value):
-        return Interval(0.0, 0.0, slow.high / fast.low, trusted, note)
-
-    def log_ratio(kept: Floats) -> float:
-        return log_time(first, target, kept) - log_time(second, target, kept)
-
-    ratio = jackknife(log_ratio, repeats).map(_exp)
-    return Interval(ratio.value, ratio.low, ratio.high, ratio.trusted and trusted, join((ratio.note, note)))
-
-
-def _first(runs: Runs, repeats: int) -> Runs:
-    return Runs(runs.seconds[:repeats], runs.relmse[:repeats], runs.independent, runs.biased, runs.doubt)
-
-
 def error_at(runs: Runs, seconds: float) -> Interval:
     """Return the relative error at a time; a little outside the runs (twice at most) by the slope there."""
     wanted = math.log(seconds)
 
-    def log_error(kept: Floats) -> float:
-        x, y = runs.points(kept)
+    def log_error(kept: Floats, off: float) -> float:
+        x, y = runs.moved(off).points(kept)
         if not x.size:
             return math.nan
         level_x, level_y = falling(x, y)
@@ -197,27 +203,27 @@ def error_at(runs: Runs, seconds: float) -> Interval:
             return math.nan if abs(wanted - level_x[end]) > 1e-6 else float(level_y[end])
         return float(level_y[end] + min(steep, 0.0) * (wanted - level_x[end]))
 
-    found = jackknife(log_error, runs.repeats).map(_exp)
+    found = interval_of(log_error, runs.repeats).map(exp)
     if math.isnan(found.value):
         return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
-    return runs.judged(found)
+    return runs.judged(found, 0.5)
 
 
 def slope(runs: Runs) -> Interval:
     """Return the slope of log error against log time over all checkpoints: -0.5 for independent samples."""
 
-    def steepness(kept: Floats) -> float:
-        return _steepness(*runs.points(kept))
+    def steepness(kept: Floats, off: float) -> float:
+        return _steepness(*runs.moved(off).points(kept))
 
-    found = jackknife(steepness, runs.repeats)
+    found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted("too few checkpoints")
-    return runs.judged(found)
+    return found.doubted(runs.doubt) if runs.doubt else found
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
     """Return the relative error at each checkpoint: the root of the mean of relMSE over repeats."""
-    return tuple(runs.judged(_root_mean(column)) for column in runs.relmse.T)
+    return tuple(runs.judged(_root_mean(column, runs.shared), 0.5) for column in runs.relmse.T)
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
@@ -225,19 +231,15 @@ def second_curve(runs: Runs) -> tuple[Interval, ...]:
     return tuple(mean_interval(column) for column in runs.seconds.T)
 
 
-def _root_mean(squares: Floats) -> Interval:
+def _root_mean(squares: Floats, shared: float) -> Interval:
     mean = float(squares.mean())
     if not mean > 0.0:
         return mean_interval(squares).map(signed_root).doubted("below what the reference can show")
 
-    def log_root(kept: Floats) -> float:
-        square = float(kept @ squares) / float(kept.sum())
+    def log_root(kept: Floats, off: float) -> float:
+        square = float(kept @ squares) / float(kept.sum()) + off * shared
         return 0.5 * math.log(square) if square > 0.0 else math.nan
 
-    if np.ptp(squares) == 0.0:
+    if np.ptp(squares) == shared == 0.0:
         return few(Interval(math.sqrt(mean), math.sqrt(mean), math.sqrt(mean)), squares.size)
-    return jackknife(log_root, squares.size).map(_exp)
-
-
-def _exp(value: float) -> float:
-    return math.exp(value) if value < 700.0 else math.inf
+    return interval_of(log_root, squares.size).map(exp)

@@ -83,6 +83,21 @@ class Reference:
         """The reference's own relMSE: what is subtracted from that of others."""
         return float(_ratio(self.noise, self.denominator).mean())
 
+    @property
+    def relmse_doubt(self) -> float:
+        """Standard error of what is subtracted from relMSE: of the mean of n² - v, n being the noise.
+
+        Pixels are independent. Half the difference of the halves is distributed as n is, so that its square less v
+        shows how far n² - v spreads, whatever the distribution and however channels go together. Without halves, or
+        with nothing else to know v from, as for normal noise whose channels go all together.
+        """
+        if self.halves is not None and self.variance.any():
+            parts = _ratio((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
+            return math.sqrt(float(np.square(parts.sum(axis=2)).sum())) / parts.size
+        parts = _ratio(self.noise, self.denominator)
+        degrees = 2.0 if self.halves is None else 4.0  # v from one difference varies as n² does
+        return math.sqrt(degrees * float(np.square(parts.sum(axis=2)).sum())) / parts.size
+
 
 @dataclass(frozen=True)
 class Measured:

@@ -33,6 +33,8 @@ class Parts:
     """Its estimate falls on both sides of 0 if there is no bias."""
     variance: Interval
     """Of one render."""
+    shared: float = 0.0
+    """Standard error that the reference's noise gives to the relMSE of all renders alike."""
 
 
 def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
@@ -53,7 +55,7 @@ def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
     spread, degrees = _pairs_variance(gram)
     doubt = _shared_doubt(stack.mean(axis=0), reference, max(bias2, 0.0), variance.value / repeats)
     half = student(max(degrees, 1.0)) * math.hypot(math.sqrt(spread), doubt)
-    return Parts(few(Interval(bias2, bias2 - half, bias2 + half), repeats), variance)
+    return Parts(few(Interval(bias2, bias2 - half, bias2 + half), repeats), variance, doubt)
 
 
 def _variance(gram: Floats) -> Interval:
@@ -78,9 +80,7 @@ def _shared_doubt(mean: Floats, reference: Reference, bias2: float, variance: fl
     if not reference.noisy:
         return 0.0
     share = bias2 / (bias2 + variance) if bias2 > 0.0 else 0.0
-    own = (reference.noise / np.maximum(reference.denominator, np.finfo(np.float64).tiny)).sum(axis=2)
-    square = 2.0 * float(np.square(own).sum()) / mean.size**2
-    return math.sqrt(share * reference_doubt(mean, reference) ** 2 + square)
+    return math.sqrt(share * reference_doubt(mean, reference) ** 2 + reference.relmse_doubt**2)
 
 
 def _gram(stack: Floats, reference: Reference) -> Floats:

@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.theirs import Quantity, Theirs
 
-__all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["Beside", "Curve", "Question", "SceneResult", "StrategyResult", "Summary"]
+
+Question = Literal["time", "bias", "samples"]
+"""What an experiment asks: how long to an error, who is biased, or how many samples."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,13 @@ class StrategyResult:
     """Target error → seconds; ``inf`` if it is never reached. Notes say what is extrapolated."""
     ratio: Mapping[float, Interval]
     """Target error → the baseline's time over this one's: above 1 this one is faster."""
+    efficiency: Interval
+    """The baseline's squared error x time over this one's, in the median of repeats: what typical runs do, however
+    heavy their tails."""
     error_at_budget: Interval
     """Error at equal time: the scene's ``budget_s``."""
+    fewer_samples: Interval
+    """The baseline's samples over this one's to the same error; ``inf`` if this one has none."""
     equality_p: float | None
     """P-value of the hypothesis that its images have the expectation of the scene's ``standard`` strategy."""
     bias: Interval | None
@@ -61,6 +69,8 @@ class StrategyResult:
     """Final image of the first repeat (float32 .npy, (H, W, 3)), at the budget: equal time."""
     images: tuple[Path, ...] = ()
     """Final images of all repeats, the first one first: a report makes error and standard-error maps of them."""
+    unequal: bool = False
+    """Whether that p-value is below the level of the experiment's tests."""
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if they are the same everywhere."""
     reference: Path | None = None
@@ -122,6 +132,8 @@ class Summary:
     """Machine, build, dates, counts of runs."""
     verdict: str
     """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""
+    question: Question = "time"
+    """What the verdict is an answer to."""
     theirs: Theirs | None = None
     """What others say of it."""
     beside: tuple[Beside, ...] = ()

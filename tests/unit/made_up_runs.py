@@ -1,0 +1,26 @@
+"""Runs whose error falls as a power of time, but for a little noise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from equaltime.cost.curves import Runs
+from equaltime.cost.statistics import Interval
+
+SPP = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
+
+
+def power_law(repeats: int = 8, power: float = -0.5, speed: float = 1.0, scatter: float = 0.02, seed: int = 0) -> Runs:
+    """Return runs with error = (seconds x speed)^power, but for noise that repeats differ by."""
+    rng = np.random.default_rng(seed)
+    seconds = SPP / speed * np.exp(scatter * rng.standard_normal((repeats, 1)))
+    relmse = (SPP**power) ** 2 * np.exp(scatter * rng.standard_normal((repeats, len(SPP))))
+    return Runs(seconds, relmse)
+
+
+def close(interval: Interval, value: float, within: float = 0.05) -> bool:
+    """Tell whether an interval holds the value, and is narrow."""
+    width = math.log(interval.high / interval.low)
+    return interval.low <= value <= interval.high and 0.0 < width < within and interval.low < interval.value
