@@ -40,6 +40,18 @@ def test_an_interval_that_cannot_be_trusted_shows_its_reason_and_no_number() -> 
     assert (cell.text, cell.interval, cell.note, cell.state) == ("not trusted", "", "only 2 repeats", "untrusted")
 
 
+def test_of_a_number_with_one_end_that_holds_that_end_is_printed() -> None:
+    heavy = Interval(30.0, 25.0, 36.0).bounded("low", "heavy tail")
+    cell = factor_cell(heavy)
+    assert (cell.text, cell.interval, cell.state) == (
+        "\N{GREATER-THAN OR EQUAL TO} 25\N{MULTIPLICATION SIGN}",
+        "",
+        "untrusted",
+    )
+    assert factor_cell(heavy.map(lambda x: 1.0 / x)).text.startswith("\N{LESS-THAN OR EQUAL TO} 0.04")
+    assert factor_cell(heavy.doubted("two repeats")).text == "not trusted"
+
+
 def test_an_interval_without_ends_is_not_trusted_whatever_it_says() -> None:
     assert factor_cell(Interval(2.0, -math.inf, math.inf)).state == "untrusted"
 

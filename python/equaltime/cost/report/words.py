@@ -95,11 +95,14 @@ def seconds_cell(interval: Interval) -> Cell:
 
 
 def _cell(interval: Interval, unit: _Unit) -> Cell:
-    """Print an interval; one that is not trusted becomes its reason, without a number."""
+    """Print an interval; one that is not trusted becomes its reason, without a number or with the end that holds."""
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
-        return Cell("not trusted", note=interval.note or "no reason was recorded", state="untrusted")
+        end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
+        sign = "\N{GREATER-THAN OR EQUAL TO}" if interval.bound == "low" else "\N{LESS-THAN OR EQUAL TO}"
+        said = f"{sign} {_short(end)}{unit.symbol}" if math.isfinite(end) and end > 0.0 else "not trusted"
+        return Cell(said, note=interval.note or "no reason was recorded", state="untrusted")
     value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
