@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from equaltime.cost.experiment_problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
+from equaltime.cost.summary import Question
 from equaltime.cost.theirs import Theirs
 from equaltime.cost.value import Value
 from equaltime.durations import seconds_of
@@ -148,6 +149,9 @@ class Experiment(Value):
     """What else the report shows: the directions in which uniform and BSDF sampling send rays, scene by scene."""
     animate: bool = False
     """Whether the report shows the images forming, side by side at equal time."""
+    question: Question = "time"
+    """What the verdict says: ``time`` to an error; which strategies are off the baseline by a ``bias`` (on scenes whose
+    light all of them find); or how many ``samples`` each needs."""
     reference: ReferenceWish = ReferenceWish()
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 is one for each processor."""

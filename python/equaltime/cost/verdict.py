@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Literal
 
+from equaltime.cost.agreement import LEVEL
+from equaltime.cost.questions import bias_verdict, samples_verdict
 from equaltime.cost.statistics import Interval
-from equaltime.cost.summary import SceneResult, StrategyResult
+from equaltime.cost.summary import Question, SceneResult, StrategyResult
 
 __all__ = ["pick_standard", "product_mean", "verdict"]
 
@@ -22,42 +25,57 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 
 
 def product_mean(intervals: Sequence[Interval]) -> Interval:
-    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give."""
+    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give.
+
+    If one of them has no more than a lower end that can be trusted, so has their mean.
+    """
     logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
     mean = sum(value for value, _, _ in logs) / len(logs)
     below = math.sqrt(sum((value - low) ** 2 for value, low, _ in logs)) / len(logs)
     above = math.sqrt(sum((high - value) ** 2 for value, _, high in logs)) / len(logs)
     trusted = all(interval.trusted for interval in intervals)
-    return Interval(math.exp(mean), math.exp(mean - below), math.exp(mean + above), trusted)
+    bound: Literal["", "low"] = "low" if not trusted and all(map(_sound_below, intervals)) else ""
+    return Interval(math.exp(mean), math.exp(mean - below), math.exp(mean + above), trusted, bound=bound)
 
 
-def verdict(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Say how fast the standard strategy is, and how much faster than the baseline.
+def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
+    """Answer an experiment's question: how fast the standard strategy is, and how much faster than the baseline.
 
-    At the smallest error to which both can be given with intervals that are trusted, on all scenes if possible; numbers
-    that lie beyond the runs only if there are no others.
+    At the smallest error to which both can be given with intervals that are trusted, on all scenes if possible. Numbers
+    within the runs come first, then those for which only the baseline goes beyond its runs, then all others; and if
+    there is no trusted ratio at all, one of which the lower end can be trusted. `questions` answers the others.
     """
-    for extrapolated in (False, True):
-        for target in sorted(targets):
-            found = [one for scene in scenes if (one := _at(scene, target, extrapolated)) is not None]
-            if found and len(found) == len(scenes):
-                return _sentence(found, target, len(scenes), extrapolated)
-    for target in sorted(targets):
-        found = [one for scene in scenes if (one := _at(scene, target, True)) is not None]
-        if found:
-            return _sentence(found, target, len(scenes), True)
+    if question == "bias":
+        return bias_verdict(scenes, LEVEL)
+    if question == "samples":
+        return samples_verdict(scenes)
+    for all_scenes in (True, False):
+        for ratio_is_good in (_sound, _sound_below):
+            for reach in _REACHES:
+                for target in sorted(targets):
+                    found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
+                    if found and (len(found) == len(scenes) or not all_scenes):
+                        return _sentence(found, target, len(scenes))
     return _without_ratio(scenes, targets)
 
 
 _Found = tuple[SceneResult, StrategyResult]
+_Test = Callable[[Interval], bool]
+
+_REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
+    lambda time, ratio: not time.note and not ratio.note,
+    lambda time, ratio: not time.note,
+    lambda time, ratio: True,
+)
+"""How far outside the runs time and ratio may lie: a note tells that they do."""
 
 
-def _at(scene: SceneResult, target: float, extrapolated: bool) -> _Found | None:
-    for strategy in scene.strategies:
-        if strategy.label == scene.standard and strategy.label != scene.baseline:
-            numbers = strategy.time_to.get(target), strategy.ratio.get(target)
-            good = all(n is not None and _sound(n) and (extrapolated or not n.note) for n in numbers)
-            return (scene, strategy) if good else None
+def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
+    for _, strategy in _standards((scene,)):
+        if strategy.label != scene.baseline:
+            time, ratio = strategy.time_to.get(target), strategy.ratio.get(target)
+            if time is not None and ratio is not None and _sound(time) and good(ratio) and reach(time, ratio):
+                return scene, strategy
     return None
 
 
@@ -65,48 +83,95 @@ def _sound(interval: Interval) -> bool:
     return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
 
 
-def _sentence(found: Sequence[_Found], target: float, count: int, extrapolated: bool) -> str:
+def _sound_below(interval: Interval) -> bool:
+    """Tell whether at least its lower end can be trusted."""
+    return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
+
+
+def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
     times = [strategy.time_to[target] for _, strategy in found]
     ratios = [strategy.ratio[target] for _, strategy in found]
-    labels = _joined(strategy.label for _, strategy in found)
+    baseline = _joined(scene.baseline for scene, _ in found)
     time, ratio = product_mean(times), product_mean(ratios)
+    where = f" (geometric means of {len(found)} of {count} scenes)" if count > 1 else ""
+    said = ""
+    if any(i.note for i in times):
+        said = "; partly extrapolated"
+    elif any("extrapolated" in i.note for i in ratios):
+        said = f"; {baseline} is extrapolated"
+    if not ratio.trusted:
+        said += ", and its heavy tail leaves open how much more" if said else "; a heavy tail leaves open how much more"
+    labels = _joined(strategy.label for _, strategy in found)
+    return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+
+
+def _faster(ratio: Interval) -> str:
+    """Say a ratio of times in words: how much faster, or slower."""
+    if not ratio.trusted:
+        return (
+            f"at least {ratio.low:.3g}{_TIMES} as fast"
+            if ratio.low < 1.0
+            else f"at least {ratio.low:.3g}{_TIMES} faster"
+        )
     low, value, high = (x if ratio.value >= 1.0 else 1.0 / x for x in (ratio.low, ratio.value, ratio.high))
     low, high = min(low, high), max(low, high)
-    word = "faster" if ratio.value >= 1.0 else "slower"
-    where = ""
-    if count > 1:
-        where = f" (geometric means of {len(found)} of {count} scenes)"
-    said = "; partly extrapolated" if extrapolated and any(i.note for i in (*times, *ratios)) else ""
-    return (
-        f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {word} than "
-        f"{_joined(scene.baseline for scene, _ in found)}{where}{said}"
-    )
+    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {'faster' if ratio.value >= 1.0 else 'slower'}"
 
 
 def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Say the time alone, for the first scene that has one, within the runs if possible; or that there is none."""
-    for extrapolated in (False, True):
-        for target in sorted(targets):
-            for scene in scenes:
-                for strategy in scene.strategies:
-                    time = strategy.time_to[target]
-                    if strategy.label == scene.standard and _sound(time) and (extrapolated or not time.note):
-                        on = f" on {scene.name}" if len(scenes) > 1 else ""
-                        begin = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
-                        return begin + (f" ({time.note})" if time.note else "") + _why_alone(scene, strategy)
-    return f"no strategy's time to a wanted error can be told with an interval that is trusted{_reasons(scenes)}"
-
-
-def _why_alone(scene: SceneResult, strategy: StrategyResult) -> str:
+    """Say the time alone, for the first scene that has one, and what typical runs do; or why there is neither."""
+    alone, typical = _time_alone(scenes, targets), _typical(scenes)
+    if alone is None:
+        told = "no strategy's time to a wanted error can be told with an interval that is trusted"
+        return f"{typical}; {told}{_reasons(scenes)}" if typical else told + _reasons(scenes)
+    scene, strategy, text = alone
     if strategy.label == scene.baseline:
-        return "" if len(scene.strategies) == 1 else "; it is the baseline"
+        return text if len(scene.strategies) == 1 else f"{text}; it is the baseline"
+    if typical:
+        return f"{text}; {typical}"
     notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ())
     reason = f" (there: {notes[0]})" if notes else ""
-    return f"; how much faster than {scene.baseline} cannot be told with an interval that is trusted{reason}"
+    return f"{text}; how much faster than {scene.baseline} cannot be told with an interval that is trusted{reason}"
+
+
+def _time_alone(
+    scenes: Sequence[SceneResult], targets: Sequence[float]
+) -> tuple[SceneResult, StrategyResult, str] | None:
+    """Return the first time that can be trusted, in words, within the runs if possible."""
+    for extrapolated in (False, True):
+        for target in sorted(targets):
+            for scene, strategy in _standards(scenes):
+                time = strategy.time_to[target]
+                if _sound(time) and (extrapolated or not time.note):
+                    on = f" on {scene.name}" if len(scenes) > 1 else ""
+                    text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
+                    return scene, strategy, text + (f" ({time.note})" if time.note else "")
+    return None
+
+
+def _typical(scenes: Sequence[SceneResult]) -> str:
+    """Say how efficient typical runs are, on the scenes where heavy tails leave no more to be said."""
+    found = [
+        (scene, strategy)
+        for scene, strategy in _standards(scenes)
+        if strategy.label != scene.baseline and _sound(strategy.efficiency)
+    ]
+    if not found:
+        return ""
+    ratio = product_mean([strategy.efficiency for _, strategy in found])
+    labels, baseline = _joined(s.label for _, s in found), _joined(scene.baseline for scene, _ in found)
+    where = f" (geometric mean of {len(found)} of {len(scenes)} scenes)" if len(scenes) > 1 else ""
+    gain = f"{ratio.value:.3g}{_TIMES} [{ratio.low:.3g}, {ratio.high:.3g}]"
+    what = f"squared error {_TIMES} time, medians"
+    return f"typical runs of {labels} are {gain} as efficient as those of {baseline} ({what}){where}"
+
+
+def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:
+    return ((scene, s) for scene in scenes for s in scene.strategies if s.label == scene.standard)
 
 
 def _reasons(scenes: Sequence[SceneResult]) -> str:
-    notes = (n.note for s in scenes for strategy in s.strategies for n in strategy.time_to.values() if not n.trusted)
+    notes = (n.note for _, strategy in _standards(scenes) for n in strategy.time_to.values() if not n.trusted)
     first = next((note for note in notes if note), "")
     return f": {first}" if first else ""
 

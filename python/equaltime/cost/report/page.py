@@ -104,7 +104,7 @@ def _scene_view(
         slug=name,
         name=scene.name,
         facts=facts(scene),
-        verdict=verdict((scene,), summary.targets),
+        verdict=verdict((scene,), summary.targets, summary.question),
         wide_chart=chart(scene, f"{name}-wide", summary.targets, look, WIDE),
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
