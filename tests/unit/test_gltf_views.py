@@ -174,19 +174,23 @@ def test_a_node_that_names_no_light_is_told(tmp_path: Path) -> None:
         loaded(builder, tmp_path)
 
 
-def test_a_file_without_lights_gets_a_sky(tmp_path: Path) -> None:
+def test_a_file_without_lights_gets_a_sky_and_a_sun(tmp_path: Path) -> None:
     scene = loaded(one_triangle(), tmp_path)
-    assert "the file has no light: a sky of radiance 1 is added; -D sky=... sets it" in scene.warnings
-    (sky,) = scene.model.emitters
+    assert any(
+        warning.startswith("the file has no light: a sky of radiance 0.5 and a sun") for warning in scene.warnings
+    )
+    sky, sun = scene.model.emitters
     assert isinstance(sky, m.Constant)
-    assert sky.radiance == (1, 1, 1)
+    assert sky.radiance == (0.5, 0.5, 0.5)
+    assert isinstance(sun, m.Directional)
+    assert sun.irradiance == (1.5, 1.5, 1.5)
 
 
-def test_glowing_surfaces_get_a_sky_too_unless_it_is_left_out(tmp_path: Path) -> None:
+def test_glowing_surfaces_get_them_too_unless_they_are_left_out(tmp_path: Path) -> None:
     builder = one_triangle(emissiveFactor=[1, 1, 1])
     scene = loaded(builder, tmp_path)
     assert any("no light but glowing surfaces" in warning for warning in scene.warnings)
-    assert len(scene.model.emitters) == 1
+    assert len(scene.model.emitters) == 2
     assert loaded(builder, tmp_path, sky=0).model.emitters == ()
 
 

@@ -11,14 +11,14 @@ from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.materials import Materials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.shapes import Shapes
-from equaltime.scene.gltf.views import SKY, default_camera, default_sky, light, sensor
+from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
 from equaltime.scene.known import shortened, suggestion
 from equaltime.scene.tree import Child, Object, Place, Report
 
 __all__ = ["read_gltf"]
 
-DEFINITIONS: Final = ("camera", "scene", "sky")
-"""What ``-D`` may choose: camera and scene by name or number, the radiance of the sky."""
+DEFINITIONS: Final = ("camera", "scene", "sky", "sun")
+"""What ``-D`` may choose: camera and scene by name or number, the radiance of a sky, the irradiance of a sun."""
 PLACES_SHOWN: Final = 3
 
 
@@ -65,10 +65,10 @@ class _Scene:
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
         lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]
-        sky = self._sky(lights, shapes)
+        daylight = self._daylight(lights, shapes)
         camera = self._camera(nodes)
         self._note_what_is_left_out()
-        parts = [camera, *self._materials.bsdfs, *shapes, *lights, *([] if sky is None else [sky])]
+        parts = [camera, *self._materials.bsdfs, *shapes, *lights, *daylight]
         return Object(self._place, "scene", "scene", children=[Child(part.id, part) for part in parts])
 
     def _chosen_scene(self) -> int | None:
@@ -103,29 +103,33 @@ class _Scene:
         self._document.note("the file has no camera: one is added that has everything in view", "")
         return default_camera(self._shapes.corners(), self._place)
 
-    def _sky(self, lights: list[Object], shapes: list[Object]) -> Object | None:
-        """Return the sky that is asked for, or one of radiance 1 if there are no lights.
+    def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
+        """Return the sky and the sun that are asked for, or some of both if there are no lights.
 
         Surfaces that glow are not lights in glTF: what shows such files elsewhere lights them too.
         """
-        if "sky" in self._defines:
-            return default_sky(self._sky_radiance(), self._place)
-        if lights:
-            return None
-        glowing = any(child.name == "emitter" for shape in shapes for child in shape.children)
-        known = "no light but glowing surfaces" if glowing else "no light"
-        self._document.note(f"the file has {known}: a sky of radiance {SKY:g} is added; -D sky=... sets it", "")
-        return default_sky(SKY, self._place)
+        if {"sky", "sun"} & set(self._defines):
+            radiance, irradiance = self._strength("sky"), self._strength("sun")
+        elif lights:
+            return []
+        else:
+            radiance, irradiance = SKY, SUN
+            glowing = any(child.name == "emitter" for shape in shapes for child in shape.children)
+            known = "no light but glowing surfaces" if glowing else "no light"
+            added = f"a sky of radiance {SKY:g} and a sun of irradiance {SUN:g} are added"
+            self._document.note(f"the file has {known}: {added}; -D sky=... and -D sun=... set them", "")
+        return [light for light in (sky(radiance, self._place), sun(irradiance, self._place)) if light is not None]
 
-    def _sky_radiance(self) -> float:
-        given = self._defines["sky"]
+    def _strength(self, name: str) -> float:
+        """Return the strength of a light that a definition adds, 0 if there is none."""
+        given = self._defines.get(name, 0.0)
         try:
-            radiance = float(str(given))
+            strength = float(str(given))
         except ValueError:
-            radiance = math.nan
-        if not 0.0 <= radiance < math.inf:
-            raise Malformed(("", f"sky must be a radiance of at least 0, found {shortened(given, 40)}"))
-        return radiance
+            strength = math.nan
+        if not 0.0 <= strength < math.inf:
+            raise Malformed(("", f"'{name}' must be a number of at least 0, found {shortened(given, 40)}"))
+        return strength
 
     def _note_what_is_left_out(self) -> None:
         if self._gltf.animations:

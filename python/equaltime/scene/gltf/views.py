@@ -14,7 +14,7 @@ from equaltime.scene.gltf.nodes import Placed, rigid
 from equaltime.scene.gltf.plant import plant
 from equaltime.scene.tree import Object, Place
 
-__all__ = ["default_camera", "default_sky", "light", "sensor"]
+__all__ = ["SKY", "SUN", "default_camera", "light", "sensor", "sky", "sun"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,10 @@ DEFAULT_FOV: Final = 40.0
 MARGIN: Final = 1.1
 DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
 """Where the default camera stands as seen from the middle: before the asset (+z), a little to the right and above."""
-SKY: Final = 1.0
+SKY: Final = 0.5
+SUN: Final = 1.5
+"""Radiance from all around and irradiance from one side: white surfaces that face the sun are white in the image."""
+SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
 def sensor(document: Document, at: Placed, place: Place) -> Object:
@@ -92,9 +95,16 @@ def default_camera(corners: Array, place: Place) -> Object:
     return plant("sensor", "perspective", place, to_world=to_world, fov=DEFAULT_FOV, fov_axis="y", film=film)
 
 
-def default_sky(radiance: float, place: Place) -> Object | None:
+def sky(radiance: float, place: Place) -> Object | None:
     """Return light from all around, unless it is dark."""
     return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
+
+
+def sun(irradiance: float, place: Place) -> Object | None:
+    """Return light from above, before the asset (+z) and a little to the left, unless it is dark."""
+    if irradiance <= 0.0:
+        return None
+    return plant("emitter", "directional", place, irradiance=irradiance, direction=SUNLIGHT)
 
 
 def light(document: Document, at: Placed, place: Place) -> Object | None:
