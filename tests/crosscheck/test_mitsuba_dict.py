@@ -73,6 +73,21 @@ def test_mitsuba_sees_the_same_scene_as_in_the_file(name: str) -> None:
     assert difference(et.load(path, **defines), lambda: mi.load_file(str(path), **defines)) < TOLERANCE
 
 
+@pytest.mark.parametrize("name", [name for name in SCENES if name != OTHER_ORDER])
+def test_mitsuba_reads_the_xml_that_is_written(name: str, tmp_path: Path) -> None:
+    scene = et.load_dict(SCENES[name](tmp_path))
+    scene.write(tmp_path / "written.xml")
+    assert difference(scene, lambda: mi.load_file(str(tmp_path / "written.xml"))) < TOLERANCE
+
+
+@pytest.mark.parametrize("name", ["cornell-box", "veach-mis"])
+def test_mitsuba_sees_the_same_scene_in_a_file_that_was_read_and_written(name: str, tmp_path: Path) -> None:
+    path, defines = XML / name / "scene.xml", {"integrator": "path", "resx": 32, "resy": 24}
+    scene = et.load(path, **defines)
+    scene.write(tmp_path / "written.xml")
+    assert difference(scene, lambda: mi.load_file(str(tmp_path / "written.xml"))) < TOLERANCE
+
+
 def test_a_slightly_darker_lamp_would_be_seen() -> None:
     """The power twin: a part in a thousand of one colour of one light is far more than what is allowed."""
     description = SCENES["a mirror"](Path())

@@ -18,6 +18,7 @@ import typer
 import equaltime
 from equaltime.cli.bench import bench
 from equaltime.cli.compare import compare
+from equaltime.cli.convert import convert
 from equaltime.cli.cost import cost
 from equaltime.cli.info import info
 from equaltime.cli.messages import print_error
@@ -27,7 +28,7 @@ from equaltime.errors import EqualtimeError, RenderError
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, cost, compare, info, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (render, cost, compare, info, convert, bench)
 
 app = typer.Typer(
     name="equaltime",

@@ -99,6 +99,11 @@ class Assets:
                 content.update(chunk)
         return content.hexdigest()
 
+    def absolute(self, filename: str) -> str:
+        """Return where the file is from anywhere, with what is meant in it."""
+        inside = split(filename)[1]
+        return str(self.path(filename).absolute()) + ("" if inside is None else f"#{inside}")
+
     def release(self) -> None:
         """Forget what was read."""
         self._meshes.clear()

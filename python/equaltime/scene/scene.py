@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from equaltime import _core
 from equaltime.errors import Problem, SceneError
-from equaltime.scene import geometry
+from equaltime.scene import export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
@@ -96,6 +96,26 @@ class Scene:
     def timings(self) -> dict[str, float]:
         """Seconds spent so far on ``load`` (reading all files) and ``build`` (making the core's scene)."""
         return dict(self._seconds)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the scene as the dictionary that `load_dict` reads, with absolute file names: JSON as it stands.
+
+        ``mitsuba.load_dict`` reads it too, once its transforms, nested lists, are Mitsuba's own; see
+        `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
+        """
+        return export.scene_dict(self.model, self.assets.absolute)
+
+    def write(self, path: str | Path, *, copy: bool = False) -> tuple[Path, ...]:
+        """Write the scene as a new TOML or XML file, and return what was written; see `equaltime.scene.export.convert`.
+
+        The same scene is read from it: the same bits in every image. With `copy`, meshes and images are copied into a
+        folder beside it, otherwise named by where they are. Raises SceneError.
+        """
+        path = Path(path)
+        try:
+            return export.convert(self.model, self.assets, path, copy=copy)
+        except (OSError, ValueError) as error:
+            raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 
     def surfaces(self) -> Iterator[Surface]:
         """Iterate over the shapes as they stand in world space, in the order of the model."""

@@ -1,0 +1,43 @@
+"""``equaltime convert``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from equaltime.cli.arguments import Substitute, parse_definitions
+from equaltime.cli.messages import print_warnings
+from equaltime.scene import load_file
+
+__all__ = ["convert"]
+
+
+def convert(
+    scene: Annotated[
+        Path, typer.Argument(metavar="IN", help="Scene file: TOML, Mitsuba XML, or glTF.", show_default=False)
+    ],
+    output: Annotated[
+        Path, typer.Argument(metavar="OUT", help="A new file: .toml, or .xml for Mitsuba 3.", show_default=False)
+    ],
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+    ] = None,
+    substitute: Substitute = False,
+    copy: Annotated[
+        bool,
+        typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, not refer to them."),
+    ] = False,
+) -> int:
+    """Write a scene as another kind of file.
+
+    The same scene is read from it: the same bits in every image. Nothing is overwritten. Variables have their values,
+    spectra are colours in linear sRGB, old words are today's.
+    """
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    print_warnings(loaded)
+    written = loaded.write(output, copy=copy)
+    print(f"wrote {', '.join(map(str, written))}")
+    return 0

@@ -1,0 +1,12 @@
+"""Scenes written again: as a dictionary, as TOML, as XML for Mitsuba 3.
+
+`plain` turns a model into nested dictionaries in Mitsuba's words; `toml_writer` and `xml_writer` spell those; what is
+only inside a glTF file gets files of its own in `portable`; `files` puts them in place; `convert` does all of it.
+"""
+
+from __future__ import annotations
+
+from equaltime.scene.export.convert import FORMATS, convert
+from equaltime.scene.export.plain import PlainWriter, scene_dict, with_transforms
+
+__all__ = ["FORMATS", "PlainWriter", "convert", "scene_dict", "with_transforms"]

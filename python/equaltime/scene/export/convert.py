@@ -1,0 +1,52 @@
+"""Writes a scene as a file of another kind, with the files that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from equaltime.errors import Problem, SceneError
+from equaltime.scene.assets import Assets
+from equaltime.scene.export.files import Folder, relative
+from equaltime.scene.export.plain import scene_dict
+from equaltime.scene.export.portable import portable
+from equaltime.scene.export.toml_writer import write_toml
+from equaltime.scene.export.xml_writer import write_xml
+from equaltime.scene.gltf import split
+from equaltime.scene.model import SceneModel
+
+__all__ = ["FORMATS", "convert"]
+
+FORMATS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {".toml": write_toml, ".xml": write_xml}
+"""The kinds of files that can be written."""
+
+
+def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False) -> tuple[Path, ...]:
+    """Write the scene as `file`, a new one, and return all files that were written, `file` first.
+
+    Meshes and images are named by their places relative to `file`, or, with `copy`, copied into a folder beside it.
+    What is inside a glTF file gets files of its own there, unless `file` is TOML, whose readers know glTF. Raises
+    SceneError for a kind of file that is unknown or a file that is there already, ValueError if one that the scene
+    names is gone.
+    """
+    if file.suffix.lower() not in FORMATS:
+        known = " or ".join(FORMATS)
+        raise SceneError((Problem(str(file), f"cannot write a scene as '{file.suffix}'; expected {known}"),))
+    if file.exists():
+        raise SceneError((Problem(str(file), "there is such a file already; choose another name"),))
+    folder = Folder(file.parent / f"{file.stem}_files")
+    if copy or file.suffix.lower() == ".xml":
+        model = portable(model, assets, folder)
+
+    def name(filename: str) -> str:
+        """Say how a file is called; what is meant in it stays."""
+        path, inside = assets.path(filename), split(filename)[1]
+        if copy and path.resolve().parent != folder.path.resolve():
+            path = folder.copy(path)
+        return relative(path, file.parent) + ("" if inside is None else f"#{inside}")
+
+    text = FORMATS[file.suffix.lower()](scene_dict(model, name))
+    with file.open("x", encoding="utf-8", newline="\n") as output:
+        output.write(text)
+    return file, *folder.written

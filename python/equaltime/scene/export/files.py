@@ -1,0 +1,98 @@
+"""How a written scene names its files: by where they are, or by copies beside it. Nothing is ever overwritten."""
+
+from __future__ import annotations
+
+import filecmp
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Folder", "relative", "write_ply"]
+
+Array = NDArray[np.float64]
+TYPES: Final = {"<f4": "float", "<f8": "double"}
+
+
+def relative(path: Path, to: Path) -> str:
+    """Return `path` as seen from the folder `to`, with slashes; absolute if it is on another drive."""
+    try:
+        return Path(os.path.relpath(path.resolve(), to.resolve())).as_posix()
+    except ValueError:
+        return path.resolve().as_posix()
+
+
+class Folder:
+    """The folder of a scene's own files; it is made when the first file comes into it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.written: list[Path] = []
+
+    def copy(self, file: Path) -> Path:
+        """Return a copy of `file` in here."""
+        return self.put(file.name, lambda target: shutil.copyfile(file, target))
+
+    def put(self, name: str, write: Callable[[Path], object]) -> Path:
+        """Return a file in here that `write` has written; one with the same content that is there already will do."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        fresh = self.path / f".{name}.part"
+        write(fresh)
+        try:
+            stem, suffix = Path(name).stem, Path(name).suffix
+            target, number = self.path / name, 1
+            while target.exists():
+                if filecmp.cmp(fresh, target, shallow=False):
+                    return target
+                number += 1
+                target = self.path / f"{stem}-{number}{suffix}"
+            fresh.rename(target)
+        finally:
+            fresh.unlink(missing_ok=True)
+        self.written.append(target)
+        return target
+
+
+def write_ply(
+    path: Path,
+    vertices: Array,
+    faces: NDArray[np.uint32],
+    normals: Array | None,
+    uvs: Array | None,
+    colors: Array | None,
+) -> None:
+    """Write a binary PLY file from which the very same numbers are read again.
+
+    `vertices`, `normals` (N, 3), `uvs` (N, 2), `colors` (N, 3 or more; the first three are written), `faces` (M, 3).
+    """
+    columns = {
+        **dict(zip("xyz", vertices.T, strict=True)),
+        **({} if normals is None else dict(zip(("nx", "ny", "nz"), normals.T, strict=True))),
+        **({} if uvs is None else dict(zip("uv", uvs.T, strict=True))),
+        **({} if colors is None else dict(zip("rgb", colors.T[:3], strict=True))),
+    }
+    records = np.empty(len(vertices), dtype=[(name, _smallest(column)) for name, column in columns.items()])
+    for name, column in columns.items():
+        records[name] = column
+    corners = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    corners["count"], corners["corners"] = 3, faces
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(records)}",
+        *(f"property {TYPES[records.dtype[name].str]} {name}" for name in columns),
+        f"element face {len(corners)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    path.write_bytes("\n".join(header).encode() + records.tobytes() + corners.tobytes())
+
+
+def _smallest(column: Array) -> str:
+    """Return the type that holds the numbers exactly."""
+    with np.errstate(over="ignore"):
+        return "<f4" if np.array_equal(column.astype("<f4").astype(np.float64), column) else "<f8"

@@ -1,0 +1,106 @@
+"""A model as nested dictionaries in Mitsuba's words: JSON as it stands, and the same scene when it is read again.
+
+Colours are ``{"type": "rgb", "value": [r, g, b]}``, references ``{"type": "ref", "id": name}``, transforms are nested
+lists, which `with_transforms` replaces by Mitsuba's own; ``mitsuba.load_dict`` takes the rest as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from equaltime.scene.model import Plugin, SceneModel
+
+__all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "scene_dict", "with_transforms"]
+
+Dict = dict[str, Any]
+
+VECTORS: Final = frozenset({"position", "direction", "center", "p0", "p1"})
+"""Parameters of three numbers that are no colours."""
+TRANSFORMS: Final = frozenset({"to_world", "to_uv"})
+ALWAYS: Final = frozenset({"radiance", "intensity", "irradiance"})
+"""Parameters to spell out even at their default: Mitsuba's is a spectrum, ours the colour that it makes of it."""
+RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias", "scene"})
+"""Names that mean something else at the top of a file."""
+
+
+def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
+    """Return the whole scene `model`; `name_file` says how a file that it names is called in what is written."""
+    writer = PlainWriter(name_file)
+    parts: list[tuple[str, Plugin]] = [("integrator", model.integrator), ("sensor", model.sensor)]
+    parts += [(f"shape_{i}", shape) for i, shape in enumerate(model.shapes)]
+    parts += [(f"emitter_{i}", emitter) for i, emitter in enumerate(model.emitters)]
+    names = [writer.unique(part.id or name) for name, part in parts]
+    written = {name: writer.node(part) for name, (_, part) in zip(names, parts, strict=True)}
+    first = {name: written.pop(name) for name in names[:2]}
+    return {"type": "scene", **first, **writer.shared, **written}
+
+
+def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
+    """Return the dictionary `node` with every transform handed to `transform`, such as mitsuba.ScalarTransform4f."""
+    return {
+        key: transform(value)
+        if key in TRANSFORMS
+        else with_transforms(value, transform)
+        if isinstance(value, Mapping)
+        else value
+        for key, value in node.items()
+    }
+
+
+class PlainWriter:
+    """Writes nodes as dictionaries. What has a name and is used by others is written once, into `shared`."""
+
+    def __init__(self, name_file: Callable[[str], str]) -> None:
+        self._name_file = name_file
+        self._names: dict[Plugin, str] = {}
+        self._taken: set[str] = set(RESERVED)
+        self.shared: Dict = {}
+
+    def unique(self, name: str) -> str:
+        """Return `name`, or something like it that is not taken yet; without dots, Mitsuba's paths of keys."""
+        unique = plain = name.replace(".", "_") or "unnamed"
+        number = 1
+        while unique in self._taken:
+            number += 1
+            unique = f"{plain}_{number}"
+        self._taken.add(unique)
+        return unique
+
+    def node(self, plugin: Plugin) -> Dict:
+        """Return type and parameters that the scene gives; what it leaves out has the same default in Mitsuba."""
+        result: Dict = {"type": plugin.model_dump(include={"type"})["type"]}
+        for name in type(plugin).model_fields:
+            value = getattr(plugin, name)
+            if name in ("id", "type") or value is None or name not in plugin.model_fields_set | ALWAYS:
+                continue
+            if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):
+                many = len(value) > 1
+                result |= {f"{name}_{i}" if many else name: self._nested(item) for i, item in enumerate(value)}
+            else:
+                result[name] = self._nested(value) if isinstance(value, Plugin) else self._value(name, value)
+        return result
+
+    def share(self, plugin: Plugin, name: str) -> Dict:
+        """Return a reference to `plugin`, which is written once; equal ones share it, whatever they are called."""
+        nameless = plugin.model_copy(update={"id": None})
+        if nameless not in self._names:
+            self._names[nameless] = self.unique(name)
+            self.shared[self._names[nameless]] = self.node(nameless)
+        return {"type": "ref", "id": self._names[nameless]}
+
+    def _nested(self, plugin: Plugin) -> Dict:
+        if plugin.kind in ("bsdf", "texture", "medium") and plugin.id is not None:
+            return self.share(plugin, plugin.id)
+        if plugin.kind == "shape" and "shapes" in type(plugin).model_fields:
+            return self.share(plugin, plugin.id or "group")
+        return self.node(plugin)
+
+    def _value(self, name: str, value: object) -> object:
+        if name == "filename":
+            return self._name_file(str(value))
+        if not isinstance(value, tuple):
+            return value
+        if name in TRANSFORMS:
+            return [list(row) for row in value]
+        return list(value) if name in VECTORS else {"type": "rgb", "value": list(value)}

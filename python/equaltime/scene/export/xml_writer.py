@@ -1,0 +1,76 @@
+"""Spells a scene's dictionary as Mitsuba 3's XML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+from xml.sax.saxutils import quoteattr
+
+from equaltime.scene.export.plain import TRANSFORMS, VECTORS
+from equaltime.scene.model import PLUGINS
+
+__all__ = ["write_xml"]
+
+VERSION: Final = "3.0.0"
+INDENT: Final = "    "
+BY_NAME: Final = frozenset({"texture", "medium"})
+"""The families that Mitsuba finds by their names; others by what they are."""
+
+
+def write_xml(scene: Mapping[str, Any]) -> str:
+    """Return the file whose scene is `scene`, as `plain.scene_dict` makes it."""
+    kinds = {name: PLUGINS[part["type"]].kind for name, part in scene.items() if name != "type"}
+    lines = [f'<scene version="{VERSION}">']
+    for name, kind in kinds.items():
+        lines += _object(scene[name], f"id={_quoted(name)}", kind, kinds, 1)
+    return "\n".join([*lines, "</scene>", ""])
+
+
+def _object(table: Mapping[str, Any], name: str, kind: str, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
+    """Iterate over the lines of the element of an object."""
+    head = f"{INDENT * depth}<{kind} type={_quoted(table['type'])}{' ' if name else ''}{name}"
+    inner = [line for key, value in table.items() if key != "type" for line in _part(key, value, kinds, depth + 1)]
+    if not inner:
+        yield f"{head}/>"
+        return
+    yield f"{head}>"
+    yield from inner
+    yield f"{INDENT * depth}</{kind}>"
+
+
+def _part(key: str, value: Any, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
+    """Iterate over the lines of a parameter or of an object inside another."""
+    indent = INDENT * depth
+    if isinstance(value, Mapping) and value["type"] == "ref":
+        name = f" name={_quoted(key)}" if kinds.get(value["id"]) in BY_NAME else ""
+        yield f"{indent}<ref id={_quoted(value['id'])}{name}/>"
+    elif isinstance(value, Mapping) and value["type"] != "rgb":
+        kind = PLUGINS[value["type"]].kind
+        yield from _object(value, f"name={_quoted(key)}" if kind in BY_NAME else "", kind, kinds, depth)
+    elif key in TRANSFORMS:
+        rows = f"\n{indent}{INDENT * 4}".join(" ".join(map(repr, row)) for row in value)
+        yield f'{indent}<transform name="{key}"><matrix value="{rows}"/></transform>'
+    else:
+        yield f"{indent}<{_tag(key, value)} name={_quoted(key)} value={_quoted(_text(value))}/>"
+
+
+def _tag(key: str, value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "rgb"
+    if isinstance(value, list):
+        return ("vector" if key == "direction" else "point") if key in VECTORS else "rgb"
+    names = {bool: "boolean", int: "integer", float: "float"}
+    return names.get(type(value), "string")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        value = value["value"]
+    if isinstance(value, list):
+        return " ".join(map(repr, value))
+    return repr(value).lower() if isinstance(value, bool | int | float) else str(value)
+
+
+def _quoted(text: str) -> str:
+    """Return `text` as an attribute's value; a dollar sign is no variable."""
+    return quoteattr(text.replace("$", r"\$"), {"\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})

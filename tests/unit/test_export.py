@@ -1,0 +1,159 @@
+"""Scenes written again: names, numbers and files as they were, and nothing overwritten."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+from equaltime.scene import model as m
+from equaltime.scene.export.files import Folder, write_ply
+
+TRIANGLE = b"""ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2
+"""
+
+
+def scene(**parts: Any) -> dict[str, Any]:
+    return {"type": "scene", "sensor": {"type": "perspective"}} | parts
+
+
+def written(description: dict[str, Any], folder: Path, kind: str) -> et.Scene:
+    file = folder / f"again{kind}"
+    et.load_dict(description).write(file)
+    return et.load(file)
+
+
+@pytest.mark.parametrize("kind", [".toml", ".xml"])
+def test_the_model_that_is_read_again_is_equal(kind: str, tmp_path: Path) -> None:
+    description = scene(
+        integrator={"type": "path", "max_depth": 7},
+        sensor={"type": "perspective", "fov": 0.1 + 0.2, "film": {"type": "hdrfilm", "width": 20, "height": 10}},
+        ball={"type": "sphere", "center": [1e-20, -0.0, 3], "radius": 1 / 3, "flip_normals": True, "bsdf": "red"},
+        red={"type": "diffuse", "reflectance": [0.1, 0.2, 0.3]},
+        lamp={"type": "point", "position": [1, 2, 3], "intensity": {"type": "rgb", "value": [1e30, 0, 1e-30]}},
+        mirror={"type": "disk", "to_world": [{"rotate": {"axis": [1, 2, 3], "angle": 77}}]},
+    )
+    assert written(description, tmp_path, kind).model == et.load_dict(description).model
+
+
+@pytest.mark.parametrize("kind", [".toml", ".xml"])
+@pytest.mark.parametrize("name", ["a.b", "path", "it's", 'a "quoted" name', "ünï <&> code", "$cost", "two\nlines", ""])
+def test_any_name_can_be_written(name: str, kind: str, tmp_path: Path) -> None:
+    parts = {name: {"type": "null"}} if name else {}
+    shapes = {"one": {"type": "sphere", "bsdf": {"type": "ref", "id": name}} if name else {"type": "sphere"}}
+    again = written(scene(**parts, **shapes, two={"type": "disk"}), tmp_path, kind)
+    assert [shape.id for shape in again.model.shapes] == ["one", "two"]
+    assert (again.model.shapes[0].bsdf is not None) == bool(name)  # type: ignore[union-attr]
+
+
+def test_what_is_shared_is_written_once(tmp_path: Path) -> None:
+    shared = scene(
+        board={"type": "checkerboard"},
+        metal={"type": "roughconductor", "specular_reflectance": "board", "alpha": 0.3},
+        group={"type": "shapegroup", "part": {"type": "cube", "bsdf": "metal"}},
+        one={"type": "instance", "shapegroup": "group"},
+        two={"type": "instance", "shapegroup": "group", "to_world": [{"translate": [3, 0, 0]}]},
+        three={"type": "sphere", "bsdf": "metal"},
+    )
+    again = written(shared, tmp_path, ".toml")
+    assert again.digest == et.load_dict(shared).digest
+    text = (tmp_path / "again.toml").read_text()
+    assert [text.count(f'type = "{name}"') for name in ("checkerboard", "roughconductor", "cube")] == [1, 1, 1]
+    assert text.count('bsdf = "metal"') == 2
+
+
+def test_two_shapes_never_get_one_name() -> None:
+    model = et.load_dict(scene(a={"type": "sphere"}, b={"type": "disk"})).model
+    named = model.replace(shapes=(m.Sphere(id="x.y"), m.Disk(id="x_y"), m.Disk(id="sensor")))
+    from equaltime.scene.export import scene_dict
+
+    assert [part["type"] for part in scene_dict(named, str).values() if isinstance(part, dict)][-3:] == [
+        *("sphere", "disk", "disk"),
+    ]
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def with_mesh(tmp_path: Path) -> Path:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "a $mesh.ply").write_bytes(TRIANGLE)
+    text = "sensor.type = 'perspective'\n[leaf]\ntype = 'ply'\nfilename = 'data/a \\$mesh.ply'\n"
+    (tmp_path / "scene.toml").write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["toml", "xml"])
+def test_files_are_named_as_seen_from_the_new_file(kind: str, with_mesh: Path) -> None:
+    out = with_mesh / "other" / f"scene.{kind}"
+    out.parent.mkdir()
+    assert et.load(with_mesh / "scene.toml").write(out) == (out,)
+    assert str(et.load(out).model.shapes[0].filename) == "../data/a $mesh.ply"  # type: ignore[union-attr]
+
+
+def test_files_can_be_copied_and_none_is_overwritten(with_mesh: Path) -> None:
+    copies = with_mesh / "new_files"
+    copies.mkdir()
+    (copies / "a $mesh.ply").write_bytes(b"somebody else's")
+    loaded = et.load(with_mesh / "scene.toml")
+    for name in ("new.xml", "new.toml"):
+        loaded.write(with_mesh / name, copy=True)
+        assert et.load(with_mesh / name).model.shapes[0].filename == "new_files/a $mesh-2.ply"  # type: ignore[union-attr]
+    assert sorted(path.name for path in copies.iterdir()) == ["a $mesh-2.ply", "a $mesh.ply"]
+    assert (copies / "a $mesh.ply").read_bytes() == b"somebody else's"
+
+
+def test_what_is_there_is_not_overwritten_and_unknown_kinds_are_refused(with_mesh: Path) -> None:
+    loaded = et.load(with_mesh / "scene.toml")
+    for name, problem in (("scene.toml", "there is such a file already"), ("x.json", r"expected \.toml or \.xml")):
+        with pytest.raises(et.SceneError, match=problem):
+            loaded.write(with_mesh / name)
+    (with_mesh / "data" / "a $mesh.ply").write_bytes(TRIANGLE + b" ")
+    with pytest.raises(et.SceneError, match="the file has changed"):
+        loaded.write(with_mesh / "new.toml")
+    assert not (with_mesh / "new.toml").exists()
+
+
+def test_a_mesh_that_is_written_has_the_same_numbers(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    vertices, normals = rng.normal(size=(5, 3)), rng.normal(size=(5, 3)).astype(np.float32).astype(np.float64)
+    uvs, faces = rng.random((5, 2)), np.array([[0, 1, 2], [2, 3, 4]], dtype=np.uint32)
+    folder = Folder(tmp_path / "new")
+    path = folder.put("mesh.ply", lambda file: write_ply(file, vertices, faces, normals, uvs, None))
+    from equaltime._core import read_ply
+
+    mesh = read_ply(path)
+    for found, expected in ((mesh.vertices, vertices), (mesh.normals, normals), (mesh.uvs, uvs), (mesh.faces, faces)):
+        assert found is not None
+        assert np.array_equal(found, expected)
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_is_converted_on_the_command_line(with_mesh: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = with_mesh / "new.xml"
+    assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 0
+    assert capsys.readouterr().out == f"wrote {out}\n"
+    assert main(["info", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["triangles"] == 1
+    assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 2
+    assert "there is such a file already" in capsys.readouterr().err
