@@ -144,13 +144,15 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
             axes.axhline(target, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
     if _positive(scene.budget_s):
         axes.axvline(scene.budget_s, color=MUTED, linewidth=0.9, linestyle=(0, (5, 3)), zorder=1)
+        left, right = axes.get_xlim()
+        room = math.log(scene.budget_s / left) > 0.3 * math.log(right / left)
         axes.annotate(
             "equal time",
             (scene.budget_s, 1.0),
-            (-5.0, -2.0),
+            (-5.0 if room else 5.0, -2.0),
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
-            ha="right",
+            ha="right" if room else "left",
             va="top",
             color=MUTED,
             fontsize=9,
