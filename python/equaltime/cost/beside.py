@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from equaltime.cost.statistics import UNKNOWN, Interval
@@ -42,16 +42,6 @@ class _Own:
     strategy: StrategyResult
     baseline: StrategyResult
 
-    @property
-    def of_a_sample(self) -> Interval:
-        """Seconds of one sample of all pixels, at the end of a run."""
-        return _of_a_sample(self.strategy)
-
-    @property
-    def over_baseline(self) -> Interval:
-        """What a sample costs, over what one of the baseline does."""
-        return _over(self.of_a_sample, _of_a_sample(self.baseline))
-
 
 def _of_a_sample(strategy: StrategyResult) -> Interval:
     curve = strategy.curve
@@ -70,48 +60,42 @@ _MEASURED: Mapping[Quantity, Callable[[_Own], Interval]] = {
     "error": lambda own: own.strategy.error_at_budget,
     "bias": lambda own: own.strategy.bias or UNKNOWN,
     "p": _equality,
-    "time of a sample": lambda own: own.over_baseline,
+    "fewer samples": lambda own: own.strategy.fewer_samples,
+    "efficiency": lambda own: own.strategy.efficiency,
+    "time of a sample": lambda own: _over(_of_a_sample(own.strategy), _of_a_sample(own.baseline)),
 }
 """Each of a strategy: the law of its error, its error at equal time, its bias, whether it has the standard's
-expectation, and what a sample costs over one of the baseline."""
+expectation; and over the baseline samples to equal error, what typical runs gain, and what a sample costs."""
 
-_AT_A_TARGET = ("speed-up", "fewer samples", "time", "samples")
+_AT_A_TARGET = ("speed-up", "time", "samples")
 
 
 def _at(quantity: Quantity, own: _Own, target: float) -> Interval:
-    """Return how long or how many samples to an error, or how many times less than the baseline."""
+    """Return how long or how many samples to an error, or how many times less long than the baseline."""
     time = own.strategy.time_to.get(target, UNKNOWN)
-    ratio = own.strategy.ratio.get(target, UNKNOWN)
     if quantity == "speed-up":
-        return ratio
-    if quantity == "fewer samples":
-        return _over(ratio, own.over_baseline.map(lambda cost: 1.0 / cost))
-    return time if quantity == "time" else _over(time, own.of_a_sample)
+        return own.strategy.ratio.get(target, UNKNOWN)
+    return time if quantity == "time" else _over(time, _of_a_sample(own.strategy))
 
 
 def _over(one: Interval, other: Interval) -> Interval:
-    """Divide two numbers that were measured apart; what is to be said of the first stays said."""
+    """Divide by a number that was measured apart and can be trusted; what is to be said of the first stays said."""
     numbers = (one.value, one.low, one.high, other.value, other.low, other.high)
     if not all(0.0 < number < math.inf for number in numbers):
         return replace(UNKNOWN, value=one.value if math.isinf(one.value) else math.nan, note=one.note or other.note)
     below = math.hypot(math.log(one.value / one.low), math.log(other.high / other.value))
     above = math.hypot(math.log(one.high / one.value), math.log(other.value / other.low))
     value = one.value / other.value
-    trusted = one.trusted and other.trusted
-    return Interval(value, value * math.exp(-below), value * math.exp(above), trusted, one.note)
+    found = replace(one, value=value, low=value * math.exp(-below), high=value * math.exp(above))
+    return found if other.trusted else found.doubted(other.note)
 
 
 def _best(values: Mapping[float, Interval]) -> float:
-    """Return the smallest target whose number can be trusted, within the runs if possible, else the largest."""
+    """Return the smallest target whose number can be trusted, within the runs if possible.
 
-    def fits(extrapolated: bool) -> Sequence[float]:
-        return [
-            target
-            for target, value in values.items()
-            if value.trusted
-            and math.isfinite(value.value)
-            and math.isfinite(value.high)
-            and (extrapolated or not value.note)
-        ]
-
-    return min(fits(False) or fits(True) or [max(values)])
+    If there is none, the smallest whose number has one end that holds; else the largest.
+    """
+    trusted = [target for target, value in values.items() if value.trusted and math.isfinite(value.high)]
+    within = [target for target in trusted if not values[target].note]
+    bounded = [target for target, value in values.items() if value.bound and value.known]
+    return min(within or trusted or bounded or [max(values)])

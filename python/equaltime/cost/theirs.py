@@ -11,7 +11,9 @@ from equaltime.cost.value import Value
 
 __all__ = ["Quantity", "TheirNumber", "Theirs"]
 
-Quantity = Literal["slope", "speed-up", "fewer samples", "time", "samples", "time of a sample", "error", "bias", "p"]
+Quantity = Literal[
+    "slope", "speed-up", "efficiency", "fewer samples", "time", "samples", "time of a sample", "error", "bias", "p"
+]
 """What is measured of a strategy on a scene; see `equaltime.cost.beside` for each."""
 
 Words = Annotated[str, Field(min_length=1)]

@@ -24,6 +24,7 @@ __all__ = ["beside_table"]
 _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
     "slope": plain_cell,
     "speed-up": factor_cell,
+    "efficiency": factor_cell,
     "fewer samples": factor_cell,
     "time": seconds_cell,
     "samples": samples_cell,
