@@ -64,7 +64,15 @@ void bind_bsdfs(py::class_<SceneDescription>& builder) {
           [](D& d, double ior, const Triple& diffuse, const Triple& specular, bool nonlinear) {
             return append(d, PlasticDescription{ior, vec(diffuse), vec(specular), nonlinear});
           },
-          "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a);
+          "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a)
+      .def(
+          "add_rough_plastic",
+          [](D& d, const std::string& distribution, double alpha, double ior, const Triple& diffuse,
+             const Triple& specular, bool nonlinear) {
+            return append(d, RoughPlasticDescription{
+                                 microfacet(distribution), alpha, {ior, vec(diffuse), vec(specular), nonlinear}});
+          },
+          "distribution"_a, "alpha"_a, "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a);
 }
 
 }  // namespace equaltime

@@ -27,13 +27,22 @@ Plastic::Plastic(const PlasticDescription& d) noexcept
       leaving_(square(ior) * (1 - internal_)) {
   derive();
 }
+RoughPlastic::RoughPlastic(const RoughPlasticDescription& d)
+    : distribution(d.model, static_cast<float>(d.alpha), static_cast<float>(d.alpha)),
+      ior(static_cast<float>(d.plastic.ior)),
+      nonlinear(d.plastic.nonlinear),
+      diffuse_reflectance(spectrum(d.plastic.diffuse_reflectance)),
+      specular_reflectance(spectrum(d.plastic.specular_reflectance)),
+      transmittance_(distribution, ior) {
+  derive();
+}
 
 bool is_anisotropic(const Bsdf& bsdf) noexcept {
   const auto* rough = std::get_if<RoughConductor>(&bsdf);
   return rough != nullptr && rough->distribution.anisotropic();
 }
 
-Bsdf make_bsdf(const BsdfDescription& description) noexcept {
+Bsdf make_bsdf(const BsdfDescription& description) {
   struct Make {
     Bsdf operator()(const DiffuseDescription& d) const noexcept { return Diffuse(d); }
     Bsdf operator()(const ConductorDescription& d) const noexcept { return Conductor(d); }
@@ -41,6 +50,7 @@ Bsdf make_bsdf(const BsdfDescription& description) noexcept {
     Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
     Bsdf operator()(const ThinDielectricDescription& d) const noexcept { return ThinDielectric(d); }
     Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
+    Bsdf operator()(const RoughPlasticDescription& d) const { return RoughPlastic(d); }
     // Never asked for their light: nothing is passed through, and of a mixture one part is picked.
     Bsdf operator()(const NullDescription&) const noexcept { return Diffuse({}); }
     Bsdf operator()(const MixtureDescription&) const noexcept { return Diffuse({}); }

@@ -9,13 +9,14 @@
 #include "scene/diffuse.h"
 #include "scene/plastic.h"
 #include "scene/rough_conductor.h"
+#include "scene/rough_plastic.h"
 #include "scene/thin_dielectric.h"
 
 namespace equaltime {
 
-using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic>;
+using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic>;
 
-[[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description) noexcept;
+[[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description);
 
 /// Whether the model looks at the azimuth of directions, so that the shading frame's tangent matters.
 [[nodiscard]] bool is_anisotropic(const Bsdf& bsdf) noexcept;
@@ -31,8 +32,10 @@ template <auto E, class F>
     if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<ThinDielectric>(&bsdf)) return f(*model);
   }
-  if constexpr (E.layered)
+  if constexpr (E.layered) {
+    if (const auto* model = std::get_if<RoughPlastic>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<Plastic>(&bsdf)) return f(*model);
+  }
   return f(*std::get_if<Diffuse>(&bsdf));
 }
 

@@ -42,6 +42,11 @@ struct PlasticDescription {
   Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
   bool nonlinear = false;  // light that is reflected within takes the colour of the body each time
 };
+struct RoughPlasticDescription {
+  MicrofacetModel model = MicrofacetModel::ggx;
+  double alpha = 0.1;
+  PlasticDescription plastic;
+};
 /// Nothing: light passes straight on.
 struct NullDescription {};
 /// At each point one of two at random: `second` with the probability `weight`. A mask is nothing and what it hides.
@@ -49,9 +54,9 @@ struct MixtureDescription {
   std::uint32_t first, second;  // indices into SceneDescription::bsdfs, before this one
   double weight = 0.5;          // in [0, 1]
 };
-using BsdfDescription =
-    std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription,
-                 ThinDielectricDescription, PlasticDescription, NullDescription, MixtureDescription>;
+using BsdfDescription = std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription,
+                                     DielectricDescription, ThinDielectricDescription, PlasticDescription,
+                                     RoughPlasticDescription, NullDescription, MixtureDescription>;
 
 // --- Shapes -------------------------------------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ class Microfacet {
     if (both || parameter == BsdfParameter::alpha_v) alpha_v_ = std::max(alpha, kSmallestAlpha);
   }
 
+  [[nodiscard]] MicrofacetModel model() const noexcept { return model_; }
   [[nodiscard]] bool anisotropic() const noexcept { return alpha_u_ != alpha_v_; }
 
   [[nodiscard]] float D(const Vec3f& m) const noexcept {
@@ -33,7 +34,8 @@ class Microfacet {
     const float z2 = m.z * m.z;
     const float norm = kPi * alpha_u_ * alpha_v_;
     if (model_ == MicrofacetModel::ggx) return 1 / (norm * square(slope + z2));
-    return std::exp(-slope / z2) / (norm * square(z2));
+    const float left = std::exp(-slope / z2);
+    return left > 0 ? left / (norm * square(z2)) : 0.0F;
   }
 
   /// Shadowing-masking of one direction, as the model is defined: for Beckmann that is the rational fit of Walter et

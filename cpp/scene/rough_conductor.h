@@ -25,8 +25,9 @@ struct RoughConductor {
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
-    if (!(wi.z > 0)) return {};
-    return eval_at(wo, wi, normalize(wo + wi));
+    const Vec3f sum = wo + wi;
+    if (!(wi.z > 0) || !(length_squared(sum) > 0)) return {};
+    return eval_at(wo, wi, normalize(sum));
   }
 
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float, Point2f u) const noexcept {

@@ -22,7 +22,7 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
   e.anisotropy = e.anisotropy || material.anisotropic;
   e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
                std::holds_alternative<ThinDielectric>(bsdf);
-  e.layered = e.layered || std::holds_alternative<Plastic>(bsdf);
+  e.layered = e.layered || std::holds_alternative<Plastic>(bsdf) || std::holds_alternative<RoughPlastic>(bsdf);
 }
 
 }  // namespace

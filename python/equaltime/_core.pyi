@@ -82,6 +82,15 @@ class SceneBuilder:
     def add_plastic(
         self, ior: float, diffuse_reflectance: _Vec3, specular_reflectance: _Vec3, nonlinear: bool
     ) -> int: ...
+    def add_rough_plastic(
+        self,
+        distribution: Literal["ggx", "beckmann"],
+        alpha: float,
+        ior: float,
+        diffuse_reflectance: _Vec3,
+        specular_reflectance: _Vec3,
+        nonlinear: bool,
+    ) -> int: ...
     def add_mesh(
         self,
         vertices: ArrayLike,

@@ -32,6 +32,8 @@ one some hundred times as large."""
 FRESNEL = 3e-4
 """What Mitsuba's Fresnel reflectance of a dielectric loses by cancellation close to total reflection, and at grazing
 incidence."""
+TABLES = 1e-3
+"""What two quadratures of a rough interface's transmittance leave."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ CASES = [
         Case("plastic", {"nonlinear": n, **ior, "diffuse_reflectance": ORANGE}, FRESNEL)
         for n in (False, True)
         for ior in ({}, {"int_ior": 1.9, "ext_ior": 1.1}, {"int_ior": 1.2, "ext_ior": 1.6})
+    ),
+    *(
+        Case("roughplastic", {"distribution": d, "alpha": a, "nonlinear": n, "diffuse_reflectance": ORANGE}, TABLES)
+        for d in ("ggx", "beckmann")
+        for a, n in ((0.05, False), (0.3, True), (0.9, False))
     ),
 ]
 

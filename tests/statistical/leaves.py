@@ -27,12 +27,29 @@ class Leaf:
     call: str
     arguments: tuple[Any, ...]
     transmits: bool = False
+    distribution: str = ""
+    alphas: tuple[float, float] = (0.0, 0.0)
+    """Of the microfacets, if there are some."""
+    ior: float = 1.5
     lossless: bool = False
     """Reflects and transmits all light, but for the slack."""
     slack: float = 1e-5
     """By how much what a lossless model scatters may be off 1, for what its approximations leave."""
 
 
+def rough_plastic(distribution: str, alpha: float, ior: float, diffuse: Any, specular: Any, nonlinear: bool) -> Leaf:
+    arguments = (distribution, alpha, ior, diffuse, specular, nonlinear)
+    return Leaf("add_rough_plastic", arguments, False, distribution, (alpha, alpha), ior)
+
+
+ROUGH_PLASTICS: dict[str, Any] = {
+    "glossy plastic": ("ggx", 0.1, 1.49, [0.8, 0.5, 0.1], WHITE, False),
+    "sharp plastic": ("ggx", 1e-3, 1.49, [0.5, 0.5, 0.1], WHITE, True),
+    "dull plastic": ("beckmann", 0.5, 1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True),
+    "glazed plastic": ("beckmann", 0.01, 1.3, [0.5, 0.5, 0.1], WHITE, False),
+    "dry plastic": ("ggx", 1.0, 0.75, WHITE, WHITE, False),
+    "mirror-like plastic": ("ggx", 1e-6, 1.5, WHITE, WHITE, False),
+}
 LEAVES: dict[str, Leaf] = {
     "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), True, lossless=True),
     "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), True, lossless=True),
@@ -40,6 +57,7 @@ LEAVES: dict[str, Leaf] = {
     "deep plastic": Leaf("add_plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
     "bubble plastic": Leaf("add_plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
     "white plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
+    **{name: rough_plastic(*arguments) for name, arguments in ROUGH_PLASTICS.items()},
     "white deep plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
 }
 

@@ -20,6 +20,7 @@ from equaltime.scene.model import (
     Null,
     Plastic,
     RoughConductor,
+    RoughPlastic,
     Texture,
     TexturePlugin,
     ThinDielectric,
@@ -97,6 +98,12 @@ def _plastic(builder: Builder, bsdf: Plastic) -> int:
     return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
 
 
+def _rough_plastic(builder: Builder, bsdf: RoughPlastic) -> int:
+    diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
+    ior = bsdf.int_ior / bsdf.ext_ior
+    return builder.add_rough_plastic(bsdf.distribution, bsdf.alpha, ior, diffuse, specular, bsdf.nonlinear)
+
+
 def _null(builder: Builder, _: Null) -> int:
     return builder.add_null()
 
@@ -109,6 +116,7 @@ LEAVES: Final[dict[type, Step]] = {
     Dielectric: _dielectric,
     ThinDielectric: _thin_dielectric,
     Plastic: _plastic,
+    RoughPlastic: _rough_plastic,
     Null: _null,
 }
 """How each BSDF that wraps no other is added."""
