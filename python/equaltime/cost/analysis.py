@@ -139,15 +139,19 @@ class _Scene:
             equality_p=equality,
             unequal=equality is not None and equality < self.level,
             bias=None if parts is None else parts.bias2.map(signed_root),
-            notes=tuple(self._notes(strategy, runs, standard, equality)),
+            notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
             reference=self._reference_file(strategy.label),
         )
 
-    def _notes(self, strategy: StrategyRuns, runs: Runs, standard: str | None, equality: float | None) -> list[str]:
-        notes = []
-        if strategy.runs.biased:
+    def _notes(
+        self, strategy: StrategyRuns, baseline: StrategyRuns, standard: str | None, equality: float | None
+    ) -> list[str]:
+        notes, runs = [], strategy.runs
+        if runs.repeats > 1 and strategy.apart_from(baseline):
+            notes.append(f"measured apart from {baseline.label}, not in turns: ratios do not see what the machine did")
+        if runs.biased:
             notes.append("biased by name: it converges to something else than the scene's light transport")
         agreements = self.provenance.get("agreements", {}).get(self.name, {})
         if note := agreements.get(strategy.label, {}).get("note"):

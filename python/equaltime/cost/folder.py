@@ -31,6 +31,8 @@ __all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _PART = ".equaltime-{}.part"
+_GROWING = ("scenes", "strategies")
+"""Parts of an identity to which something may be added later, each under its name."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,9 @@ class Folder:
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Make the folder that of the experiment with this ``identity``, or see that it already is.
 
+        Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
+        stays in the records. Whatever has the name of something there must be the same, and so must all else.
+
         Raises
         ------
         ExperimentError
@@ -83,7 +88,11 @@ class Folder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             if self.experiment.exists():
-                self._compare(identity)
+                before = _read_json(self.experiment)
+                joined = _joined(before.get("identity") or {}, json.loads(json.dumps(identity)))
+                self._compare(before.get("identity"), joined)
+                if joined != before.get("identity"):
+                    self._write(self.experiment, {**before, "identity": joined})
             elif found := [name for name in _OURS if (self.path / name).exists()]:
                 message = (
                     f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
@@ -110,10 +119,15 @@ class Folder:
         for part in self.path.rglob(_PART.format("*")):
             part.unlink(missing_ok=True)
 
-    def _compare(self, identity: Mapping[str, Any]) -> None:
-        before = dict(_flat(_read_json(self.experiment).get("identity")))
-        now = dict(_flat(json.loads(json.dumps(identity))))
-        differing = [key for key in {**before, **now} if before.get(key) != now.get(key)]
+    def _compare(self, there: object, joined: Mapping[str, Any]) -> None:
+        before, now = dict(_flat(there)), dict(_flat(joined))
+        added = tuple(
+            f"{section}.{name}."
+            for section in _GROWING
+            for name in joined.get(section, {})
+            if not isinstance(there, dict) or name not in there.get(section, {})
+        )
+        differing = [key for key in {**before, **now} if before.get(key) != now.get(key) and not key.startswith(added)]
         if differing:
             message = "{} is {} there, and {} now; use another folder, or remove this one"
             texts = (message.format(key, *(json.dumps(side.get(key)) for side in (before, now))) for key in differing)
@@ -150,6 +164,11 @@ def machine_facts() -> dict[str, Any]:
 def fingerprint(facts: Mapping[str, Any]) -> str:
     """Return a short key that other facts do not have."""
     return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
+
+
+def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is compared now, with the scenes and strategies that were before and are not asked for any more."""
+    return {**now, **{section: {**there.get(section, {}), **now.get(section, {})} for section in _GROWING}}
 
 
 def _read_json(path: Path) -> dict[str, Any]:

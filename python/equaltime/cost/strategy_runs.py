@@ -63,6 +63,11 @@ class StrategyRuns:
         """The last row of each repeat, in order."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
+    def apart_from(self, other: StrategyRuns) -> bool:
+        """Tell whether all its runs began before or after all of another's: it was added later, or the other was."""
+        own, others = ([row.started for row in runs.last] for runs in (self, other))
+        return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
+
     def images(self) -> Floats | None:
         """Return the final images (K, H, W, 3), or of many the first; None if one is missing or not finite."""
         width, height = self.rows[0].crop[2:]
