@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
+from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
 from equaltime.compare import compare
 from equaltime.cost import cost
 from equaltime.error_estimate import Estimate

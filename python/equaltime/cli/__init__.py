@@ -25,6 +25,7 @@ from equaltime.cli.messages import print_error
 from equaltime.cli.render import render
 from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
+from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 
@@ -62,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no failure
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
+        ready()
         with sigterm_as_ctrl_c():
             code = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
         print(end="", flush=True)

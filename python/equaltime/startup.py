@@ -1,0 +1,44 @@
+"""Ends the ``equaltime`` command quietly if Ctrl-C comes while it is still importing what it needs.
+
+Importing this module does that, in a process that was started as the command and in no other; the package imports it
+before all that takes time. From `ready` on the command line sees to Ctrl-C itself.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+__all__ = ["ready", "runs_the_command"]
+
+
+def runs_the_command(arguments: list[str]) -> bool:
+    """Tell whether a process started so (``sys.orig_argv``) is the command: by its script, or by ``-m equaltime``."""
+    before, after = arguments[1:2], arguments[2:3]
+    while before and before[0].startswith("-") and before[0] != "-m":  # Python's own options
+        arguments = arguments[1:]
+        before, after = arguments[1:2], arguments[2:3]
+    return after == ["equaltime"] if before == ["-m"] else bool(before) and Path(before[0]).name == "equaltime"
+
+
+def ready() -> None:
+    """Let Ctrl-C raise `KeyboardInterrupt` again."""
+    if signal.getsignal(signal.SIGINT) is _end:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _end(number: int, frame: FrameType | None) -> NoReturn:
+    os._exit(130)  # nothing was begun, and an exception would be raised within whatever is being imported
+
+
+if (
+    runs_the_command(sys.orig_argv)
+    and threading.current_thread() is threading.main_thread()
+    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+):
+    signal.signal(signal.SIGINT, _end)
