@@ -112,22 +112,22 @@ def test_names_of_files_are_looked_for_beside_the_experiment(file: Callable[[str
     assert experiment.reference.file == path.parent / "r.exr"
 
 
-def test_every_problem_is_told_with_file_and_keys(file: Callable[[str], Path]) -> None:
+def test_every_problem_is_told_with_file_line_and_keys(file: Callable[[str], Path]) -> None:
     path = file(
         'titel = "a"\nbaseline = "bset"\nrepeats = 0\n'
         '[[scenes]]\npath = "a.toml"\nsize = [0, 3]\n[[scenes]]\npth = "b.toml"\n'
         '[[strategies]]\nlabel = "best"\nstrategy = "bset"\n[[strategies]]\npeer = "mitsbua"\n[reference]\neror = 1'
     )
     assert set(problems_of(lambda: read_experiment(path))) == {
-        f"{path}: titel: unknown key 'titel'; did you mean 'title'?",
-        f"{path}: baseline: no strategy has the label 'bset'; did you mean 'best'?",
-        f"{path}: repeats: must be at least 1, found 0",
-        f"{path}: scenes[0].size[0]: must be at least 1, found 0",
-        f"{path}: scenes[1].pth: unknown key 'pth'; did you mean 'path'?",
-        f"{path}: scenes[1]: a scene has either 'path', a scene file, or 'scene', the scene as a table",
-        f"{path}: strategies[0].strategy: strategy 'bset': unknown strategy 'bset'; did you mean 'best'?",
-        f"{path}: strategies[1].peer.renderer: expected 'mitsuba', found 'mitsbua'",
-        f"{path}: reference.eror: unknown key 'eror'; did you mean 'error'?",
+        f"{path}:1: titel: unknown key 'titel'; did you mean 'title'?",
+        f"{path}:2: baseline: no strategy has the label 'bset'; did you mean 'best'?",
+        f"{path}:3: repeats: must be at least 1, found 0",
+        f"{path}:6: scenes[0].size[0]: must be at least 1, found 0",
+        f"{path}:8: scenes[1].pth: unknown key 'pth'; did you mean 'path'?",
+        f"{path}:7: scenes[1]: a scene has either 'path', a scene file, or 'scene', the scene as a table",
+        f"{path}:11: strategies[0].strategy: strategy 'bset': unknown strategy 'bset'; did you mean 'best'?",
+        f"{path}:13: strategies[1].peer.renderer: expected 'mitsuba', found 'mitsbua'",
+        f"{path}:15: reference.eror: unknown key 'eror'; did you mean 'error'?",
     }
 
 
@@ -171,9 +171,19 @@ def test_what_makes_no_sense_is_refused_with_the_reason(changes: dict[str, Any],
     assert problems_of(lambda: made(**changes)) == [problem]
 
 
+def test_entries_of_a_list_have_lines_of_their_own(file: Callable[[str], Path]) -> None:
+    path = file(
+        'scenes = [\n  # two\n  { path = "a.toml" },\n  { path = "b.toml", sise = 3 },\n]\nstrategies = ["bset"]\n'
+    )
+    assert set(problems_of(lambda: read_experiment(path))) == {
+        f"{path}:4: scenes[1].sise: unknown key 'sise'; did you mean 'size'?",
+        f"{path}:6: strategies[0].strategy: strategy 'bset': unknown strategy 'bset'; did you mean 'best'?",
+    }
+
+
 def test_a_file_that_is_no_toml_is_refused_by_name(file: Callable[[str], Path], tmp_path: Path) -> None:
     path = file("scenes = [")
-    assert problems_of(lambda: read_experiment(path))[0].startswith(f"{path}: not well-formed TOML: ")
+    assert problems_of(lambda: read_experiment(path))[0].startswith(f"{path}:1: not well-formed TOML: ")
     missing = tmp_path / "missing.toml"
     assert problems_of(lambda: read_experiment(missing)) == [f"{missing}: cannot be read: No such file or directory"]
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 from equaltime.cost.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
 from equaltime.errors import ExperimentError, Problem
 from equaltime.scene import Scene
+from equaltime.scene.toml_lines import line_numbers, malformed, nearest
 from equaltime.strategy import PRESETS, Strategy
 
 __all__ = ["DEFAULT_STRATEGIES", "default_experiment", "is_experiment", "quicker", "read_experiment", "with_roulette"]
@@ -43,19 +44,31 @@ def read_experiment(path: Path) -> Experiment:
     Raises
     ------
     ExperimentError
-        With every problem, each with the file and its path of keys.
+        With every problem, each with the file, the line and its path of keys.
     """
+    text = ""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        table = tomllib.loads(text)
     except OSError as error:
         raise ExperimentError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
+    except tomllib.TOMLDecodeError as error:
+        number, message = malformed(error, text)
+        raise ExperimentError((Problem(f"{path}:{number}", message),)) from error
     except (ValueError, RecursionError) as error:
         raise ExperimentError((Problem(str(path), f"not well-formed TOML: {error}"),)) from error
     try:
         return Experiment.model_validate(_located(table, path.parent))
     except ExperimentError as error:
-        places = (Problem(f"{path}: {p.place}" if p.place else str(path), p.message) for p in error.problems)
-        raise ExperimentError(tuple(places)) from None
+        lines = line_numbers(text)
+        raise ExperimentError(tuple(Problem(_place(path, p.place, lines), p.message) for p in error.problems)) from None
+
+
+def _place(path: Path, keys: str, lines: Mapping[str, int]) -> str:
+    """Return ``FILE:LINE: KEYS`` as far as it is known."""
+    line = nearest(lines, keys)
+    file = str(path) if line is None else f"{path}:{line}"
+    return f"{file}: {keys}" if keys else file
 
 
 def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:

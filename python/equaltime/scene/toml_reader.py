@@ -8,22 +8,17 @@ scene; ``path`` folders where files are looked for first; a table ``alias`` give
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
 
 from equaltime.scene.dict_reader import DictReader
 from equaltime.scene.search import Search
+from equaltime.scene.toml_lines import line_numbers, malformed
 from equaltime.scene.tree import MOST_INCLUDES, Alias, Object, Place, Report
 from equaltime.scene.variables import Variables
 
 __all__ = ["read_toml"]
-
-_HEADER: Final = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_.\- \"']+?)\s*\]\]?\s*(#.*)?$")
-_ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
-_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
 
 
 def read_toml(
@@ -49,11 +44,8 @@ def _parsed(file: str, content: bytes, report: Report) -> tuple[str, dict[str, o
         number = content.count(b"\n", 0, error.start) + 1
         report.add(Place(file, number), f"not UTF-8 text (byte {error.start} of the file)")
     except tomllib.TOMLDecodeError as error:
-        line = _LINE.search(str(error))
-        report.add(
-            Place(file, int(line[1]) if line and line[1] else text.count("\n") + 1),
-            f"not well-formed TOML: {_LINE.sub('', str(error)).strip()}",
-        )
+        number, message = malformed(error, text)
+        report.add(Place(file, number), message)
     except RecursionError:
         report.add(Place(file), "not well-formed TOML: nested too deep")
     except ValueError:  # the one thing that tomllib leaves to Python
@@ -69,7 +61,7 @@ class _TomlReader(DictReader):
     ) -> None:
         super().__init__(report, search)
         self._variables = variables
-        self._lines = _line_numbers(text)
+        self._lines = line_numbers(text)
         self._files = files
 
     def scene(self, table: dict[str, object], place: Place) -> Object | None:
@@ -164,30 +156,3 @@ def _typed(value: object) -> object:
         return tomllib.loads(f"value = {value}")["value"]
     except (ValueError, RecursionError):
         return value
-
-
-def _line_numbers(text: str) -> dict[str, int]:
-    """Return the line of each key path that starts one.
-
-    This is no second parser: it looks at table headers and at the beginnings of lines, which is where people put
-    keys. A path that it does not know is placed at the line of the table around it.
-    """
-    lines: dict[str, int] = {}
-    counts: dict[str, int] = {}
-    table = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        if header := _HEADER.match(line):
-            table = _dotted(header[1])
-            if line.lstrip().startswith("[["):
-                lines.setdefault(table, number)
-                counts[table] = counts.get(table, -1) + 1
-                table = f"{table}[{counts[table]}]"
-            lines.setdefault(table, number)
-        elif entry := _ENTRY.match(line):
-            key = _dotted(entry[1])
-            lines.setdefault(f"{table}.{key}" if table else key, number)
-    return lines
-
-
-def _dotted(key: str) -> str:
-    return ".".join(part.strip().strip("\"'") for part in key.split("."))

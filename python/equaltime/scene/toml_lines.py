@@ -1,0 +1,73 @@
+"""Where in a TOML file its keys stand, which the standard library's parser does not tell."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Final
+
+__all__ = ["line_numbers", "malformed", "nearest"]
+
+_HEADER: Final = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_.\- \"']+?)\s*\]\]?\s*(#.*)?$")
+_ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
+_LIST: Final = re.compile(r".*=\s*\[\s*(#.*)?$")
+_ERROR_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
+
+
+def line_numbers(text: str) -> dict[str, int]:
+    """Return the line of each key path that starts one.
+
+    This is no second parser: it looks at table headers and at the beginnings of lines, which is where people put keys
+    and the entries of long lists. A path that it does not know is placed by `nearest`.
+    """
+    lines: dict[str, int] = {}
+    counts: dict[str, int] = {}
+    table = within = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if within:
+            within = _list_entry(line, number, within, lines, counts)
+        elif header := _HEADER.match(line):
+            table = _dotted(header[1])
+            if line.lstrip().startswith("[["):
+                lines.setdefault(table, number)
+                counts[table] = counts.get(table, -1) + 1
+                table = f"{table}[{counts[table]}]"
+            lines.setdefault(table, number)
+        elif entry := _ENTRY.match(line):
+            key = _dotted(entry[1])
+            path = f"{table}.{key}" if table else key
+            lines.setdefault(path, number)
+            within = path if _LIST.match(line) else ""
+    return lines
+
+
+def nearest(lines: Mapping[str, int], path: str) -> int | None:
+    """Return the line of a key path such as ``scenes[1].size[0]``, or of what it is in; None if of neither."""
+    while path:
+        if path in lines:
+            return lines[path]
+        path = path[: max(path.rfind("."), path.rfind("["), 0)]
+    return None
+
+
+def malformed(error: tomllib.TOMLDecodeError, text: str) -> tuple[int, str]:
+    """Return the line and what is wrong there of a text that is not TOML."""
+    line = _ERROR_LINE.search(str(error))
+    number = int(line[1]) if line and line[1] else text.count("\n") + 1
+    return number, f"not well-formed TOML: {_ERROR_LINE.sub('', str(error)).strip()}"
+
+
+def _list_entry(line: str, number: int, path: str, lines: dict[str, int], counts: dict[str, int]) -> str:
+    """Note the entry of the list at ``path`` that the line begins; return the path, or nothing if the list ends."""
+    begin = line.lstrip()[:1]
+    if begin == "]":
+        return ""
+    if begin and begin != "#":
+        counts[path] = counts.get(path, -1) + 1
+        lines.setdefault(f"{path}[{counts[path]}]", number)
+    return path
+
+
+def _dotted(key: str) -> str:
+    return ".".join(part.strip().strip("\"'") for part in key.split("."))
