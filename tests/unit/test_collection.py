@@ -65,8 +65,11 @@ def test_a_folder_without_experiments_is_told(tmp_path: Path) -> None:
 
 
 def test_each_experiment_gets_its_folder_and_a_second_time_nothing_is_run(source: Path, tmp_path: Path) -> None:
-    out, told = tmp_path / "out", list[str]()
-    first = run_all(source, out, told=lambda card: told.append(card.name), command="equaltime cost x")
+    out, told, scenes = tmp_path / "out", list[str](), set[str]()
+    first = run_all(
+        source, out, Changes(), lambda at: scenes.add(at.scene), lambda card: told.append(card.name), "equaltime cost x"
+    )
+    assert scenes == {f"{name} / cornell-box" for name in told}
     assert told == ["x2-a", "x10-b", "own"]
     assert [card.state for card in first] == ["done"] * 3
     before = (out / "own" / "records.csv").read_bytes()

@@ -101,10 +101,17 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
     try:
-        run(experiment, folder, progress, command=command)
+        run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except (EqualtimeError, OSError) as error:
         return replace(card, state="failed", problem=str(error))
+
+
+def _named(name: str, progress: ProgressCallback | None) -> ProgressCallback | None:
+    """Let progress tell the experiment as well, with its scenes."""
+    if progress is None:
+        return None
+    return lambda told: progress(replace(told, scene=f"{name} / {told.scene}"))
 
 
 def _missing(experiment: Experiment) -> str:

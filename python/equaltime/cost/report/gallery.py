@@ -160,9 +160,7 @@ def _ended(strategy: StrategyResult) -> str:
     curve = strategy.curve
     if not curve.spp:
         return ""
-    error = error_cell(curve.error[-1])
-    shown = f"error {error.text}" if error.state == "trusted" else f"error {error.text} ({error.note})"
-    return f"{shown}, {curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
+    return f"error {error_cell(curve.error[-1]).text}, {curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
 
 
 def _maps(
