@@ -58,6 +58,16 @@ def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Su
     assert sum(len(line.get_ydata()) for line in filled) == 2
 
 
+def test_where_only_a_lower_end_holds_there_is_an_arrow(found: Summary) -> None:
+    scene = found.scenes[0]
+    best = scene.strategies[2]
+    times = {target: time.bounded("low", "a heavy tail") for target, time in best.time_to.items()}
+    changed = replace(scene, strategies=(*scene.strategies[:2], replace(best, time_to=times)))
+    axes = draw_dots(replace(found, scenes=(changed,)), 0.02, LOOKS, 6.0).axes[0]
+    arrows = [line for line in axes.lines if line.get_marker() == ">" and len(line.get_ydata())]
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in arrows] == [([times[0.02].low], [0])]
+
+
 def test_the_page_has_a_chart_for_each_error_that_is_reached(
     found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

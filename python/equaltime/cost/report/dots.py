@@ -10,8 +10,8 @@ from equaltime.cost.extras import optional
 from equaltime.cost.report.curves import GRID, INK, MUTED, tick
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.words import percent, seconds
-from equaltime.cost.statistics import Interval
-from equaltime.cost.summary import StrategyResult, Summary
+from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.summary import SceneResult, Summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ def clearest(summary: Summary) -> float | None:
 
 
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width: float) -> Figure:
-    """Draw the times to an error, ``width`` inches wide; what lies beyond the runs is hollow."""
+    """Draw the times to an error, ``width`` inches wide; what lies beyond the runs is hollow, arrows are lower ends."""
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(
         figsize=(width, height), layout="constrained", facecolor="none"
@@ -51,13 +51,14 @@ def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width:
 
 
 def _count(summary: Summary, target: float) -> int:
-    times = (strategy.time_to.get(target) for scene in summary.scenes for strategy in scene.strategies)
+    times = (strategy.time_to.get(target, UNKNOWN) for scene in summary.scenes for strategy in scene.strategies)
     return sum(_trusted(time) is not None for time in times)
 
 
 def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
-    found = [(row, _trusted(_time(scene.strategies, label, target))) for row, scene in enumerate(summary.scenes)]
+    found = [(row, _trusted(_time(scene, label, target))) for row, scene in enumerate(summary.scenes)]
     points = [(row, time) for row, time in found if time is not None]
+    _draw_ends(axes, summary, target, label, look)
     if not points:
         return
     rows, times = [row for row, _ in points], [time for _, time in points]
@@ -79,13 +80,22 @@ def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look
         )
 
 
-def _time(strategies: Sequence[StrategyResult], label: str, target: float) -> Interval | None:
-    return next((strategy.time_to.get(target) for strategy in strategies if strategy.label == label), None)
+def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
+    """Draw an arrow where no more is known than how long it takes at least."""
+    times = [_time(scene, label, target) for scene in summary.scenes]
+    rows = [row for row, time in enumerate(times) if time.bound == "low" and 0.0 < time.low < math.inf]
+    lows = [times[row].low for row in rows]
+    axes.plot(lows, rows, color=look.light, marker=">", markerfacecolor="white", linestyle="none", zorder=4)
 
 
-def _trusted(time: Interval | None) -> Interval | None:
+def _time(scene: SceneResult, label: str, target: float) -> Interval:
+    times = (one.time_to.get(target, UNKNOWN) for one in scene.strategies if one.label == label)
+    return next(times, UNKNOWN)
+
+
+def _trusted(time: Interval) -> Interval | None:
     """Return the time if it can be trusted and has an end."""
-    if time is None or not time.trusted or not (0.0 < time.value < math.inf and time.high < math.inf):
+    if not time.trusted or not (0.0 < time.value < math.inf and time.high < math.inf):
         return None
     return time
 
