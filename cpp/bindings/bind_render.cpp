@@ -74,6 +74,15 @@ py::array moments(py::object self) {
   return py::array_t<PixelMoments>({film.replicates(), film.height(), film.width()}, film.moments().data(), self);
 }
 
+py::array_t<PixelMoments> merge_moments(const py::array_t<PixelMoments, py::array::c_style>& a,
+                                        const py::array_t<PixelMoments, py::array::c_style>& b) {
+  if (a.ndim() != b.ndim() || !std::equal(a.shape(), a.shape() + a.ndim(), b.shape()))
+    throw std::invalid_argument("moments of different shapes");
+  py::array_t<PixelMoments> joined(std::vector<py::ssize_t>(a.shape(), a.shape() + a.ndim()));
+  std::transform(a.data(), a.data() + a.size(), b.data(), joined.mutable_data(), PixelMoments::merge);
+  return joined;
+}
+
 py::dict counters(const Renderer& r) {
   const Counters& c = r.counters();
   return py::dict("paths"_a = c.paths, "rays"_a = c.rays, "shadow_rays"_a = c.shadow_rays, "nonfinite"_a = c.nonfinite);
@@ -118,11 +127,20 @@ void bind_render(py::module_& m) {
             return r.advance(samples, seconds, [&poll] { return go_on(poll); });
           },
           "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none())
+      .def(
+          "take_up",
+          [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays) {
+            r.take_up({.paths = paths, .rays = rays, .shadow_rays = shadow_rays});
+          },
+          py::kw_only(), "paths"_a, "rays"_a, "shadow_rays"_a,
+          "Takes up a render whose moments were written into `moments`; ValueError if no passes leave such counts.")
       .def_property_readonly("moments", &moments)
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
+  m.def("merge_moments", &merge_moments, "a"_a, "b"_a,
+        "Moments of the union of two disjoint sets of samples, pixel by pixel: (R, H, W) each.");
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");
 }
 

@@ -63,6 +63,45 @@ TEST("a time limit cuts between blocks, and the next calls finish the same image
   CHECK(renderer.counters().paths == kSamples * renderer.film().width() * renderer.film().height());
 }
 
+TEST("a render taken up from its moments, cut anywhere, has the bits of one that was never cut") {
+  int cuts = 0;
+  for (double seconds = 1e-5; seconds < 1; seconds *= 1.7) {
+    Renderer first(scene(), shallow(), kMany);
+    if (!first.advance(kSamples, seconds)) ++cuts;
+    Renderer second(scene(), shallow(), kMany);
+    second.film().moments() = first.film().moments();
+    second.take_up(first.counters());
+    CHECK(second.advance(kSamples));
+    CHECK(same_bits(second.film().moments(), reference()));
+    CHECK(second.counters().paths == kSamples * second.film().width() * second.film().height());
+  }
+  CHECK(cuts > 0);
+}
+
+TEST("moments that no pass leaves are not taken up") {
+  Renderer whole(scene(), shallow(), kMany);
+  whole.advance(4);
+  const auto refused = [&](auto change) {
+    Renderer renderer(scene(), shallow(), kMany);
+    renderer.film().moments() = whole.film().moments();
+    change(renderer.film());
+    try {
+      renderer.take_up(whole.counters());
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+    return false;
+  };
+  CHECK(!refused([](Film&) {}));
+  CHECK(refused([](Film& f) { --f.at(0, 1, 1).count; }));                                // within a block
+  CHECK(refused([](Film& f) { std::swap(f.at(0, 0, 0).count, f.at(1, 2, 2).count), ++f.at(0, 0, 0).count; }));
+  CHECK(refused([](Film& f) {  // a whole block that is behind those after it
+    for (std::uint32_t r = 0; r < 2; ++r)
+      for (std::uint32_t y = 0; y < 2; ++y)
+        for (std::uint32_t x = 0; x < 2; ++x) --f.at(r, x, y).count;
+  }));
+}
+
 TEST("no time at all renders nothing, and asking for what is there already is done at once") {
   Renderer renderer(scene(), shallow(), kMany);
   CHECK(!renderer.advance(kSamples, 0.0));

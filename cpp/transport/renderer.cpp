@@ -10,6 +10,7 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 
 namespace equaltime {
@@ -86,6 +87,33 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
     if (stop.now() && done_ < samples) return false;
   }
   return true;
+}
+
+std::uint64_t Renderer::samples_of(const PixelBlock& block) const {
+  const std::uint32_t replicates = film_.replicates();
+  std::uint64_t samples = 0;
+  for (std::uint32_t r = 0; r < replicates; ++r) samples += film_.at(r, block.x0, block.y0).count;
+  for (std::uint32_t y = block.y0; y < block.y1; ++y)
+    for (std::uint32_t x = block.x0; x < block.x1; ++x)
+      for (std::uint32_t r = 0; r < replicates; ++r)  // sample i belongs to replicate i mod R
+        if (film_.at(r, x, y).count != (samples + replicates - 1 - r) / replicates)
+          throw std::invalid_argument("the pixels of a block have different sample counts");
+  return samples;
+}
+
+void Renderer::take_up(const Counters& so_far) {
+  std::vector<std::uint64_t> samples;
+  samples.reserve(blocks_.size());
+  for (const PixelBlock& block : blocks_) samples.push_back(samples_of(block));
+  const auto [fewest, most] = std::minmax_element(samples.begin(), samples.end());
+  const auto next = std::find(samples.begin(), samples.end(), *fewest);
+  const bool ordered = std::all_of(samples.begin(), next, [&](std::uint64_t n) { return n == *most; }) &&
+                       std::all_of(next, samples.end(), [&](std::uint64_t n) { return n == *fewest; });
+  if (!ordered) throw std::invalid_argument("the blocks were not rendered in order");
+  done_ = *fewest;
+  target_ = *most;
+  next_block_ = static_cast<std::size_t>(next - samples.begin());
+  counters_ = so_far;
 }
 
 void Renderer::run_pass(Stop& stop) {

@@ -27,6 +27,10 @@ class Renderer {
   /// one ended. Returns whether every pixel has its samples.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {});
 
+  /// Takes up an earlier render whose moments were put into the film: what is done follows from the pixels' counts.
+  /// Throws std::invalid_argument if no passes of this renderer leave such counts.
+  void take_up(const Counters& so_far);
+
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
@@ -39,6 +43,7 @@ class Renderer {
  private:
   struct Stop;
   void run_pass(Stop& stop);
+  [[nodiscard]] std::uint64_t samples_of(const PixelBlock& block) const;
 
   std::shared_ptr<const Scene> scene_;
   Settings settings_;
