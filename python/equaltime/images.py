@@ -2,8 +2,9 @@
 
 A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
 ``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
-in the attribute ``equaltime:record``. Files are written under a temporary name in the same folder and renamed, so that
-a reader never sees half a file and a failure leaves alone what was there.
+in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
+loss (`equaltime.moments`), so that the render can be taken up or merged. Files are written under a temporary name in
+the same folder and renamed, so that a reader never sees half a file and a failure leaves alone what was there.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -22,13 +23,26 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
+from equaltime import moments as words
 from equaltime.errors import ImageError
 
-__all__ = ["SOFTWARE", "Picture", "Window", "check_writable", "one_line", "read", "write", "write_render"]
+__all__ = [
+    "SOFTWARE",
+    "Part",
+    "Picture",
+    "Window",
+    "check_writable",
+    "one_line",
+    "read",
+    "read_moments",
+    "write",
+    "write_render",
+]
 
 SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
+_MOMENTS = "moments"
 
 
 @dataclass(frozen=True)
@@ -98,6 +112,34 @@ def read(path: str | os.PathLike[str]) -> Picture:
     return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record)
 
 
+def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
+    """Read the (R, H, W) moments of a file that `write_render` wrote, or None if it was written without.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, is no image, or is damaged.
+    """
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
+    try:
+        if not source.seek_subimage(1, 0) or source.spec().getattribute("oiio:subimagename") != _MOMENTS:
+            return None
+        spec = source.spec()
+        pixels = source.read_image(1, 0, 0, spec.nchannels, "uint")
+        if pixels is None:
+            raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
+    finally:
+        source.close()
+    # EXR keeps channels in alphabetical order
+    place = {name: i for i, name in enumerate(spec.channelnames)}
+    names = words.channel_names(spec.nchannels // words.WORDS)
+    if set(names) != set(place):
+        raise ImageError(f"{path}: the part '{_MOMENTS}' has other channels than the moments of a film")
+    return words.joined(pixels[..., [place[name] for name in names]])
+
+
 def write_render(
     path: Path,
     image: NDArray[Any],
@@ -106,10 +148,11 @@ def write_render(
     record: Mapping[str, Any],
     window: Window,
     description: str = "",
+    moments: NDArray[Any] | None = None,
 ) -> None:
     """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
 
-    ``record`` must be JSON. Counts are exact up to 2^24.
+    ``record`` must be JSON. Counts are exact up to 2^24; with the (R, H, W) ``moments`` they are exact there.
 
     Raises
     ------
@@ -125,30 +168,46 @@ def write_render(
         "ImageDescription": description,
         RECORD: json.dumps(record, allow_nan=False),
     }
-    write(path, "openexr", CHANNELS, pixels, attributes, window)
+    parts = [Part(CHANNELS, pixels, attributes)]
+    if moments is not None:
+        raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
+        parts.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
+    write(path, "openexr", parts, window)
 
 
-def write(
-    path: Path,
-    file_format: str,
-    channels: tuple[str, ...],
-    pixels: NDArray[Any],
-    attributes: Mapping[str, str],
-    window: Window | None = None,
-) -> None:
-    """Write (H, W, C) pixels of type float32 or uint8 as they are, whole or not at all; raises `ImageError`."""
-    height, width, count = pixels.shape
-    spec = oiio.ImageSpec(width, height, count, "uint8" if pixels.dtype == np.uint8 else "float")
-    spec.channelnames = channels
-    if window is not None:
-        spec.x, spec.y, spec.full_width, spec.full_height = window.x, window.y, window.full_width, window.full_height
-    for name, value in attributes.items():
-        spec.attribute(name, value)
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8, written as they are."""
+
+    channels: tuple[str, ...]
+    pixels: NDArray[Any]
+    attributes: Mapping[str, str]
+
+    def spec(self, window: Window | None) -> Any:
+        """Return what OpenImageIO needs to know before it writes."""
+        height, width, count = self.pixels.shape
+        types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
+        spec = oiio.ImageSpec(width, height, count, types[self.pixels.dtype.name])
+        spec.channelnames = self.channels
+        if window is not None:
+            spec.x, spec.y = window.x, window.y
+            spec.full_width, spec.full_height = window.full_width, window.full_height
+        for name, value in self.attributes.items():
+            spec.attribute(name, value)
+        return spec
+
+
+def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
+    """Write the parts as they are, whole or not at all; raises `ImageError`."""
+    specs = tuple(part.spec(window) for part in parts)
     with _replacing(path) as temporary:
         output = oiio.ImageOutput.create(file_format)
         if output is None:
             raise ImageError(f"{path}: {oiio.geterror()}")
-        done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(pixels))
+        done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
+        for i, part in enumerate(parts):
+            done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
+            done = done and output.write_image(np.ascontiguousarray(part.pixels))
         # closing writes what is still buffered, so it can fail as well
         if not (output.close() and done):
             reason = one_line(output.geterror()) or "the file could not be completed"

@@ -33,7 +33,7 @@ def write_png(path: Path, image: NDArray[Any], description: str = "") -> None:
         If the file cannot be written; what was there before is left alone.
     """
     attributes = {"oiio:ColorSpace": "sRGB", "Software": images.SOFTWARE, "ImageDescription": description}
-    images.write(path, "png", ("R", "G", "B"), srgb_bytes(image), attributes)
+    images.write(path, "png", [images.Part(("R", "G", "B"), srgb_bytes(image), attributes)])
 
 
 def png_bytes(image: NDArray[Any]) -> bytes:

@@ -91,7 +91,7 @@ def data_uri(pixels: Bytes) -> str:
     """Return (H, W, 3) bytes as a PNG in an address that holds it all."""
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "picture.png"
-        images.write(path, "png", ("R", "G", "B"), np.ascontiguousarray(pixels), {"oiio:ColorSpace": "sRGB"})
+        images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])
         return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
