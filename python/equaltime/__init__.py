@@ -34,7 +34,9 @@ from equaltime.errors import (
     SceneError,
     StrategyError,
 )
+from equaltime.merge import merge
 from equaltime.passes import Progress
+from equaltime.quote import Quote, quote
 from equaltime.render import render
 from equaltime.result import Result, Stats
 from equaltime.scene import Scene, load, load_dict
@@ -49,6 +51,7 @@ __all__ = [
     "PeerError",
     "Problem",
     "Progress",
+    "Quote",
     "RenderError",
     "Result",
     "Scene",
@@ -61,6 +64,8 @@ __all__ = [
     "cost",
     "load",
     "load_dict",
+    "merge",
+    "quote",
     "render",
 ]
 

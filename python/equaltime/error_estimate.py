@@ -15,26 +15,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
+__all__ = ["REFERENCE_DOUBT", "Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
 
 Floats = NDArray[np.float64]
-
-# Two-sided 95 % quantiles of Student's t for 1 … 29 degrees of freedom; the normal one beyond.
-_T95 = (
-    *(12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131),
-    *(2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045),
-)
-_Z95 = 1.960
 
 # What making the reference R from the noisy image itself does to the error, as a standard deviation. Measured against
 # converged images: 0.02 to 0.06 too little on the Cornell box and montelight's scenes, 128 pixels wide, errors 0.1 to
 # 0.5; less on larger images.
-_REFERENCE_DOUBT = 0.04
+REFERENCE_DOUBT = 0.04
+_Z95 = 1.960
+_MANY = 300.0
 
 _RADIUS = 3
 _BAND_ROWS = 32
@@ -175,13 +171,14 @@ def _pooled_variance(pixels: PixelStatistics, rows: slice) -> Floats:
     return np.where(known, pooled, np.inf)
 
 
-def image_error(pixels: PixelStatistics) -> Estimate:
+def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
     """Estimate the error of the image by the definition at the top of this file.
 
-    The interval is meant to hold the *realised* error of this very image in 95 % of renders. It is formed on the
-    logarithm from the variance of the estimate, that of the realised error (the square of a Gaussian varies by twice
-    its mean's square, and no less than its estimate from two replicates does), and the doubt about the reference. Few
-    effective contributions call for Student's t.
+    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``). It
+    is formed on the logarithm from the variance of the estimate, that of the realised error (the square of a Gaussian
+    varies by twice its mean's square, and no less than its estimate from two replicates does), and the doubt about the
+    reference. Few effective contributions call for Student's t. The doubt is no matter of chance: it does not grow with
+    the level.
 
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
@@ -205,9 +202,18 @@ def image_error(pixels: PixelStatistics) -> Estimate:
     effective = min(contributions.size * pixels.degrees, 2.0 / estimated)
     if effective < 1.0:
         return Estimate(value, 0.0, math.inf)
-    quantile = _T95[int(effective) - 1] if effective < 30.0 else _Z95
-    factor = math.exp(quantile * math.hypot(0.5 * math.sqrt(estimated + realised), _REFERENCE_DOUBT))
+    chance = _quantile(level, effective) * 0.5 * math.sqrt(estimated + realised)
+    factor = math.exp(math.hypot(chance, _Z95 * REFERENCE_DOUBT))
     return Estimate(value, value / factor, value * factor)
+
+
+def _quantile(level: float, degrees: float) -> float:
+    """Return the two-sided quantile of Student's t, or of the normal distribution where they hardly differ."""
+    if degrees >= _MANY:
+        return NormalDist().inv_cdf(0.5 + 0.5 * level)
+    from scipy.special import stdtrit  # here, since it takes a tenth of a second to load
+
+    return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
 def _contributions(pixels: PixelStatistics, neighbours: Floats, m: float) -> tuple[Floats, float]:

@@ -1,4 +1,4 @@
-"""The loop of passes over one renderer: a fixed schedule of sample counts, cut short by a clock or by Ctrl-C.
+"""The loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
 
 What is computed in which order follows from counts alone, so that a rerun repeats the bits; the clock only chooses
 where the schedule stops.
@@ -6,6 +6,7 @@ where the schedule stops.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,16 +14,19 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from equaltime.budget import Limits, Looks
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.result import StoppedBy
 
-__all__ = ["Limits", "PassRenderer", "Progress", "ProgressCallback", "run_passes", "schedule"]
+__all__ = ["PassRenderer", "Passes", "Progress", "ProgressCallback", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
 _REPORT_INTERVAL = 0.1
 # Share of the time that may go into the error that the progress shows.
 _ESTIMATE_SHARE = 0.02
+# Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
+_LIKELY_LAW = 0.55
 
 
 class PassRenderer(Protocol):
@@ -38,14 +42,6 @@ class PassRenderer(Protocol):
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of samples that were NaN or infinite."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When to stop, whichever comes first; None is no limit."""
-
-    spp: int | None
-    seconds: float | None
 
 
 @dataclass(frozen=True)
@@ -69,101 +65,169 @@ class Progress:
 ProgressCallback = Callable[[Progress], object]
 
 
-def schedule(pixels: int, spp: int | None) -> Iterator[int]:
-    """Yield the sample counts at which passes end: 2, 4, … 16, 20, … 32, 40, … 64, 80, … up to ``spp``.
+def pass_end(samples: int, pixels: int) -> int:
+    """Return where a pass ends that begins at ``samples`` a pixel.
 
-    A pass adds a quarter at most, so that a limit which cuts one leaves the image nearly even, until steps level off
-    at what is a short pass for the image. Every step but the last is even: both replicates grow alike.
+    Passes end at 2, 4, … 16, 20, … 32, 40, … 64, 80, … A pass adds a quarter at most, so that a limit which cuts one
+    leaves the image nearly even, until steps level off at what is a short pass for the image. Every step is even: both
+    replicates grow alike.
     """
     longest = max(2, _PASS_SAMPLES // max(pixels, 1) // 2 * 2)
-    samples = 0
-    while spp is None or samples < spp:
-        step = max(2, min(2 ** (samples.bit_length() - 3), longest)) if samples >= 16 else 2
-        samples = samples + step if spp is None else min(samples + step, spp)
-        yield samples
+    return samples + (max(2, min(2 ** (samples.bit_length() - 3), longest)) if samples >= 16 else 2)
 
 
-def run_passes(
-    renderer: PassRenderer,
-    pixels: int,
-    limits: Limits,
-    progress: ProgressCallback | None = None,
-    clock: Callable[[], float] = time.perf_counter,
-) -> StoppedBy:
-    """Run passes until a limit is met; say which.
+class Passes:
+    """The passes of one render: iterating runs them, and gives the samples a pixel at the end of each.
 
     A pass is always finished before a non-finite sample ends the loop. Ctrl-C (or a `KeyboardInterrupt` that the
     progress callback raises) ends it at the blocks done.
+
+    Parameters
+    ----------
+    pixels
+        Of the image.
+    limits
+        When to stop; may be changed between passes.
+    samples, looks
+        Of a render that is taken up: samples that every pixel has, and the counts at which it looked at its error.
     """
-    report = None if progress is None else _Reporter(renderer, limits, progress, clock)
-    start = clock()
-    try:
-        for samples in schedule(pixels, limits.spp):
-            left = None if limits.seconds is None else limits.seconds - (clock() - start)
-            if left is not None and left <= 0.0:
-                return "time"
-            complete = renderer.advance(samples, left, None if report is None else report.tick)
-            if renderer.nonfinite:
-                return "nonfinite"
-            if not complete:
-                return "time"
-            if report is not None:
-                report.pass_ended(samples)
-    except KeyboardInterrupt:
-        return "interrupt"
-    return "spp"
+
+    def __init__(
+        self,
+        renderer: PassRenderer,
+        pixels: int,
+        limits: Limits,
+        progress: ProgressCallback | None = None,
+        clock: Callable[[], float] = time.perf_counter,
+        samples: int = 0,
+        looks: tuple[int, ...] = (),
+    ) -> None:
+        self.limits = limits
+        self.stopped_by: StoppedBy | None = None
+        """What ended the loop; None while it runs."""
+        self.samples = samples
+        """Samples that every pixel has."""
+        self.pixels = pixels
+        self.rendering = 0.0
+        """Seconds spent in passes, without what is done between them."""
+        self._renderer, self._clock, self._start = renderer, clock, clock()
+        self._looks = Looks(looks)
+        self._report = None if progress is None else _Reporter(self, progress)
+
+    @property
+    def renderer(self) -> PassRenderer:
+        """Whose passes these are."""
+        return self._renderer
+
+    @property
+    def looks(self) -> Looks:
+        """The looks at the error, if the limits ask for any."""
+        return self._looks
+
+    @property
+    def seconds(self) -> float:
+        """Since the first pass began."""
+        return self._clock() - self._start
+
+    def __iter__(self) -> Iterator[int]:
+        self._start, self.stopped_by = self._clock(), None
+        tick = None if self._report is None else self._report.tick
+        try:
+            while (reason := self._met()) is None:
+                end = self._next_end()
+                limit = self.limits.seconds
+                before = self.seconds
+                complete = self._renderer.advance(end, None if limit is None else limit - before, tick)
+                self.rendering += self.seconds - before
+                if self._renderer.nonfinite or not complete:
+                    reason = "nonfinite" if self._renderer.nonfinite else "time"
+                    break
+                self.samples = end
+                if self._report is not None:
+                    self._report.pass_ended()
+                yield end
+        except KeyboardInterrupt:
+            reason = "interrupt"
+        self.stopped_by = reason
+
+    def run(self) -> StoppedBy:
+        """Run passes until a limit is met; say which."""
+        for _ in self:
+            pass
+        assert self.stopped_by is not None
+        return self.stopped_by
+
+    def _met(self) -> StoppedBy | None:
+        """Return the limit that is met, if one is."""
+        limits = self.limits
+        due = self.samples >= self._looks.next
+        if limits.error is not None and due and self._looks.look(self._error, self.samples, limits.error):
+            return "error"
+        if limits.spp is not None and self.samples >= limits.spp:
+            return "spp"
+        return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
+
+    def _error(self, level: float) -> Estimate:
+        return image_error(pixel_statistics(self._renderer.moments), level)
+
+    def _next_end(self) -> int:
+        ends = [pass_end(self.samples, self.pixels)]
+        if self.limits.spp is not None:
+            ends.append(self.limits.spp)
+        if self.limits.error is not None and self._looks.next > self.samples:
+            ends.append(self._looks.next)
+        return min(ends)
 
 
 class _Reporter:
     """Calls the progress callback: at the end of every pass, and now and then within."""
 
-    def __init__(
-        self, renderer: PassRenderer, limits: Limits, callback: ProgressCallback, clock: Callable[[], float]
-    ) -> None:
-        self._renderer, self._limits, self._callback, self._clock = renderer, limits, callback, clock
-        self._start = self._reported = clock()
-        self._samples = 0
-        self._sampled_at = 0.0
-        self._estimating = 0.0
-        self._last_estimate = 0.0
+    def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
+        self._passes, self._callback = passes, callback
+        self._first = passes.samples
+        self._sampled_at = self._reported = 0.0
+        self._estimating = self._last_estimate = 0.0
         self._error: Estimate | None = None
         self._estimated_at = 0
 
     def tick(self) -> bool:
         """Report if some time has passed; always go on."""
-        if self._clock() - self._reported >= _REPORT_INTERVAL:
+        if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
             self._report()
         return True
 
-    def pass_ended(self, samples: int) -> None:
-        """Report that every pixel has ``samples`` samples, with a new error if that is cheap by now."""
-        self._samples, self._sampled_at = samples, self._clock() - self._start
+    def pass_ended(self) -> None:
+        """Report the end of a pass, with a new error if that is cheap by now."""
+        self._sampled_at = self._passes.seconds
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * self._sampled_at:
-            before = self._clock()
-            self._error, self._estimated_at = image_error(pixel_statistics(self._renderer.moments)), samples
-            self._last_estimate = self._clock() - before
+            self._error = image_error(pixel_statistics(self._passes.renderer.moments))
+            self._estimated_at = self._passes.samples
+            self._last_estimate = self._passes.seconds - self._sampled_at
             self._estimating += self._last_estimate
         self._report()
 
     def _report(self) -> None:
-        self._reported = self._clock()
-        seconds = self._reported - self._start
+        samples, limits, seconds = self._passes.samples, self._passes.limits, self._passes.seconds
+        self._reported = seconds
+        error = self._error if samples < 2 * self._estimated_at else None
         fractions, lefts = [0.0], []
-        if self._limits.spp is not None:
-            done = self._samples / self._limits.spp
-            fractions.append(done)
-            if done > 0.0:
-                lefts.append(max(0.0, self._sampled_at / done - seconds))
-        if self._limits.seconds is not None:
-            fractions.append(min(1.0, seconds / self._limits.seconds))
-            lefts.append(max(0.0, self._limits.seconds - seconds))
-        self._callback(
-            Progress(
-                samples=self._samples,
-                target=self._limits.spp,
-                seconds=seconds,
-                fraction=max(fractions),
-                time_left=min(lefts) if lefts else None,
-                error=self._error if self._samples < 2 * self._estimated_at else None,
-            )
-        )
+        for target in (limits.spp, self._samples_for(limits.error)):
+            if target is None:
+                continue
+            fractions.append(min(1.0, samples / target))
+            if samples > self._first:
+                rate = (samples - self._first) / self._sampled_at
+                lefts.append(max(0.0, self._sampled_at + (target - samples) / rate - seconds))
+        if limits.seconds is not None:
+            fractions.append(min(1.0, seconds / limits.seconds))
+            lefts.append(max(0.0, limits.seconds - seconds))
+        left = min(lefts) if lefts else None
+        self._callback(Progress(samples, limits.spp, seconds, max(fractions), left, error))
+
+    def _samples_for(self, error: float | None) -> float | None:
+        """Return how many samples a pixel an error target will likely take, once it was looked at."""
+        looks = self._passes.looks
+        if error is None or looks.last is None or not looks.last.known:
+            return None
+        growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
+        return max(looks.made[-1] * growth, self._passes.samples + 1.0)

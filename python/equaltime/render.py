@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 import time as clock
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from equaltime import _core
-from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics, standard_error
-from equaltime.errors import NonFiniteSample, Problem, RenderError, SceneError, StrategyError
-from equaltime.images import Window
-from equaltime.passes import Limits, ProgressCallback, run_passes
-from equaltime.result import Origin, Result, Stats, StoppedBy
+from equaltime.budget import FIRST_LOOK, Limits
+from equaltime.checkpoint import Checkpoint
+from equaltime.error_estimate import PixelStatistics
+from equaltime.errors import RenderError, StrategyError
+from equaltime.passes import ProgressCallback
+from equaltime.quote import Pilot, Quote
+from equaltime.result import Result, Stats, make_result
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.session import Session, origin_of
 from equaltime.strategy import Strategy
 
 __all__ = ["MOST_SECONDS", "MOST_THREADS", "Backend", "render"]
@@ -28,10 +31,9 @@ MOST_THREADS = 4096
 """More than any machine has processors; some ten thousand end the process."""
 MOST_SECONDS = 1e9
 """Thirty years: what a 64-bit count of nanoseconds holds, with room to spare."""
+MOST_ERROR = 1e3
+"""A thousand times the image: nobody can mean more."""
 _DEFAULT_SPP = 64
-_REPLICATES = 2
-_BYTES_PER_MOMENTS = 56
-_BYTES_PER_RESULT_PIXEL = 100
 
 
 def render(
@@ -43,8 +45,14 @@ def render(
     threads: int = 0,
     progress: ProgressCallback | None = None,
     backend: Backend = "core",
+    *,
+    error: float | None = None,
+    resume: str | os.PathLike[str] | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 60.0,
+    quoted: Callable[[Quote], object] | None = None,
 ) -> Result:
-    """Render a scene until a number of samples or a time is reached.
+    """Render a scene until a number of samples, a time or an error is reached.
 
     For one build, the pixels depend on the scene, the strategy, the seed and the sample counts: not on ``threads``, and
     on ``time`` only through the counts that were reached.
@@ -54,11 +62,11 @@ def render(
     scene
         A loaded scene, the path of a scene file, or a dict in Mitsuba's words.
     spp
-        Samples per pixel. If neither ``spp`` nor ``time`` is given: the scene's own sample count, or 64.
-        One sample alone gives no standard error.
+        Samples per pixel. If no limit is given: the scene's own sample count, or 64. One sample alone gives no
+        standard error. If several limits are given, whichever comes first ends the render.
     time
-        Seconds from the first sample to the final film. If ``spp`` is given too, whichever comes first ends the render.
-        A limit that is shorter than a pass ends it part way: some pixels then have fewer samples, or none.
+        Seconds from the first sample (of this run, if it takes up another) to the final film. A limit that is shorter
+        than a pass ends it part way: some pixels then have fewer samples, or none.
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     seed
@@ -69,6 +77,15 @@ def render(
         Called with a `Progress` about ten times a second. It may raise `KeyboardInterrupt` to stop.
     backend
         ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
+    error
+        Relative error to reach (0.02 is 2 %): the render ends when the upper limit of its error is there, looked at
+        between passes as `equaltime.budget` says.
+    resume
+        A file that `Result.save` wrote: the render goes on from there, to the same bits as if it had not stopped.
+    checkpoint
+        Where to save what is done so far (EXR), every ``checkpoint_every`` seconds.
+    quoted
+        Called once, after the first 8 samples a pixel, with what the error or the time asked for will cost or bring.
 
     Returns
     -------
@@ -79,27 +96,49 @@ def render(
     ------
     SceneError, StrategyError
         If the scene or the strategy cannot be read.
+    ImageError
+        If ``resume`` cannot be read, or ``checkpoint`` not be written.
     NonFiniteSample
         If a sample was NaN or infinite: after its pass, with the result so far.
     RenderError
-        If there is not enough memory.
+        If there is not enough memory, or ``resume`` belongs to another render.
     ValueError
         If an argument is out of range.
     """
-    _check_arguments(spp, time, seed, threads, backend)
+    _check_arguments(spp, time, error, seed, threads, backend)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     loaded = _as_scene(scene)
-    limits = Limits(spp if spp or time else loaded.spp or _DEFAULT_SPP, time)
+    limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
     if backend == "embreex":
+        if resume is not None or checkpoint is not None:
+            raise RenderError("the embreex backend cannot be taken up")
         return _render_cross_check(loaded, limits, chosen, seed)
-    return _render_core(loaded, limits, chosen, seed, threads, progress)
+    resumed = None if resume is None else Checkpoint.read(resume)
+    session = Session(loaded, chosen, seed, threads, limits, progress, resumed)
+    pilot = None
+    if quoted is not None and (error or time) and not session.passes.samples:
+        pilot = partial(_watch, Pilot(session, error, None if error else time), quoted)
+    return session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
 
 
-def _check_arguments(spp: int | None, time: float | None, seed: int, threads: int, backend: str) -> None:
+def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) -> None:
+    """Give the quote as soon as there is one; none, if the pilot saw too little."""
+    if session.passes.samples <= FIRST_LOOK:
+        pilot.pass_ended()
+    if session.passes.samples == FIRST_LOOK:
+        with suppress(RenderError):
+            quoted(pilot.quote())
+
+
+def _check_arguments(
+    spp: int | None, time: float | None, error: float | None, seed: int, threads: int, backend: str
+) -> None:
     if spp is not None and not 1 <= spp <= MOST_SAMPLES:
         raise ValueError(f"spp must be from 1 to {MOST_SAMPLES}, found {spp}")
     if time is not None and not 0.0 < time <= MOST_SECONDS:
         raise ValueError(f"time must be a positive number of seconds up to {MOST_SECONDS:g}, found {time}")
+    if error is not None and not 0.0 < error <= MOST_ERROR:
+        raise ValueError(f"error must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {error}")
     if not 0 <= seed < 2**64:
         raise ValueError(f"seed must be from 0 to 2^64 - 1, found {seed}")
     if not 0 <= threads <= MOST_THREADS:
@@ -116,75 +155,11 @@ def _as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scen
     return load(Path(scene))
 
 
-def _render_core(
-    scene: Scene, limits: Limits, strategy: Strategy, seed: int, threads: int, progress: ProgressCallback | None
-) -> Result:
-    settings = _core.Settings(
-        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
-    )
-    _check_memory(scene)
-    try:
-        core = scene.core
-        renderer = _core.Renderer(core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
-    except MemoryError as error:
-        width, height = scene.size
-        raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
-    height, width = core.film_shape
-    begin = clock.perf_counter()
-    stopped_by = run_passes(renderer, height * width, limits, progress)
-    seconds = clock.perf_counter() - begin
-    if stopped_by == "interrupt" and not renderer.counters["paths"]:
-        raise KeyboardInterrupt
-    while True:
-        try:
-            return _core_result(scene, core, renderer, strategy, seed, seconds, stopped_by)
-        except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
-            stopped_by = "interrupt"
-
-
-def _core_result(
-    scene: Scene,
-    core: _core.Scene,
-    renderer: _core.Renderer,
-    strategy: Strategy,
-    seed: int,
-    seconds: float,
-    stopped_by: StoppedBy,
-) -> Result:
-    """Make the result of what `renderer` holds; raises `NonFiniteSample` with it if a sample was not a number."""
-    counters = renderer.counters
-    stats = Stats(
-        phases={**scene.timings, "render": seconds},
-        paths=counters["paths"],
-        rays=counters["rays"],
-        shadow_rays=counters["shadow_rays"],
-        kernel=renderer.kernel,
-        threads=renderer.threads,
-        effects=tuple(name for name, used in core.effects().items() if used),
-        build=_core.build_info(),
-    )
-    origin = _origin(scene, strategy.name, strategy.biased, seed, _REPLICATES, "core")
-    result = _result(pixel_statistics(renderer.moments), stats, stopped_by, origin)
-    if renderer.nonfinite:
-        x, y, index = renderer.nonfinite[0]
-        raise NonFiniteSample((x, y), index, seed, result)
-    return result
-
-
-def _check_memory(scene: Scene) -> None:
-    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
-    _, _, width, height = scene.model.sensor.film.crop
-    needed = width * height * (_REPLICATES * _BYTES_PER_MOMENTS + _BYTES_PER_RESULT_PIXEL)
-    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > present:
-        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
-        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))
-
-
 def _render_cross_check(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:
     """Render with `equaltime.crosscheck`, which has one strategy, its own, and no clock."""
-    if limits.spp is None or limits.seconds is not None or strategy != Strategy():
-        raise StrategyError("the embreex backend has no time limit and one strategy, its own: give spp and seed only")
+    if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
+        message = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
+        raise StrategyError(message)
     begin = clock.perf_counter()
     try:
         from equaltime import crosscheck  # here, since not everyone has embreex
@@ -205,30 +180,4 @@ def _render_cross_check(scene: Scene, limits: Limits, strategy: Strategy, seed: 
         kernel="crosscheck",
         threads=1,
     )
-    return _result(pixels, stats, "spp", _origin(scene, "crosscheck", False, seed, limits.spp, "embreex"))
-
-
-def _origin(scene: Scene, strategy: str, biased: bool, seed: int, replicates: int, backend: str) -> Origin:
-    film = scene.model.sensor.film
-    return Origin(
-        scene=None if scene.source is None else str(scene.source),
-        digest=scene.digest,
-        window=Window(*film.crop[:2], *film.size),
-        substitutions=tuple(map(str, scene.substitutions)),
-        max_depth=scene.max_depth,
-        strategy=strategy,
-        biased=biased,
-        seed=seed,
-        replicates=replicates,
-        backend=backend,
-    )
-
-
-def _result(pixels: PixelStatistics, stats: Stats, stopped_by: StoppedBy, origin: Origin) -> Result:
-    begin = clock.perf_counter()
-    errors = standard_error(pixels)
-    error = image_error(pixels)
-    phases = {**stats.phases, "estimate": clock.perf_counter() - begin}
-    with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
-        image = pixels.mean.astype(np.float32)
-    return Result(image, errors, pixels.samples, error, replace(stats, phases=phases), stopped_by, origin)
+    return make_result(pixels, stats, "spp", origin_of(scene, "crosscheck", False, seed, limits.spp, "embreex"))

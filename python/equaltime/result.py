@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images, preview
-from equaltime.error_estimate import Estimate
+from equaltime.error_estimate import Estimate, PixelStatistics, image_error, standard_error
 from equaltime.images import Window
 
-__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output"]
+__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result"]
 
-StoppedBy = Literal["spp", "time", "interrupt", "nonfinite"]
+StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "unfinished", "merge"]
 _EXTENSIONS = (".exr", ".png")
 
 
@@ -79,6 +80,25 @@ class Origin:
     backend: str
     substitutions: tuple[str, ...] = ()
     """What was replaced in the scene because it cannot be rendered, if anything was."""
+    sources: tuple[Mapping[str, Any], ...] = ()
+    """What was merged: of each seed its sample counts, seconds and build; empty for a render that was not merged."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The same as JSON data, as it stands in the record of a result."""
+        return {
+            "scene": self.scene,
+            "digest": self.digest,
+            "size": [self.window.full_width, self.window.full_height],
+            "max_depth": self.max_depth,
+            "strategy": self.strategy,
+            "biased": self.biased,
+            "seed": self.seed,
+            "replicates": self.replicates,
+            "backend": self.backend,
+            "substitutions": list(self.substitutions),
+            "sources": [dict(source) for source in self.sources],
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,8 +115,13 @@ class Result:
     """The image's relative error with its 95 % interval: 0.02 is 2 %."""
     stats: Stats
     stopped_by: StoppedBy
-    """What ended the render: the sample count, the time limit, Ctrl-C, or a sample that was not a number."""
+    """What ended the render: the sample count, the time limit, the error asked for, Ctrl-C, or a sample that was not a
+    number; ``unfinished`` is what was saved on the way."""
     origin: Origin
+    moments: NDArray[Any] | None = None
+    """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
+    looks: tuple[int, ...] = ()
+    """Sample counts at which the render looked at its error, to stop at a target."""
 
     @property
     def spp(self) -> float:
@@ -110,21 +135,13 @@ class Result:
         window = self.origin.window
         return {
             "software": images.SOFTWARE,
-            "scene": self.origin.scene,
-            "digest": self.origin.digest,
-            "size": [window.full_width, window.full_height],
+            **self.origin.record,
             "crop": [window.x, window.y, width, height],
-            "substitutions": list(self.origin.substitutions),
-            "max_depth": self.origin.max_depth,
-            "strategy": self.origin.strategy,
-            "biased": self.origin.biased,
-            "seed": self.origin.seed,
-            "replicates": self.origin.replicates,
-            "backend": self.origin.backend,
             "spp": int(self.spp) if self.spp.is_integer() else self.spp,
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "error": self.error.as_dict(),
+            "looks": list(self.looks),
             "seconds": self.stats.seconds,
             "phases": dict(self.stats.phases),
             "paths": self.stats.paths,
@@ -140,8 +157,9 @@ class Result:
     def save(self, path: str | os.PathLike[str]) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
-        ``NAME.exr`` gets the image, its standard error, the sample counts and the provenance (see `equaltime.images`),
-        with a preview ``NAME.png`` beside it; ``NAME.png`` gets the preview alone.
+        ``NAME.exr`` gets the image, its standard error, the sample counts, the provenance and, in a second part, the
+        moments by which the render is taken up or merged (see `equaltime.images`), with a preview ``NAME.png`` beside
+        it; ``NAME.png`` gets the preview alone.
 
         Raises
         ------
@@ -153,7 +171,7 @@ class Result:
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)
-            images.write_render(path, *layers, self.record, self.origin.window, description)
+            images.write_render(path, *layers, self.record, self.origin.window, description, self.moments)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
 
@@ -166,3 +184,21 @@ class Result:
 
     def _repr_png_(self) -> bytes:
         return preview.png_bytes(self.image)
+
+
+def make_result(
+    pixels: PixelStatistics,
+    stats: Stats,
+    stopped_by: StoppedBy,
+    origin: Origin,
+    moments: NDArray[Any] | None = None,
+    looks: tuple[int, ...] = (),
+) -> Result:
+    """Add the image and its errors, and the time that they took, to what is known of a render."""
+    begin = time.perf_counter()
+    errors = standard_error(pixels)
+    error = image_error(pixels)
+    stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
+    with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
+        image = pixels.mean.astype(np.float32)
+    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks)

@@ -1,14 +1,15 @@
 """The loop of passes, over a renderer and a clock that the test controls."""
 
-from collections.abc import Callable
-from itertools import islice, pairwise
+from collections.abc import Callable, Iterator
+from itertools import islice, pairwise, takewhile
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.passes import Limits, Progress, run_passes, schedule
+from equaltime.budget import Limits
+from equaltime.passes import Passes, Progress, pass_end
 
 MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
 PIXELS = 12
@@ -52,31 +53,41 @@ class FakeRenderer:
 
 
 def run(renderer: FakeRenderer, spp: int | None = None, seconds: float | None = None, **options: Any) -> str:
-    return run_passes(renderer, PIXELS, Limits(spp, seconds), clock=renderer.clock, **options)
+    return Passes(renderer, PIXELS, Limits(spp, seconds), clock=renderer.clock, **options).run()
 
 
-def test_passes_grow_by_a_quarter_and_end_at_the_sample_count() -> None:
+def schedule(pixels: int) -> Iterator[int]:
+    samples = 0
+    while True:
+        samples = pass_end(samples, pixels)
+        yield samples
+
+
+def test_passes_grow_by_a_quarter() -> None:
     small = [2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32]
-    assert list(schedule(PIXELS, 100)) == [*small, 40, 48, 56, 64, 80, 96, 100]
+    assert list(islice(schedule(PIXELS), 18)) == [*small, 40, 48, 56, 64, 80, 96]
+
+
+def test_the_last_pass_ends_at_the_sample_count() -> None:
+    renderer = FakeRenderer()
+    run(renderer, spp=100)
+    assert renderer.targets == [*takewhile(lambda end: end < 100, schedule(PIXELS)), 100]
 
 
 def test_passes_of_a_large_image_stay_short() -> None:
-    steps = {b - a for a, b in pairwise(schedule(2**19, 256))}
+    steps = {b - a for a, b in pairwise(takewhile(lambda end: end < 256, schedule(2**19)))}
     assert steps == {2, 4}
 
 
 @pytest.mark.parametrize("pixels", [1, 1000, 2**19, 2**28])
-def test_replicates_grow_alike_in_every_pass_but_the_last(pixels: int) -> None:
-    assert all(samples % 2 == 0 for samples in islice(schedule(pixels, None), 40))
-    assert list(schedule(pixels, 7))[-1] == 7
+def test_replicates_grow_alike_in_every_pass(pixels: int) -> None:
+    assert all(samples % 2 == 0 for samples in islice(schedule(pixels), 40))
 
 
 def test_a_single_sample_is_one_pass() -> None:
-    assert list(schedule(PIXELS, 1)) == [1]
-
-
-def test_the_schedule_does_not_depend_on_the_sample_count_asked_for() -> None:
-    assert list(schedule(PIXELS, 100))[:-1] == list(islice(schedule(PIXELS, None), 18))
+    renderer = FakeRenderer()
+    run(renderer, spp=1)
+    assert renderer.targets == [1]
 
 
 def test_a_render_ends_at_its_sample_count() -> None:
@@ -119,7 +130,7 @@ def test_a_non_finite_sample_ends_the_render_after_its_pass() -> None:
 def test_progress_counts_up_to_the_target() -> None:
     seen: list[Progress] = []
     run(FakeRenderer(), spp=64, progress=seen.append)
-    assert [progress.samples for progress in seen] == list(schedule(PIXELS, 64))
+    assert [progress.samples for progress in seen] == [*takewhile(lambda end: end < 64, schedule(PIXELS)), 64]
     assert seen[-1].fraction == 1.0
     assert seen[-1].time_left == 0.0
     assert all(progress.target == 64 for progress in seen)

@@ -21,7 +21,9 @@ from equaltime.cli.compare import compare
 from equaltime.cli.convert import convert
 from equaltime.cli.cost import cost
 from equaltime.cli.info import info
+from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
+from equaltime.cli.quote import quote
 from equaltime.cli.render import render
 from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
@@ -29,7 +31,7 @@ from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, cost, compare, info, convert, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, compare, merge, info, convert, bench)
 
 app = typer.Typer(
     name="equaltime",

@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
-from typing import Annotated
 
 import typer
 
 from equaltime.durations import seconds_of
-from equaltime.render import MOST_SECONDS
+from equaltime.render import MOST_ERROR, MOST_SECONDS
 
-__all__ = ["Substitute", "parse_crop", "parse_definitions", "parse_duration", "parse_seed", "parse_size"]
-
-
-Substitute = Annotated[
-    bool,
-    typer.Option(
-        "--substitute",
-        help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
-    ),
-]
-"""The option for whoever wants an image rather than none."""
+__all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_percent", "parse_seed", "parse_size"]
 
 
 def parse_duration(text: str) -> float:
@@ -35,6 +25,18 @@ def parse_duration(text: str) -> float:
     if seconds > MOST_SECONDS:
         raise typer.BadParameter(f"'{text}' is too long; a duration may have {MOST_SECONDS:g} seconds")
     return seconds
+
+
+def parse_percent(text: str) -> float:
+    """Read ``2%`` or ``0.02`` as the fraction that it is."""
+    number, percent, rest = text.strip().partition("%")
+    try:
+        value = float(number) / (100.0 if percent else 1.0)
+    except ValueError:
+        value = math.nan
+    if rest or not 0.0 < value <= MOST_ERROR:
+        raise typer.BadParameter(f"'{text}' is no error; write a positive percentage, such as 2%")
+    return value
 
 
 def parse_seed(value: str | int) -> int:

@@ -14,8 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 from equaltime.bench import Measurement, Report, Spread, measure
-from equaltime.cli.arguments import Substitute, parse_definitions, parse_size
+from equaltime.cli.arguments import parse_definitions, parse_size
 from equaltime.cli.messages import print_warnings
+from equaltime.cli.options import Substitute
 from equaltime.render import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES

@@ -11,11 +11,12 @@ from rich.console import Console
 from rich.table import Table
 
 from equaltime import cost as measure_cost
-from equaltime.cli.arguments import Substitute, parse_definitions, parse_duration, parse_size
+from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
 from equaltime.cli.messages import print_error
+from equaltime.cli.options import Substitute
 from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
 from equaltime.cost.summary import SceneResult, Summary

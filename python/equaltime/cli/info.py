@@ -10,8 +10,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from equaltime.cli.arguments import Substitute, parse_definitions
+from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, print_warnings
+from equaltime.cli.options import Substitute
 from equaltime.scene import Scene, load_file
 
 __all__ = ["info"]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 
+from equaltime.quote import Quote
 from equaltime.scene import Scene
 
-__all__ = ["duration", "print_error", "print_warnings"]
+__all__ = ["duration", "percent", "print_error", "print_quote", "print_warnings"]
 
 
 def duration(seconds: float) -> str:
@@ -24,6 +25,22 @@ def print_warnings(scene: Scene) -> None:
     """Print one line ``warning: …`` for everything odd about the scene's files."""
     for warning in scene.warnings:
         print(f"warning: {_visible(warning)}", file=sys.stderr)
+
+
+def percent(error: float) -> str:
+    """Write an error for people: ``2.5 %``."""
+    return f"{100.0 * error:.3g} %"
+
+
+def print_quote(quote: Quote) -> None:
+    """Print what a render will cost or bring, in one line."""
+    spp, seconds, error = quote.spp, quote.seconds, quote.error
+    limits = f" [{duration(seconds.low)}, {duration(seconds.high)}]" if seconds.high > seconds.low else ""
+    print(
+        f"quote: error {percent(error.value)} [{percent(error.low)}, {percent(error.high)}] "
+        f"in {duration(seconds.value)}{limits}, {spp.value:.3g} spp [{spp.low:.3g}, {spp.high:.3g}]",
+        flush=True,
+    )
 
 
 def _visible(text: str) -> str:

@@ -9,12 +9,25 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from equaltime.cli.arguments import Substitute, parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
-from equaltime.cli.messages import duration, print_error, print_warnings
+from equaltime.cli.arguments import parse_definitions, parse_duration
+from equaltime.cli.messages import duration, print_error, print_quote, print_warnings
+from equaltime.cli.options import (
+    Crop,
+    Define,
+    ErrorTarget,
+    MaxDepth,
+    SceneFile,
+    Seed,
+    Size,
+    StrategyWords,
+    Substitute,
+    Threads,
+    Time,
+)
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, NonFiniteSample
-from equaltime.render import MOST_THREADS, Backend
+from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import load_file
@@ -25,9 +38,7 @@ __all__ = ["render"]
 
 
 def render(
-    scene: Annotated[
-        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, or glTF.", show_default=False)
-    ],
+    scene: SceneFile,
     output: Annotated[
         Path,
         typer.Option(
@@ -49,53 +60,28 @@ def render(
             help="Samples per pixel [default: the scene's, or 64].",
         ),
     ] = None,
-    time: Annotated[
+    time: Time = None,
+    error: ErrorTarget = None,
+    size: Size = None,
+    crop: Crop = None,
+    max_depth: MaxDepth = None,
+    strategy: StrategyWords = "best",
+    seed: Seed = 0,
+    threads: Threads = 0,
+    define: Define = None,
+    substitute: Substitute = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from FILE.exr, if it is there, towards the limits given now.")
+    ] = False,
+    checkpoint: Annotated[
         float | None,
         typer.Option(
             parser=parse_duration,
             metavar="DURATION",
             show_default=False,
-            help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m. With --spp: whichever is first.",
+            help="How often what is done so far is saved to FILE.exr [default: 60s].",
         ),
     ] = None,
-    size: Annotated[
-        Any,
-        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
-    ] = None,
-    crop: Annotated[
-        Any,
-        typer.Option(
-            parser=parse_crop,
-            metavar="X,Y,W,H",
-            show_default=False,
-            help="Render this window of the film only; it has the bits of the whole.",
-        ),
-    ] = None,
-    max_depth: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            show_default=False,
-            help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
-        ),
-    ] = None,
-    strategy: Annotated[
-        str,
-        typer.Option(
-            metavar="S",
-            help="A preset, or preset,key=value,…, or a TOML file; see above.",
-        ),
-    ] = "best",
-    seed: Annotated[int, typer.Option(parser=parse_seed, metavar="N", help="Seed of all random numbers.")] = 0,
-    threads: Annotated[
-        int,
-        typer.Option(min=0, max=MOST_THREADS, metavar="N", help="Worker threads; 0 is one for each processor."),
-    ] = 0,
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
-    ] = None,
-    substitute: Substitute = False,
     backend: Annotated[
         Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
     ] = "core",
@@ -106,11 +92,13 @@ def render(
 ) -> int:
     """Render a scene to an EXR with its error bar.
 
-    Ctrl-C stops and keeps what is finished.
+    Ctrl-C stops and keeps what is finished. Of several limits, whichever comes first ends the render.
 
     For instance:
 
     * `equaltime render cornell-box.toml -o out.exr --time 10s`
+
+    * `equaltime render cornell-box.toml -o out.exr --error 2% --resume`
 
     * `equaltime render scene.xml -o out.exr --spp 256 --size 640x480 -D integrator=path`
 
@@ -135,17 +123,34 @@ def render(
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     failure: NonFiniteSample | None = None
+    exr = output if output.suffix.lower() == ".exr" else None
+    if resume and exr is None:
+        raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     try:
         with progress_bar(quiet) as progress:
-            result = render_scene(loaded, spp, time, chosen, seed, threads, progress, backend)
-    except NonFiniteSample as error:
-        failure, result = error, cast(Result, error.result)
+            result = render_scene(
+                loaded,
+                spp,
+                time,
+                chosen,
+                seed,
+                threads,
+                progress,
+                backend,
+                error=error,
+                resume=exr if resume and output.exists() else None,
+                checkpoint=exr if backend == "core" else None,
+                checkpoint_every=checkpoint or 60.0,
+                quoted=None if quiet or as_json else print_quote,
+            )
+    except NonFiniteSample as found:
+        failure, result = found, cast(Result, found.result)
     begin = clock.perf_counter()
     try:
         with held_back() as signals:
             files = result.save(output)
-    except ImageError as error:
-        print_error(str(error))
+    except ImageError as problem:
+        print_error(str(problem))
         return 1
     writing = clock.perf_counter() - begin
     if as_json:
@@ -172,6 +177,7 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     reasons = {
         "spp": "every pixel has its samples",
         "time": "the time limit was reached",
+        "error": "the upper limit of the error is where it was asked to be",
         "interrupt": "what was finished is kept",
         "nonfinite": "a sample was not a number",
     }

@@ -1,0 +1,72 @@
+"""Renders that were saved: taken up where they stopped, for the bits of a render that was never stopped."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from equaltime import images
+from equaltime.errors import ImageError, RenderError
+
+__all__ = ["Checkpoint"]
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A saved render with its moments."""
+
+    path: Path
+    record: Mapping[str, Any]
+    """The provenance, as `Result.record` has it."""
+    moments: NDArray[Any]
+    """(R, H, W), as `equaltime.moments` describes them."""
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
+        """Read a file that `Result.save` wrote; raises `ImageError` if it is none, or holds no moments."""
+        record = images.read(path).record
+        if not record:
+            raise ImageError(f"{path}: was not rendered by equaltime")
+        moments = images.read_moments(path)
+        if moments is None:
+            raise ImageError(f"{path}: holds no moments, only an image")
+        return cls(Path(path), record, moments)
+
+    @property
+    def seconds(self) -> float:
+        """Rendering time that went into it."""
+        return float(self.record["seconds"])
+
+    @property
+    def looks(self) -> tuple[int, ...]:
+        """Sample counts at which its error was looked at."""
+        return tuple(self.record["looks"])
+
+    def check(self, wanted: Mapping[str, Any]) -> None:
+        """Raise `RenderError` if this is a part of another render, with what differs.
+
+        ``wanted`` holds what its record should have.
+        """
+        if self.record["sources"]:
+            raise RenderError(
+                f"{self.path}: cannot be taken up: it was merged; render with another seed, and merge again"
+            )
+        different = [
+            f"{name} {_said(self.record.get(name))}, not {_said(value)}"
+            for name, value in wanted.items()
+            if self.record.get(name) != value
+        ]
+        if different:
+            raise RenderError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+
+
+def _said(value: object) -> str:
+    """Shorten digests, name mappings by their values."""
+    if isinstance(value, Mapping):
+        return " ".join(map(str, value.values()))
+    return f"{value[:12]}…" if isinstance(value, str) and len(value) == 64 else str(value)

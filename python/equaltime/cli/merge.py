@@ -1,0 +1,41 @@
+"""``equaltime merge``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from equaltime.merge import merge as merge_files
+from equaltime.result import check_output
+
+__all__ = ["merge"]
+
+
+def merge(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="A.exr B.exr...", help="Renders of one scene.", show_default=False)
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The joined render: FILE.exr.", show_default=False)
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
+) -> int:
+    """Join renders of one scene that were made with different seeds, on whatever machines.
+
+    Their moments are joined, so that the error bar is that of one render with all the samples.
+
+    For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
+    """
+    check_output(output)
+    result = merge_files(files)
+    written = result.save(output)
+    if as_json:
+        print(json.dumps({**result.record, "files": [str(path) for path in written]}, indent=2))
+        return 0
+    height, width = result.samples.shape
+    print(f"{width}x{height}, {result.spp:.4g} spp of {len(result.origin.sources)} seeds, error {result.error}")
+    print(f"wrote {', '.join(map(str, written))}")
+    return 0

@@ -1,0 +1,85 @@
+"""Options that several commands share, so that they read alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from equaltime.cli.arguments import parse_crop, parse_duration, parse_percent, parse_seed, parse_size
+from equaltime.render import MOST_THREADS
+
+__all__ = [
+    "Crop",
+    "Define",
+    "ErrorTarget",
+    "MaxDepth",
+    "SceneFile",
+    "Seed",
+    "Size",
+    "StrategyWords",
+    "Substitute",
+    "Threads",
+    "Time",
+]
+
+SceneFile = Annotated[
+    Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, or glTF.", show_default=False)
+]
+Time = Annotated[
+    float | None,
+    typer.Option(
+        parser=parse_duration,
+        metavar="DURATION",
+        show_default=False,
+        help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m.",
+    ),
+]
+ErrorTarget = Annotated[
+    float | None,
+    typer.Option(
+        parser=parse_percent,
+        metavar="PERCENT",
+        show_default=False,
+        help="Stop when the upper limit of the image's error is here: 2%.",
+    ),
+]
+Size = Annotated[
+    Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
+]
+Crop = Annotated[
+    Any,
+    typer.Option(
+        parser=parse_crop,
+        metavar="X,Y,W,H",
+        show_default=False,
+        help="Render this window of the film only; it has the bits of the whole.",
+    ),
+]
+MaxDepth = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        show_default=False,
+        help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
+    ),
+]
+StrategyWords = Annotated[
+    str, typer.Option(metavar="S", help="A preset, or preset,key=value,…, or a TOML file; see equaltime render -h.")
+]
+Seed = Annotated[int, typer.Option(parser=parse_seed, metavar="N", help="Seed of all random numbers.")]
+Threads = Annotated[
+    int, typer.Option(min=0, max=MOST_THREADS, metavar="N", help="Worker threads; 0 is one for each processor.")
+]
+Define = Annotated[
+    list[str] | None,
+    typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+]
+Substitute = Annotated[
+    bool,
+    typer.Option(
+        "--substitute",
+        help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
+    ),
+]

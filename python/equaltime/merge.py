@@ -1,0 +1,109 @@
+"""Renders of one image with different seeds, by several machines or on several days, joined into one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+from equaltime import _core
+from equaltime.checkpoint import Checkpoint
+from equaltime.error_estimate import pixel_statistics
+from equaltime.errors import ImageError
+from equaltime.images import Window
+from equaltime.result import Origin, Result, Stats, make_result
+
+__all__ = ["merge"]
+
+_SAME = ("digest", "size", "crop", "max_depth", "strategy", "biased", "replicates", "backend")
+
+
+def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
+    """Join renders of the same scene by the same strategy whose samples are different ones.
+
+    Moments are joined, not averages: the result is what one render of all the samples would be, to the last bits of
+    float64. It can be merged again.
+
+    Parameters
+    ----------
+    paths
+        Two or more files that `Result.save` wrote.
+
+    Raises
+    ------
+    ImageError
+        If a file cannot be read or holds no moments, if two belong to different images, or have samples in common.
+    """
+    if len(paths) < 2:
+        raise ImageError("merging takes two files or more")
+    parts = [Checkpoint.read(path) for path in paths]
+    first = parts[0]
+    for part in parts[1:]:
+        _check_alike(first, part)
+    _check_disjoint(parts)
+    moments = reduce(_core.merge_moments, (part.moments for part in parts))
+    return make_result(pixel_statistics(moments), _stats(parts), "merge", _origin(first, parts), moments)
+
+
+def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
+    for key in _SAME:
+        mine, theirs = first.record.get(key), other.record.get(key)
+        if mine != theirs:
+            what = "another scene" if key == "digest" else f"{key.replace('_', ' ')} {theirs}, not {mine}"
+            raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {what}")
+
+
+def _check_disjoint(parts: Sequence[Checkpoint]) -> None:
+    """Refuse the same numbers twice: every render begins with sample 0, so one seed serves for one part."""
+    owners: dict[int, Path] = {}
+    for part in parts:
+        for seed in _seeds(part):
+            if seed in owners:
+                raise ImageError(
+                    f"{part.path}: cannot be merged with {owners[seed]}: both have the samples of seed {seed}"
+                )
+            owners[seed] = part.path
+
+
+def _seeds(part: Checkpoint) -> tuple[int, ...]:
+    return tuple(source["seed"] for source in _sources(part))
+
+
+def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
+    """Return what was rendered, seed by seed."""
+    record = part.record
+    return tuple(record["sources"]) or (
+        {"seed": record["seed"], "samples": record["samples"], "seconds": record["seconds"], "build": record["build"]},
+    )
+
+
+def _stats(parts: Sequence[Checkpoint]) -> Stats:
+    records = [part.record for part in parts]
+    return Stats(
+        phases={"render": sum(record["seconds"] for record in records)},
+        paths=sum(record["paths"] for record in records),
+        rays=sum(record["rays"] for record in records),
+        shadow_rays=sum(record["shadow_rays"] for record in records),
+        kernel=records[0]["kernel"],
+        threads=records[0]["threads"],
+        effects=tuple(records[0]["effects"]),
+    )
+
+
+def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
+    record = first.record
+    return Origin(
+        scene=record["scene"],
+        digest=record["digest"],
+        window=Window(*record["crop"][:2], *record["size"]),
+        max_depth=record["max_depth"],
+        strategy=record["strategy"],
+        biased=record["biased"],
+        seed=record["seed"],
+        replicates=record["replicates"],
+        backend=record["backend"],
+        substitutions=tuple(record["substitutions"]),
+        sources=tuple(source for part in parts for source in _sources(part)),
+    )

@@ -1,0 +1,169 @@
+"""One render in the core: its renderer, its passes, and the result so far at any moment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from equaltime import _core
+from equaltime.budget import Limits
+from equaltime.checkpoint import Checkpoint
+from equaltime.error_estimate import Estimate, image_error, pixel_statistics
+from equaltime.errors import NonFiniteSample, Problem, RenderError, SceneError
+from equaltime.images import Window
+from equaltime.passes import Passes, ProgressCallback
+from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["Session", "origin_of"]
+
+_REPLICATES = 2
+_BYTES_PER_MOMENTS = 56
+_BYTES_PER_RESULT_PIXEL = 100
+
+
+class Session:
+    """A render that runs pass by pass and can be asked for its result between passes.
+
+    Raises
+    ------
+    SceneError
+        If the film is more than this machine can hold.
+    RenderError
+        If there is not enough memory, or the checkpoint belongs to another render.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        strategy: Strategy,
+        seed: int,
+        threads: int,
+        limits: Limits,
+        progress: ProgressCallback | None = None,
+        resumed: Checkpoint | None = None,
+    ) -> None:
+        self._scene, self.strategy = scene, strategy
+        self._origin = origin_of(scene, strategy.name, strategy.biased, seed, _REPLICATES, "core")
+        self._core, self._renderer = _make_renderer(scene, strategy, seed, threads)
+        self._saving = 0.0
+        self._before = 0.0 if resumed is None else resumed.seconds
+        if resumed is not None:
+            self._take_up(resumed)
+        counts = self._renderer.moments["count"].sum(axis=0)
+        looks = () if resumed is None else resumed.looks
+        self.passes = Passes(self._renderer, counts.size, limits, progress, samples=int(counts.min()), looks=looks)
+
+    def _take_up(self, resumed: Checkpoint) -> None:
+        _, height, width = self._renderer.moments.shape
+        window = self._origin.window
+        origin = {name: value for name, value in self._origin.record.items() if name != "scene"}
+        resumed.check({**origin, "crop": [window.x, window.y, width, height], "build": _core.build_info()})
+        self._renderer.moments[...] = resumed.moments
+        try:
+            self._renderer.take_up(**{name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")})
+        except ValueError as error:
+            raise RenderError(f"{resumed.path}: cannot be taken up: {error}") from error
+
+    def run(
+        self, path: Path | None = None, every: float = 60.0, pass_ended: Callable[[Session], object] | None = None
+    ) -> Result:
+        """Run all passes, call ``pass_ended`` after each, and return the result.
+
+        If ``path`` is given, what is done so far is saved there every so many seconds. After Ctrl-C the result is what
+        was finished; raises `KeyboardInterrupt` if that is nothing, and `NonFiniteSample` with the result so far.
+        """
+        saved_at = 0.0
+        for _ in self.passes:
+            if pass_ended is not None:
+                pass_ended(self)
+            before = self.passes.seconds
+            if path is not None and before - saved_at >= every:
+                self.result("unfinished").save(path)
+                saved_at = self.passes.seconds
+                self._saving += saved_at - before
+        seconds, stopped_by = self.passes.seconds, self.passes.stopped_by
+        assert stopped_by is not None
+        if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
+            raise KeyboardInterrupt
+        while True:
+            try:
+                return self.result(stopped_by, seconds)
+            except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
+                stopped_by = "interrupt"
+
+    def error(self) -> Estimate:
+        """Estimate the error of what is done so far."""
+        return image_error(pixel_statistics(self._renderer.moments))
+
+    @property
+    def scene_bytes(self) -> int:
+        """Memory of the scene in the core."""
+        return self._core.memory_bytes
+
+    def result(self, stopped_by: StoppedBy, seconds: float | None = None) -> Result:
+        """Return what is done so far; raises `NonFiniteSample` with it if a sample was not a number."""
+        counters = self._renderer.counters
+        phases = {**self._scene.timings, "render": self._before + (self.passes.seconds if seconds is None else seconds)}
+        if self._saving:
+            phases["save"] = self._saving
+        stats = Stats(
+            phases=phases,
+            paths=counters["paths"],
+            rays=counters["rays"],
+            shadow_rays=counters["shadow_rays"],
+            kernel=self._renderer.kernel,
+            threads=self._renderer.threads,
+            effects=tuple(name for name, used in self._core.effects().items() if used),
+            build=_core.build_info(),
+        )
+        moments = self._renderer.moments
+        result = make_result(
+            pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made
+        )
+        if self._renderer.nonfinite:
+            x, y, index = self._renderer.nonfinite[0]
+            raise NonFiniteSample((x, y), index, self._origin.seed, result)
+        return result
+
+
+def origin_of(scene: Scene, strategy: str, biased: bool, seed: int, replicates: int, backend: str) -> Origin:
+    """Return what decides the bits of a render of the scene."""
+    film = scene.model.sensor.film
+    return Origin(
+        scene=None if scene.source is None else str(scene.source),
+        digest=scene.digest,
+        window=Window(*film.crop[:2], *film.size),
+        substitutions=tuple(map(str, scene.substitutions)),
+        max_depth=scene.max_depth,
+        strategy=strategy,
+        biased=biased,
+        seed=seed,
+        replicates=replicates,
+        backend=backend,
+    )
+
+
+def _make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> tuple[_core.Scene, _core.Renderer]:
+    settings = _core.Settings(
+        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
+    )
+    _check_memory(scene)
+    try:
+        core = scene.core
+        return core, _core.Renderer(core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
+    except MemoryError as error:
+        width, height = scene.size
+        raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
+
+
+def _check_memory(scene: Scene) -> None:
+    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
+    _, _, width, height = scene.model.sensor.film.crop
+    needed = width * height * (_REPLICATES * _BYTES_PER_MOMENTS + _BYTES_PER_RESULT_PIXEL)
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present:
+        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
+        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))

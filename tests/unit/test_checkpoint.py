@@ -1,0 +1,200 @@
+"""Renders that are saved, taken up and merged."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime import images
+from equaltime.moments import DTYPE, channel_names, joined, split
+from equaltime.passes import Progress
+
+SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+
+
+@pytest.fixture(scope="module")
+def scene() -> et.Scene:
+    return et.load(SCENE).with_(size=(24, 20), max_depth=4)
+
+
+def moments_of(result: et.Result) -> Any:
+    assert result.moments is not None
+    return result.moments
+
+
+def same_moments(a: et.Result, b: et.Result) -> bool:
+    return moments_of(a).tobytes() == moments_of(b).tobytes()
+
+
+def test_moments_survive_as_words() -> None:
+    rng = np.random.default_rng(1)
+    moments = rng.integers(0, 2**64, (2, 5, 7, 7), dtype=np.uint64).view(DTYPE)[..., 0]
+    words = split(moments)
+    assert words.dtype == np.uint32
+    assert words.shape == (5, 7, len(channel_names(2)))
+    assert joined(words).tobytes() == moments.tobytes()
+
+
+@pytest.mark.parametrize("first", [2, 7, 16, 33])
+def test_a_render_that_is_taken_up_has_the_bits_of_one_that_never_stopped(
+    scene: et.Scene, tmp_path: Path, first: int
+) -> None:
+    et.render(scene, spp=first).save(tmp_path / "a.exr")
+    whole = et.render(scene, spp=40)
+    taken_up = et.render(scene, spp=40, resume=tmp_path / "a.exr")
+    assert same_moments(taken_up, whole)
+    assert taken_up.stats.paths == whole.stats.paths
+    assert taken_up.stats.rays == whole.stats.rays
+    np.testing.assert_array_equal(taken_up.image, whole.image)
+
+
+def test_a_render_that_ctrl_c_cut_within_a_pass_is_taken_up(scene: et.Scene, tmp_path: Path) -> None:
+    def interrupt(progress: Progress) -> None:
+        if progress.samples >= 4:
+            raise KeyboardInterrupt
+
+    cut = et.render(scene, spp=100_000, progress=interrupt)
+    assert cut.stopped_by == "interrupt"
+    cut.save(tmp_path / "a.exr")
+    spp = int(cut.samples.max()) + 10
+    assert same_moments(et.render(scene, spp=spp, resume=tmp_path / "a.exr"), et.render(scene, spp=spp))
+
+
+def test_a_target_that_is_behind_renders_nothing_more(scene: et.Scene, tmp_path: Path) -> None:
+    result = et.render(scene, spp=12)
+    result.save(tmp_path / "a.exr")
+    again = et.render(scene, spp=4, resume=tmp_path / "a.exr")
+    assert same_moments(again, result)
+    assert again.stopped_by == "spp"
+
+
+def test_a_render_stops_at_its_error_and_the_same_counts_give_the_same_bits(scene: et.Scene) -> None:
+    result = et.render(scene, error=0.3)
+    assert result.stopped_by == "error"
+    assert result.error.value < 0.3
+    assert et.render(scene, error=0.3).spp == result.spp
+    assert same_moments(et.render(scene, spp=int(result.spp)), result)
+
+
+def test_a_stricter_error_goes_on_from_there(scene: et.Scene, tmp_path: Path) -> None:
+    first = et.render(scene, error=0.4)
+    first.save(tmp_path / "a.exr")
+    second = et.render(scene, error=0.25, resume=tmp_path / "a.exr")
+    assert second.spp > first.spp
+    assert second.looks[: len(first.looks)] == first.looks
+    assert second.stats.seconds > 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"seed": 1}, "seed 0, not 1"),
+        ({"strategy": "bsdf"}, "strategy"),
+    ],
+)
+def test_another_render_is_not_taken_up(scene: et.Scene, tmp_path: Path, change: dict[str, Any], words: str) -> None:
+    et.render(scene, spp=4).save(tmp_path / "a.exr")
+    with pytest.raises(et.RenderError, match=words):
+        et.render(scene, spp=8, resume=tmp_path / "a.exr", **change)
+
+
+def test_another_scene_or_crop_is_not_taken_up(scene: et.Scene, tmp_path: Path) -> None:
+    et.render(scene, spp=4).save(tmp_path / "a.exr")
+    with pytest.raises(et.RenderError, match="digest"):
+        et.render(et.load(SCENE, light_scale="0.5").with_(size=(24, 20)), spp=8, resume=tmp_path / "a.exr")
+    with pytest.raises(et.RenderError, match="crop"):
+        et.render(scene.with_(crop=(0, 0, 12, 20)), spp=8, resume=tmp_path / "a.exr")
+
+
+def test_files_without_moments_are_refused_by_name(scene: et.Scene, tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    result = et.render(scene, spp=4)
+    layers = (result.image, result.standard_error, result.samples)
+    images.write_render(path, *layers, result.record, result.origin.window)
+    with pytest.raises(et.ImageError, match="holds no moments"):
+        et.render(scene, spp=8, resume=path)
+    images.write_render(path, *layers, {}, result.origin.window)
+    with pytest.raises(et.ImageError, match="not rendered by equaltime"):
+        et.render(scene, spp=8, resume=path)
+
+
+def test_merging_gives_the_mean_of_all_samples_and_its_error(scene: et.Scene, tmp_path: Path) -> None:
+    parts = [et.render(scene, spp=spp, seed=seed) for seed, spp in enumerate((8, 24, 16))]
+    paths = [tmp_path / f"{i}.exr" for i in range(3)]
+    for part, path in zip(parts, paths, strict=True):
+        part.save(path)
+    merged = et.merge(paths)
+    expected = sum(part.image.astype(np.float64) * part.spp for part in parts) / 48
+    np.testing.assert_allclose(merged.image, expected, rtol=3e-7, atol=1e-12)
+    assert merged.spp == 48
+    assert merged.stats.rays == sum(part.stats.rays for part in parts)
+    assert merged.error.value < min(part.error.value for part in parts)
+    assert [source["seed"] for source in merged.origin.sources] == [0, 1, 2]
+
+
+def test_the_order_of_merging_matters_by_an_ulp_at_most(scene: et.Scene, tmp_path: Path) -> None:
+    paths = [tmp_path / f"{i}.exr" for i in range(3)]
+    for seed, path in enumerate(paths):
+        et.render(scene, spp=6, seed=seed).save(path)
+    once = et.merge(paths)
+    et.merge(paths[1:]).save(tmp_path / "pair.exr")
+    twice = et.merge([tmp_path / "pair.exr", paths[0]])
+    np.testing.assert_array_max_ulp(once.image, twice.image, maxulp=1)
+
+
+def test_merging_refuses_the_same_samples_and_other_images(scene: et.Scene, tmp_path: Path) -> None:
+    a, b, c, d = (tmp_path / f"{name}.exr" for name in "abcd")
+    et.render(scene, spp=4).save(a)
+    et.render(scene, spp=4, seed=1, strategy="light").save(b)
+    et.render(scene.with_(max_depth=3), spp=4, seed=1).save(c)
+    et.render(scene, spp=4, seed=1).save(d)
+    with pytest.raises(et.ImageError, match="both have the samples of seed 0"):
+        et.merge([a, a])
+    with pytest.raises(et.ImageError, match="strategy"):
+        et.merge([a, b])
+    with pytest.raises(et.ImageError, match="another scene"):
+        et.merge([a, c])
+    et.merge([a, d]).save(b)
+    with pytest.raises(et.ImageError, match="seed 1"):
+        et.merge([b, d])
+    with pytest.raises(et.RenderError, match="it was merged"):
+        et.render(scene, spp=8, resume=b)
+
+
+def command(output: Path, *options: str) -> list[str]:
+    return [sys.executable, "-m", "equaltime", "render", str(SCENE), "-o", str(output), "--size", "64x64", *options]
+
+
+def test_what_a_killed_render_saved_is_taken_up_with_the_same_bits(tmp_path: Path) -> None:
+    output = tmp_path / "a.exr"
+    process = subprocess.Popen(
+        command(output, "--spp", "1000000", "--checkpoint", "50ms", "-q"), stderr=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + 60
+    while not output.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    saved = images.read(output).record
+    assert saved["stopped_by"] == "unfinished"
+    spp = int(saved["samples"]["max"]) + 2
+    subprocess.run(command(output, "--spp", str(spp), "--resume", "-q"), check=True)
+    whole = et.render(et.load(SCENE).with_(size=(64, 64)), spp=spp)
+    read = images.read_moments(output)
+    assert read is not None
+    assert read.tobytes() == moments_of(whole).tobytes()
+
+
+def test_resume_begins_anew_where_there_is_no_file(tmp_path: Path) -> None:
+    output = tmp_path / "a.exr"
+    done = subprocess.run(command(output, "--spp", "4", "--resume", "--json"), check=True, capture_output=True)
+    assert json.loads(done.stdout)["spp"] == 4

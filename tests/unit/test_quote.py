@@ -1,0 +1,101 @@
+"""Quotes: the law on errors that the test decides, and the command on a small scene."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+from equaltime.error_estimate import Estimate
+from equaltime.law import fit
+
+SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+
+
+def observed(exponent: float, doubt: float, counts: tuple[int, ...] = (2, 4, 8)) -> dict[int, Estimate]:
+    factor = math.exp(1.96 * doubt)
+    return {n: Estimate(n**-exponent, n**-exponent / factor, n**-exponent * factor) for n in counts}
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.55, 0.6])
+def test_the_law_is_found_again(exponent: float) -> None:
+    counts = (2, 4, 8, 16, 32, 64)
+    law = fit(observed(exponent, 0.001, counts), {n: 0.1 * n for n in counts}, "sobol")
+    assert abs(law.exponent - exponent) < 0.05
+    low, high = law.error_at(1000).low, law.error_at(1000).high
+    assert low < 1000**-exponent < high
+    assert law.seconds_per_sample == pytest.approx(0.1)
+
+
+def test_a_rough_pilot_leaves_the_exponent_to_what_is_known_of_the_sampler() -> None:
+    law = fit(observed(0.9, 0.3), {2: 1.0, 4: 2.0, 8: 3.0}, "sobol")
+    assert 0.5 < law.exponent < 0.6
+
+
+def test_independent_samples_have_their_exponent_whatever_the_pilot_shows() -> None:
+    law = fit(observed(0.7, 0.05), {2: 1.0, 4: 2.0, 8: 3.0}, "independent")
+    assert law.exponent == pytest.approx(0.5, abs=0.01)
+
+
+def test_the_time_without_the_start_is_what_a_sample_costs() -> None:
+    counts = (2, 4, 8)
+    law = fit(observed(0.5, 0.05), {n: 3.0 + 0.5 * n for n in counts}, "sobol")
+    assert law.seconds_per_sample == pytest.approx(0.5)
+
+
+def test_the_farther_the_target_the_wider_the_interval() -> None:
+    law = fit(observed(0.55, 0.02, (2, 4, 8, 16)), {n: 0.1 * n for n in (2, 4, 8, 16)}, "sobol")
+    widths = [law.samples_until(error) for error in (0.1, 0.05, 0.01)]
+    ratios = [estimate.high / estimate.low for estimate in widths]
+    assert ratios == sorted(ratios)
+    assert all(estimate.low < estimate.value < estimate.high for estimate in widths)
+
+
+def test_a_quote_holds_what_the_render_then_takes() -> None:
+    scene = et.load(SCENE).with_(size=(96, 96))
+    quote = et.quote(scene, error=0.1)
+    result = et.render(scene, error=0.1)
+    assert quote.spp.low <= result.spp <= quote.spp.high
+    assert quote.error.low <= result.error.value <= quote.error.high
+
+
+def test_a_quote_of_a_time_says_the_error() -> None:
+    quote = et.quote(et.load(SCENE).with_(size=(48, 48)), time=2.0)
+    assert quote.seconds == Estimate(2.0, 2.0, 2.0)
+    assert quote.error.low < quote.error.value < quote.error.high
+    assert quote.pilot_seconds < 2.0
+
+
+def test_a_quote_takes_an_error_or_a_time() -> None:
+    with pytest.raises(ValueError, match="one of them"):
+        et.quote(et.load(SCENE))
+    with pytest.raises(ValueError, match="one of them"):
+        et.quote(et.load(SCENE), error=0.1, time=1.0)
+
+
+def test_a_scene_without_light_cannot_be_quoted() -> None:
+    dark = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}
+    with pytest.raises(et.RenderError, match="saw no light"):
+        et.quote(et.load_dict(dark), error=0.1)
+
+
+def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {"seconds", "error", "spp", "memory", "law"} <= set(found)
+    assert found["seconds"]["low"] < found["seconds"]["value"] < found["seconds"]["high"]
+
+
+def test_the_command_wants_one_target(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE)]) == 2
+    assert "give --error or --time" in capsys.readouterr().err
+
+
+def test_a_render_to_an_error_quotes_it_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(tmp_path / "a.exr")
+    assert main(["render", str(SCENE), "-o", output, "--error", "25%", "--size", "32x32"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.startswith("quote: error")
+    assert "stopped by error" in printed.out
