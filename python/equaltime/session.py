@@ -17,7 +17,7 @@ from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Session", "origin_of"]
+__all__ = ["Session", "make_renderer", "origin_of"]
 
 _REPLICATES = 2
 _BYTES_PER_MOMENTS = 56
@@ -47,7 +47,7 @@ class Session:
     ) -> None:
         self._scene, self.strategy = scene, strategy
         self._origin = origin_of(scene, strategy.name, strategy.biased, seed, _REPLICATES, "core")
-        self._core, self._renderer = _make_renderer(scene, strategy, seed, threads)
+        self._renderer = make_renderer(scene, strategy, seed, threads)
         self._saving = 0.0
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
@@ -101,7 +101,7 @@ class Session:
     @property
     def scene_bytes(self) -> int:
         """Memory of the scene in the core."""
-        return self._core.memory_bytes
+        return self._scene.core.memory_bytes
 
     def result(self, stopped_by: StoppedBy, seconds: float | None = None) -> Result:
         """Return what is done so far; raises `NonFiniteSample` with it if a sample was not a number."""
@@ -116,7 +116,7 @@ class Session:
             shadow_rays=counters["shadow_rays"],
             kernel=self._renderer.kernel,
             threads=self._renderer.threads,
-            effects=tuple(name for name, used in self._core.effects().items() if used),
+            effects=tuple(name for name, used in self._scene.core.effects().items() if used),
             build=_core.build_info(),
         )
         moments = self._renderer.moments
@@ -146,14 +146,14 @@ def origin_of(scene: Scene, strategy: str, biased: bool, seed: int, replicates: 
     )
 
 
-def _make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> tuple[_core.Scene, _core.Renderer]:
+def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
+    """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = _core.Settings(
         **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
     )
     _check_memory(scene)
     try:
-        core = scene.core
-        return core, _core.Renderer(core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
+        return _core.Renderer(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error

@@ -8,22 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from equaltime import _core
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import image_error, pixel_statistics
 from equaltime.errors import NonFiniteSample
 from equaltime.scene import Scene
+from equaltime.session import make_renderer
 from equaltime.strategy import Strategy
 
-__all__ = ["CoreSubject", "core_renderer"]
-
-
-def core_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
-    """Make the core's renderer for a scene and a strategy."""
-    settings = _core.Settings(
-        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
-    )
-    return _core.Renderer(scene.core, settings, seed=seed, threads=threads, replicates=2)
+__all__ = ["CoreSubject"]
 
 
 @dataclass
@@ -55,14 +47,14 @@ class CoreSubject:
         """Build the scene if nobody did, take one sample to warm up, and return the seconds of loading and building."""
         self._scene, self._threads = scene, threads
         if scene.digest not in self._warm:
-            core_renderer(scene, self.strategy, 0, threads).advance(1)
+            make_renderer(scene, self.strategy, 0, threads).advance(1)
             self._warm.add(scene.digest)
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
         """Bring one image to each count of ``ladder``; raises `NonFiniteSample` if a sample was not a number."""
         assert self._scene is not None, "prepare comes first"
-        renderer = core_renderer(self._scene, self.strategy, seed, self._threads)
+        renderer = make_renderer(self._scene, self.strategy, seed, self._threads)
         wall = cpu = 0.0
         for spp in ladder:
             wall_before, cpu_before = time.perf_counter(), time.process_time()

@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
-from equaltime.cost.core_subject import core_renderer
 from equaltime.cost.experiment import ReferenceWish
 from equaltime.cost.experiment_reader import with_roulette
 from equaltime.cost.folder import replacing
 from equaltime.cost.metrics import Reference
 from equaltime.errors import ExperimentError, ImageError, NonFiniteSample, Problem
 from equaltime.scene import Scene
+from equaltime.session import make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
@@ -102,7 +102,7 @@ def render(
 ) -> KnownReference:
     """Render two halves alike until their mean has the relative ``error`` (up to 2 % of it), or the time is used up."""
     strategy = with_roulette(Strategy.parse(REFERENCE_STRATEGY), scene)
-    renderers = [core_renderer(scene, strategy, seed, threads) for seed in _SEEDS]
+    renderers = [make_renderer(scene, strategy, seed, threads) for seed in _SEEDS]
     samples, begin = _FIRST_SAMPLES, time.perf_counter()
 
     share = 0.0
