@@ -16,6 +16,8 @@ namespace {
 
 /// Above this many triangles a BVH with spatial splits costs more seconds to build than it is likely to save.
 constexpr std::size_t kHighQualityTriangles = 1'000'000;
+/// Of spheres, of disks and of cylinders: what stands between the meshes and the instances.
+constexpr std::size_t kPrimitiveGroups = 3;
 
 struct DeviceDelete {
   void operator()(RTCDevice d) const noexcept { rtcReleaseDevice(d); }
@@ -65,15 +67,17 @@ RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
   return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
 }
 
-std::optional<double> intersect_primitive(const SphereGeometry& s, const Ray& r) noexcept {
+std::optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept {
   return intersect_sphere(s, r);
 }
-std::optional<double> intersect_primitive(const DiskGeometry& d, const Ray& r) noexcept { return intersect_disk(d, r); }
-std::optional<double> intersect_primitive(const CylinderGeometry& c, const Ray& r) noexcept {
+std::optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept { return intersect_disk(d, r); }
+std::optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
   return intersect_cylinder(c, r);
 }
 
-Ray to_ray(const RTCRay& r) noexcept { return {{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar}; }
+RayD to_ray(const RTCRay& r) noexcept {
+  return RayD(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar});
+}
 
 /// Written as three 16-byte stores, which is how Embree reads it back: narrower stores would not be forwarded.
 void write(RTCRay& r, Vec3f o, Vec3f d, float t_max) noexcept {
@@ -99,6 +103,7 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   query.ray.tfar = static_cast<float>(*t);
   query.hit.geomID = args->geomID;
   query.hit.primID = args->primID;
+  query.hit.instID[0] = args->context->instID[0];
 }
 
 template <class Primitive>
@@ -113,17 +118,29 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
 
 struct Accel::Impl {
   Geometries geometries;
+  std::vector<Geometries> groups;
   std::atomic<std::int64_t> memory{0};
   Device device;
-  EmbreeScene scene;
+  std::vector<EmbreeScene> group_scenes;
+  EmbreeScene scene;  // of all
 
-  void add_mesh(TriangleMesh& mesh, RTCBuildQuality quality);
+  EmbreeScene build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances);
+
+ private:
+  void attach(RTCScene to, RTCGeometry geometry) const;
+  void add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) const;
   template <class Primitive>
-  void add_group(std::vector<Primitive>& primitives);
-  void build(Intersection mode);
+  void add_primitives(RTCScene to, std::vector<Primitive>& primitives) const;
+  void add_instance(RTCScene to, const InstanceGeometry& instance) const;
 };
 
-void Accel::Impl::add_mesh(TriangleMesh& mesh, RTCBuildQuality quality) {
+void Accel::Impl::attach(RTCScene to, RTCGeometry geometry) const {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(to, geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) const {
   const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   const std::size_t count = mesh.vertices.size();
   mesh.vertices.emplace_back();  // Embree reads 16 bytes at every vertex of 12: the last needs some to spare
@@ -132,50 +149,59 @@ void Accel::Impl::add_mesh(TriangleMesh& mesh, RTCBuildQuality quality) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                              sizeof(Triangle), mesh.triangles.size());
   rtcSetGeometryBuildQuality(geometry, quality);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene.get(), geometry);
-  rtcReleaseGeometry(geometry);
+  attach(to, geometry);
 }
 
 template <class Primitive>
-void Accel::Impl::add_group(std::vector<Primitive>& primitives) {
+void Accel::Impl::add_primitives(RTCScene to, std::vector<Primitive>& primitives) const {
   const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(primitives.size()));
   rtcSetGeometryUserData(geometry, &primitives);
   rtcSetGeometryBoundsFunction(geometry, bounds_callback<Primitive>, nullptr);
   rtcSetGeometryIntersectFunction(geometry, intersect_callback<Primitive>);
   rtcSetGeometryOccludedFunction(geometry, occluded_callback<Primitive>);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene.get(), geometry);
-  rtcReleaseGeometry(geometry);
+  attach(to, geometry);
 }
 
-void Accel::Impl::build(Intersection mode) {
-  device = new_device();
+void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) const {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, group_scenes[instance.group].get());
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, instance.to_world.data());
+  attach(to, geometry);
+}
+
+EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances) {
+  EmbreeScene made(rtcNewScene(device.get()));
+  rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  std::size_t triangles = 0;
+  for (const TriangleMesh& mesh : all.meshes) triangles += mesh.triangles.size();
+  const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+  rtcSetSceneBuildQuality(made.get(), quality);
+  for (TriangleMesh& mesh : all.meshes) add_mesh(made.get(), mesh, quality);
+  add_primitives(made.get(), all.spheres);
+  add_primitives(made.get(), all.disks);
+  add_primitives(made.get(), all.cylinders);
+  for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
+  rtcCommitScene(made.get());
+  check(device.get(), "building the scene");
+  return made;
+}
+
+Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> groups,
+             const std::vector<InstanceGeometry>& instances)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->geometries = std::move(geometries);
+  impl_->groups = std::move(groups);
+  impl_->device = new_device();
   rtcSetDeviceMemoryMonitorFunction(
-      device.get(),
+      impl_->device.get(),
       [](void* total, ssize_t bytes, bool) {
         *static_cast<std::atomic<std::int64_t>*>(total) += bytes;
         return true;
       },
-      &memory);
-  scene.reset(rtcNewScene(device.get()));
-  rtcSetSceneFlags(scene.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-  std::size_t triangles = 0;
-  for (const TriangleMesh& mesh : geometries.meshes) triangles += mesh.triangles.size();
-  const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
-  rtcSetSceneBuildQuality(scene.get(), quality);
-  for (TriangleMesh& mesh : geometries.meshes) add_mesh(mesh, quality);
-  add_group(geometries.spheres);
-  add_group(geometries.disks);
-  add_group(geometries.cylinders);
-  rtcCommitScene(scene.get());
-  check(device.get(), "building the scene");
-}
-
-Accel::Accel(Geometries geometries, Intersection mode) : impl_(std::make_unique<Impl>()) {
-  impl_->geometries = std::move(geometries);
-  impl_->build(mode);
+      &impl_->memory);
+  for (Geometries& group : impl_->groups) impl_->group_scenes.push_back(impl_->build(group, mode, {}));
+  impl_->scene = impl_->build(impl_->geometries, mode, instances);
 }
 Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
@@ -194,6 +220,21 @@ Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, f
   return PrimitiveId{query.hit.geomID, query.hit.primID};
 }
 
+Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query;
+  write(query.ray, ray.origin, ray.direction, ray.t_max);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene.get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const PrimitiveId id{query.hit.geomID, query.hit.primID};
+  if (query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) return InstancedId{kNotInstanced, id};
+  const auto before = static_cast<std::uint32_t>(impl_->geometries.meshes.size() + kPrimitiveGroups);
+  return InstancedId{query.hit.instID[0] - before, id};
+}
+
 bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -204,6 +245,7 @@ bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz,
 }
 
 const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }
+const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
 std::size_t Accel::memory_bytes() const noexcept {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load()));
 }

@@ -2,6 +2,7 @@
 // Embree's BVH). The only place that knows Embree. Immutable once built and safe to query from any number of threads.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -27,12 +28,27 @@ struct Geometries {
   std::vector<CylinderGeometry> cylinders;
 };
 
+/// A group of geometries that is seen once more. Its own space is taken to that of all by a 3x4 matrix, column by
+/// column: exactly this one, in float32.
+struct InstanceGeometry {
+  std::uint32_t group;
+  std::array<float, 12> to_world;
+};
+
+/// Which primitive was hit, and in which instance of its group; kNotInstanced if it is in none.
+struct InstancedId {
+  std::uint32_t instance;
+  PrimitiveId id;
+};
+inline constexpr std::uint32_t kNotInstanced = ~std::uint32_t{0};
+
 /// Robust is watertight at shared edges; fast trades that for speed, and is a named choice.
 enum class Intersection : std::uint8_t { robust, fast };
 
 class Accel {
  public:
-  explicit Accel(Geometries geometries, Intersection mode = Intersection::robust);
+  explicit Accel(Geometries geometries, Intersection mode = Intersection::robust, std::vector<Geometries> groups = {},
+                 const std::vector<InstanceGeometry>& instances = {});
   ~Accel();
   Accel(Accel&&) noexcept;
   Accel& operator=(Accel&&) noexcept;
@@ -42,12 +58,15 @@ class Accel {
     const auto& [o, d, t_max] = ray;
     return intersect(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
+  /// The same where there are instances.
+  [[nodiscard]] Optional<InstancedId> intersect_instances(const Ray& ray) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray) const noexcept {
     const auto& [o, d, t_max] = ray;
     return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
 
   [[nodiscard]] const Geometries& geometries() const noexcept;
+  [[nodiscard]] const std::vector<Geometries>& groups() const noexcept;
   /// The acceleration structure's own memory as Embree reports it, without the primitives.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

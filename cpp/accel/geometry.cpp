@@ -35,36 +35,35 @@ std::optional<std::pair<double, double>> meet_ball(const Vec3d& oc, const Vec3d&
 
 }  // namespace
 
-std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept {
-  const auto meetings = meet_ball(Vec3d(ray.origin) - sphere.center, Vec3d(ray.direction), sphere.radius);
+std::optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept {
+  const auto meetings = meet_ball(ray.origin - sphere.center, ray.direction, sphere.radius);
   if (!meetings) return std::nullopt;
   const auto [t0, t1] = *meetings;
-  const double t_max = ray.t_max;
-  if (t0 > 0) return t0 < t_max ? std::optional(t0) : std::nullopt;
-  if (t1 > 0 && t1 < t_max) return t1;
+  if (t0 > 0) return t0 < ray.t_max ? std::optional(t0) : std::nullopt;
+  if (t1 > 0 && t1 < ray.t_max) return t1;
   return std::nullopt;
 }
 
-std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) noexcept {
-  const Vec3d d(ray.direction);
-  const Vec3d to_center = disk.center - Vec3d(ray.origin);
+std::optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexcept {
+  const Vec3d& d = ray.direction;
+  const Vec3d to_center = disk.center - ray.origin;
   const double cosine = dot(disk.normal, d);
   if (cosine == 0) return std::nullopt;
   const double t = dot(disk.normal, to_center) / cosine;
-  if (!(t > 0 && t < static_cast<double>(ray.t_max))) return std::nullopt;
+  if (!(t > 0 && t < ray.t_max)) return std::nullopt;
   const Vec3d r = d * t - to_center;
   if (square(dot(disk.inv_u, r)) + square(dot(disk.inv_v, r)) > 1) return std::nullopt;
   return t;
 }
 
-std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const Ray& ray) noexcept {
-  const Vec3d d(ray.direction), oc = Vec3d(ray.origin) - cylinder.base;
+std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept {
+  const Vec3d &d = ray.direction, oc = ray.origin - cylinder.base;
   const double rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
   const auto meetings = meet_ball(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
   if (!meetings) return std::nullopt;
   for (const double t : {meetings->first, meetings->second}) {
     const double height = start + rise * t;
-    if (t > 0 && t < static_cast<double>(ray.t_max) && height >= 0 && height <= cylinder.length) return t;
+    if (t > 0 && t < ray.t_max && height >= 0 && height <= cylinder.length) return t;
   }
   return std::nullopt;
 }

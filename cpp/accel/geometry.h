@@ -47,8 +47,8 @@ struct Barycentric {
 
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
-[[nodiscard]] std::optional<double> intersect_sphere(const SphereGeometry& sphere, const Ray& ray) noexcept;
-[[nodiscard]] std::optional<double> intersect_disk(const DiskGeometry& disk, const Ray& ray) noexcept;
-[[nodiscard]] std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const Ray& ray) noexcept;
+[[nodiscard]] std::optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept;
+[[nodiscard]] std::optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexcept;
+[[nodiscard]] std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept;
 
 }  // namespace equaltime

@@ -157,6 +157,23 @@ void bind_builder(py::module_& m) {
           "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
           "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
       .def(
+          "add_group",
+          [](D& d, std::uint32_t first) {
+            if (first > d.shapes.size()) throw py::value_error("a group begins with a shape that was added");
+            GroupDescription group;
+            const auto begin = d.shapes.begin() + first;
+            group.shapes.assign(std::make_move_iterator(begin), std::make_move_iterator(d.shapes.end()));
+            d.shapes.erase(begin, d.shapes.end());
+            return append(d.groups, std::move(group));
+          },
+          "first_shape"_a, "Make the shapes from this one on a group, which is seen where instances put it.")
+      .def(
+          "add_instance",
+          [](D& d, std::uint32_t group, const ArrayD& t) {
+            return append(d.shapes, InstanceDescription{group, transform(t)});
+          },
+          "group"_a, "to_world"_a)
+      .def(
           "add_point_light",
           [](D& d, const Triple& p, const Triple& i) {
             return append(d.point_lights, PointLightDescription{vec(p), vec(i)});
@@ -229,6 +246,7 @@ void bind_scene(py::module_& m) {
       .def("effects", [](const Scene& s) { return effects_dict(derive_effects(s)); })
       .def_property_readonly("shapes", [](const Scene& s) { return s.surfaces.size(); })
       .def_property_readonly("triangles", &Scene::triangle_count)
+      .def_property_readonly("instances", [](const Scene& s) { return s.instances.size(); })
       .def_property_readonly("dropped_triangles", [](const Scene& s) { return s.dropped_triangles; })
       .def_property_readonly("lights", [](const Scene& s) { return s.lights.size(); })
       .def_property_readonly("memory_bytes", &Scene::memory_bytes)

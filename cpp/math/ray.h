@@ -13,4 +13,14 @@ struct Ray {
   float t_max = kInfinity;
 };
 
+/// The same in float64: where exactly a surface is met.
+struct RayD {
+  RayD(const Vec3d& o, const Vec3d& d, double most) noexcept : origin(o), direction(d), t_max(most) {}
+  explicit RayD(const Ray& ray) noexcept
+      : origin(ray.origin), direction(ray.direction), t_max(static_cast<double>(ray.t_max)) {}
+
+  Vec3d origin, direction;
+  double t_max;
+};
+
 }  // namespace equaltime

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "scene/build_lights.h"
+#include "scene/build_meshes.h"
 #include "scene/scene.h"
 
 namespace equaltime {
@@ -15,25 +17,6 @@ constexpr double kOrthogonal = 1e-6;
 
 Vec3f to_float(const Vec3d& v) noexcept { return Vec3f(v); }
 
-/// How the point moves with u on each triangle; without usable uvs, what Frame makes of the normal, as Mitsuba does.
-std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector<std::array<double, 2>>& uvs) {
-  std::vector<Vec3f> tangents;
-  tangents.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3d e1 = Vec3d(mesh.vertices[b]) - Vec3d(mesh.vertices[a]);
-    const Vec3d e2 = Vec3d(mesh.vertices[c]) - Vec3d(mesh.vertices[a]);
-    Vec3d tangent;
-    if (!uvs.empty()) {
-      const double u1 = uvs[b][0] - uvs[a][0], v1 = uvs[b][1] - uvs[a][1];
-      const double u2 = uvs[c][0] - uvs[a][0], v2 = uvs[c][1] - uvs[a][1];
-      tangent = (e1 * v2 - e2 * v1) * (u1 * v2 - u2 * v1);
-    }
-    const double norm = length(tangent);
-    tangents.push_back(to_float(norm > 0 ? tangent / norm : FrameD::from_normal(normalize(cross(e1, e2))).s));
-  }
-  return tangents;
-}
-
 void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept {
   const FrameD axes = FrameD::from_tangent(axis, meridian);
   surface.azimuth[0] = to_float(axes.s);
@@ -42,14 +25,11 @@ void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, boo
 
 class Builder {
  public:
-  explicit Builder(SceneDescription& d) : description_(d), normalization_(d) {}
+  explicit Builder(SceneDescription& d) : description_(d), normalization_(d), space_(normalization_) {}
 
   Scene build(Intersection mode);
 
  private:
-  [[noreturn]] static void fail(std::size_t shape, const std::string& what) {
-    throw std::invalid_argument("shape " + std::to_string(shape) + ": " + what);
-  }
   static double orientation(const Transform& t) noexcept { return dot(cross(t.column(0), t.column(1)), t.column(2)); }
 
   std::uint32_t add_surface(const SurfaceDescription& d, bool flipped);
@@ -58,19 +38,26 @@ class Builder {
   void add(std::size_t index, DiskDescription& disk);
   void add(std::size_t index, SphereDescription& sphere);
   void add(std::size_t index, CylinderDescription& cylinder);
+  void add(std::size_t index, InstanceDescription& instance);
+  SetOfShapes add_set(std::vector<ShapeDescription>& shapes);
+  void add_groups();
   void add_mesh(std::size_t shape, TriangleMesh mesh);
-  static std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);
   [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
   void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
   Lights make_lights();
-  std::vector<MeshView> view_meshes(const Accel& accel) const;
+  std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top) const;
 
   SceneDescription& description_;
   Normalization normalization_;
+  Normalization space_;  // that of the set being built
   std::vector<Texture> textures_;
   std::vector<Material> materials_;
   std::vector<Surface> surfaces_;
-  Geometries geometries_;
+  Geometries geometries_;  // of the set being built
+  std::vector<Normalization> group_spaces_;
+  std::vector<SetOfShapes> group_sets_;
+  std::vector<Geometries> groups_;
+  std::vector<InstanceDescription> instances_;
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
   std::vector<AreaLight> area_lights_;
   std::size_t dropped_triangles_ = 0;
@@ -100,20 +87,9 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
   planes.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
-  surfaces_[shape].mesh = static_cast<std::uint32_t>(geometries_.meshes.size());
+  surfaces_[shape].mesh = static_cast<std::uint32_t>(mesh_shapes_.size());
   mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
   geometries_.meshes.push_back(std::move(mesh));
-}
-
-std::vector<Point2f> Builder::float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs) {
-  std::vector<Point2f> out;
-  out.reserve(uvs.size());
-  for (const auto& [u, v] : uvs) {
-    out.push_back({static_cast<float>(u), static_cast<float>(v)});
-    if (!std::isfinite(out.back().x) || !std::isfinite(out.back().y))
-      fail(shape, "texture coordinate " + std::to_string(out.size() - 1) + " is not finite in single precision");
-  }
-  return out;
 }
 
 void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped) {
@@ -127,25 +103,8 @@ void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bo
 }
 
 void Builder::add(std::size_t index, MeshDescription& mesh) {
-  TriangleMesh out;
-  out.vertices.reserve(mesh.vertices.size() + 1);
-  for (const Vec3d& v : mesh.vertices) {
-    if (!is_finite(v)) fail(index, "vertex " + std::to_string(out.vertices.size()) + " is not finite");
-    out.vertices.push_back(to_float(normalization_.point(v)));
-  }
-  if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size())
-    fail(index, "a mesh has as many normals as vertices, or none");
-  if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
-    fail(index, "a mesh has as many uvs as vertices, or none");
-  const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
-  const auto degenerate = [&](const Triangle& t) {
-    for (const std::uint32_t i : t)
-      if (i >= count) fail(index, "vertex index " + std::to_string(i) + " of " + std::to_string(count) + " vertices");
-    const Vec3d a(out.vertices[t[0]]);
-    return length_squared(cross(Vec3d(out.vertices[t[1]]) - a, Vec3d(out.vertices[t[2]]) - a)) == 0;
-  };
-  out.triangles = std::move(mesh.triangles);
-  dropped_triangles_ += std::erase_if(out.triangles, degenerate);
+  TriangleMesh out = placed_mesh(index, mesh, space_);
+  dropped_triangles_ += drop_degenerate(index, out);
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
@@ -159,7 +118,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   TriangleMesh out;
   for (const auto& [x, y] : {std::pair{-1, -1}, std::pair{1, -1}, std::pair{1, 1}, std::pair{-1, 1}})
     out.vertices.push_back(
-        to_float(normalization_.point(r.to_world.point({static_cast<double>(x), static_cast<double>(y), 0}))));
+        to_float(space_.point(r.to_world.point({static_cast<double>(x), static_cast<double>(y), 0}))));
   out.triangles = {{0, 1, 2}, {0, 2, 3}};
   const Vec3d corner(out.vertices[0]);
   const Vec3d edge_x = Vec3d(out.vertices[1]) - corner, edge_y = Vec3d(out.vertices[3]) - corner;
@@ -178,8 +137,8 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
 }
 
 void Builder::add(std::size_t index, DiskDescription& d) {
-  const Vec3d center = normalization_.point(d.to_world.column(3));
-  const double scale = normalization_.length(1);
+  const Vec3d center = space_.point(d.to_world.column(3));
+  const double scale = space_.length(1);
   const Vec3d u = d.to_world.column(0) * scale, v = d.to_world.column(1) * scale;
   const Vec3d scaled_normal = cross(u, v);
   const double area = length(scaled_normal);
@@ -198,8 +157,8 @@ void Builder::add(std::size_t index, DiskDescription& d) {
 void Builder::add(std::size_t index, SphereDescription& s) {
   if (!(s.radius > 0) || !std::isfinite(s.radius) || !is_finite(s.center))
     fail(index, "a sphere needs a finite centre and a positive radius");
-  const Vec3d center = normalization_.point(s.center);
-  const double radius = normalization_.length(s.radius);
+  const Vec3d center = space_.point(s.center);
+  const double radius = space_.length(s.radius);
   geometries_.spheres.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
   surface.pole = to_float(s.pole);
@@ -212,8 +171,8 @@ void Builder::add(std::size_t index, SphereDescription& s) {
 }
 
 void Builder::add(std::size_t index, CylinderDescription& c) {
-  const Vec3d base = normalization_.point(c.base), axis = normalization_.point(c.end) - base;
-  const double height = length(axis), radius = normalization_.length(c.radius);
+  const Vec3d base = space_.point(c.base), axis = space_.point(c.end) - base;
+  const double height = length(axis), radius = space_.length(c.radius);
   if (!(height > 0) || !(radius > 0) || !std::isfinite(height) || !std::isfinite(radius))
     fail(index, "a cylinder needs two finite ends that differ, and a positive radius");
   const CylinderGeometry cylinder{base, axis / height, height, radius};
@@ -227,17 +186,46 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   cylinder_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
 
-std::vector<MeshView> Builder::view_meshes(const Accel& accel) const {
-  std::vector<MeshView> views;
-  for (std::size_t i = 0; i < mesh_shapes_.size(); ++i) {
-    const TriangleMesh& mesh = accel.geometries().meshes[i];
-    const Surface& surface = surfaces_[mesh_shapes_[i]];
-    views.push_back({mesh.triangles.data(), mesh.vertices.data(), surface.planes.data(),
-                     surface.normals.empty() ? nullptr : surface.normals.data(),
-                     surface.tangents.empty() ? nullptr : surface.tangents.data(),
-                     surface.uvs.empty() ? nullptr : surface.uvs.data(), surface.textured, mesh_shapes_[i],
-                     surface.flipped});
+void Builder::add(std::size_t index, InstanceDescription& instance) {
+  if (instance.group >= description_.groups.size()) fail(index, "an instance of no group");
+  const double size = std::abs(orientation(instance.to_world));
+  if (!(size > 0) || !std::isfinite(size) || !is_finite(instance.to_world.column(3)))
+    fail(index, "to_world of an instance must be finite and have an inverse");
+  surfaces_.emplace_back();
+  instances_.push_back(instance);
+}
+
+/// Adds shapes to the set being built, and returns where they are.
+SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
+  const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+  SetOfShapes set{count(mesh_shapes_), 0, count(sphere_shapes_), count(disk_shapes_), count(cylinder_shapes_)};
+  for (ShapeDescription& shape : shapes)
+    std::visit([&](auto& s) { add(surfaces_.size(), s); }, shape);
+  set.mesh_count = count(mesh_shapes_) - set.first_mesh;
+  return set;
+}
+
+void Builder::add_groups() {
+  for (GroupDescription& group : description_.groups) {
+    space_ = group_spaces_.emplace_back(group);
+    const std::size_t lights = area_lights_.size(), instances = instances_.size(), first = surfaces_.size();
+    group_sets_.push_back(add_set(group.shapes));
+    if (area_lights_.size() > lights) fail(first, "the shapes of a group cannot emit");
+    if (instances_.size() > instances) fail(first, "a group cannot hold instances");
+    groups_.push_back(std::exchange(geometries_, {}));
   }
+}
+
+std::vector<MeshView> Builder::view_meshes(const Accel& accel, const SetOfShapes& top) const {
+  std::vector<MeshView> views;
+  const auto add = [&](const SetOfShapes& set, const Geometries& all) {
+    for (std::uint32_t i = 0; i < set.mesh_count; ++i) {
+      const std::uint32_t shape = mesh_shapes_[set.first_mesh + i];
+      views.push_back(view_of(all.meshes[i], surfaces_[shape], shape));
+    }
+  };
+  add(top, accel.geometries());
+  for (std::size_t i = 0; i < group_sets_.size(); ++i) add(group_sets_[i], accel.groups()[i]);
   return views;
 }
 
@@ -252,15 +240,20 @@ Scene Builder::build(Intersection mode) {
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_);
   surfaces_.reserve(description_.shapes.size());
-  for (std::size_t i = 0; i < description_.shapes.size(); ++i)
-    std::visit([&](auto& shape) { add(i, shape); }, description_.shapes[i]);
+  const SetOfShapes top = add_set(description_.shapes);
+  Geometries own = std::exchange(geometries_, {});
+  add_groups();
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
-  Accel accel(std::move(geometries_), mode);
-  std::vector<MeshView> views = view_meshes(accel);
+  const std::vector<InstanceGeometry> placed = place_instances(instances_, group_spaces_, normalization_);
+  Accel accel(std::move(own), mode, std::move(groups_), placed);
+  std::vector<MeshView> views = view_meshes(accel, top);
   return {normalization_,
           std::move(accel),
           std::move(surfaces_),
+          top,
+          std::move(group_sets_),
+          std::vector<Instance>(placed.begin(), placed.end()),
           std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),

@@ -99,8 +99,17 @@ struct CylinderDescription {  // a tube without caps, front outwards
   Vec3d meridian{1, 0, 0};  // where azimuth is 0
   bool mirrored = false;    // azimuth runs the other way round
 };
-using ShapeDescription =
-    std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription, CylinderDescription>;
+/// A group of shapes, once more: to_world takes its space to the scene's.
+struct InstanceDescription {
+  std::uint32_t group = 0;
+  Transform to_world;
+};
+using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription,
+                                      CylinderDescription, InstanceDescription>;
+/// Shapes that are seen where instances put them, and nowhere else. They do not emit, and none of them is an instance.
+struct GroupDescription {
+  std::vector<ShapeDescription> shapes;
+};
 
 // --- Emitters that are not surfaces -------------------------------------------------------------------------------
 
@@ -163,6 +172,7 @@ struct SceneDescription {
   std::vector<TextureDescription> textures;
   std::vector<TextureBinding> bindings;
   std::vector<ShapeDescription> shapes;
+  std::vector<GroupDescription> groups;
   std::vector<PointLightDescription> point_lights;
   std::vector<SpotLightDescription> spot_lights;
   std::vector<DirectionalLightDescription> directional_lights;

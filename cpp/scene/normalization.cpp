@@ -44,13 +44,35 @@ void include_shape(Bounds& b, const CylinderDescription& c) {
   }
 }
 
+/// Of shapes; `groups` has the bounds of what their instances repeat.
+Bounds bounds_of(const std::vector<ShapeDescription>& shapes, const std::vector<Bounds>& groups) {
+  Bounds all;
+  for (const ShapeDescription& shape : shapes) {
+    const auto* instance = std::get_if<InstanceDescription>(&shape);
+    if (instance == nullptr) {
+      std::visit(
+          [&](const auto& s) {
+            if constexpr (requires { include_shape(all, s); }) include_shape(all, s);
+          },
+          shape);
+    } else if (instance->group < groups.size() && !groups[instance->group].empty()) {
+      const Bounds& b = groups[instance->group];
+      for (const double x : {b.lo.x, b.hi.x})
+        for (const double y : {b.lo.y, b.hi.y})
+          for (const double z : {b.lo.z, b.hi.z}) all.include(instance->to_world.point({x, y, z}));
+    }
+  }
+  return all;
+}
+
 /// The largest value that any emitter's radiance takes, or a directional light's irradiance, in the user's units.
 double brightest(const SceneDescription& d) {
   double most = 0;
   for (const ShapeDescription& shape : d.shapes)
     std::visit(
         [&](const auto& s) {
-          if (s.surface.radiance) most = std::max(most, max_component(*s.surface.radiance));
+          if constexpr (requires { s.surface; })
+            if (s.surface.radiance) most = std::max(most, max_component(*s.surface.radiance));
         },
         shape);
   for (const DirectionalLightDescription& light : d.directional_lights)
@@ -69,18 +91,28 @@ Spectrum scaled(const Vec3d& v, double s) noexcept {
 
 }  // namespace
 
-Normalization::Normalization(const SceneDescription& description) {
-  Bounds world;
-  for (const ShapeDescription& shape : description.shapes)
-    std::visit([&](const auto& s) { include_shape(world, s); }, shape);
-  const Vec3d camera = placement(description.sensor).column(3);
-  origin_ = world.empty() ? camera : max(world.lo, min(world.hi, camera));
+void Normalization::fit(const Bounds& world) {
   const double extent = world.empty() ? 0 : max_component(world.extent());
   if (extent > 0) length_scale_ = std::ldexp(1.0, kExtentExponent - exponent_of(extent));
   if (!world.empty()) {
     bounds_.include(point(world.lo));
     bounds_.include(point(world.hi));
   }
+}
+
+Normalization::Normalization(const GroupDescription& group) {
+  const Bounds own = bounds_of(group.shapes, {});
+  if (!own.empty()) origin_ = own.center();
+  fit(own);
+}
+
+Normalization::Normalization(const SceneDescription& description) {
+  std::vector<Bounds> groups;
+  for (const GroupDescription& group : description.groups) groups.push_back(bounds_of(group.shapes, {}));
+  const Bounds world = bounds_of(description.shapes, groups);
+  const Vec3d camera = placement(description.sensor).column(3);
+  origin_ = world.empty() ? camera : max(world.lo, min(world.hi, camera));
+  fit(world);
   double most = brightest(description);
   const auto seen_across_the_scene = [&](const Vec3d& intensity) {
     return max_component(intensity) * square(length_scale_ / std::ldexp(1.0, kExtentExponent));

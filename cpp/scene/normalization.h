@@ -15,6 +15,8 @@ class Normalization {
  public:
   Normalization() = default;
   explicit Normalization(const SceneDescription& description);
+  /// Of a group's own space: its origin is the middle of its shapes.
+  explicit Normalization(const GroupDescription& group);
 
   [[nodiscard]] Vec3d point(const Vec3d& world) const noexcept { return (world - origin_) * length_scale_; }
   [[nodiscard]] double length(double world) const noexcept { return world * length_scale_; }
@@ -29,6 +31,9 @@ class Normalization {
   [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }
 
  private:
+  /// Scale and bounds, once the origin is known.
+  void fit(const Bounds& world);
+
   Vec3d origin_{};
   double length_scale_ = 1;
   double radiance_scale_ = 1;

@@ -43,14 +43,19 @@ float Scene::passing(std::uint32_t index, const Interaction& it) const noexcept 
 
 std::size_t Scene::triangle_count() const noexcept {
   std::size_t n = 0;
-  for (const TriangleMesh& mesh : accel.geometries().meshes) n += mesh.triangles.size();
+  for (const Surface& surface : surfaces) n += surface.planes.size();
   return n;
 }
 
 std::size_t Scene::memory_bytes() const noexcept {
   std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
-  for (const TriangleMesh& mesh : accel.geometries().meshes)
-    bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+  const auto add = [&bytes](const Geometries& all) {
+    for (const TriangleMesh& mesh : all.meshes)
+      bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+  };
+  add(accel.geometries());
+  for (const Geometries& group : accel.groups()) add(group);
+  bytes += instances.size() * sizeof(Instance);
   for (const Surface& surface : surfaces)
     bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f) +
              surface.uvs.size() * sizeof(Point2f);

@@ -7,7 +7,7 @@
 
 #include "accel/accel.h"
 #include "math/optional.h"
-#include "scene/interaction.h"
+#include "scene/instance.h"
 #include "scene/lights.h"
 #include "scene/material.h"
 #include "scene/normalization.h"
@@ -17,24 +17,15 @@
 
 namespace equaltime {
 
-/// All that shading needs of one of the accel's meshes, one step away: views into the scene's own arrays.
-struct MeshView {
-  const Triangle* triangles;
-  const Vec3f* vertices;
-  const TrianglePlane* planes;
-  const Vec3f* normals;   // null: flat
-  const Vec3f* tangents;  // one a triangle; null: no BSDF looks at them
-  const Point2f* uvs;     // null: none, or no texture looks at them
-  bool textured;
-  std::uint32_t shape;
-  bool flipped;
-};
-
 struct Scene {
   Normalization normalization;
   Accel accel;
-  std::vector<Surface> surfaces;  // one a shape, in the order of the description
-  std::vector<MeshView> meshes;   // one a mesh of accel (rectangles are meshes of two triangles)
+  std::vector<Surface> surfaces;  // one a shape, in the order of the description; those of groups come after all others
+  // Primitives, first what stands in the scene itself, then group by group (rectangles are meshes of two triangles).
+  SetOfShapes top;
+  std::vector<SetOfShapes> groups;
+  std::vector<Instance> instances;
+  std::vector<MeshView> meshes;
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
   std::vector<std::uint32_t> cylinder_shapes;
@@ -49,6 +40,13 @@ struct Scene {
   /// The nearest surface that the ray meets. E prunes kinds of shapes that the scene cannot hold.
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Ray& ray) const noexcept;
+  /// The same where there are instances.
+  template <auto E>
+  [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_instances(const Ray& ray) const noexcept;
+  /// Where the ray, in the space of a set, meets a primitive of it.
+  template <auto E>
+  [[nodiscard]] detail::Met meet(const SetOfShapes& set, const Geometries& all, const PrimitiveId& id,
+                                 const RayD& ray) const noexcept;
 
   /// Material on the side that the interaction is on; kNone where that side absorbs.
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
@@ -83,125 +81,47 @@ struct Scene {
 /// range.
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
-namespace detail {
-
-/// A point met by a ray, before it is known from which side.
-struct Met {
-  SurfaceAnchor anchor;
-  Vec3f shading_normal;
-  Vec3f tangent;  // of any length; zero where none matters
-  std::uint32_t shape, primitive;
-  bool flipped, smooth;
-  Point2f place;
-};
-
-/// The interaction on the side that the ray, whose direction is unit, came from.
-template <auto E>
-[[nodiscard]] EQUALTIME_INLINE Interaction face(const Met& met, const Ray& ray) noexcept {
-  const float side = dot(ray.direction, met.anchor.n) > 0 ? -1.0F : 1.0F;
-  const Vec3f ns = met.shading_normal * side;
-  Frame frame;
-  if constexpr (E.anisotropy)
-    frame = Frame::from_tangent(ns, met.tangent);
-  else
-    frame = Frame::from_normal(ns);
-  SurfaceAnchor anchor{met.anchor.p, met.anchor.n * side, met.anchor.offset};
-  return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place};
-}
-
-/// Azimuth and polar angle, in whole turns and half turns.
-[[nodiscard]] Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept;
-/// Azimuth, in turns, and height, from 0 at the base to 1.
-[[nodiscard]] Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexcept;
-/// Distance from the centre, in radii, and azimuth, in turns.
-[[nodiscard]] Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept;
-
-template <auto E>
-[[nodiscard]] Interaction on_sphere(const SphereGeometry& sphere, const Surface& surface, const Ray& ray,
-                                    std::uint32_t shape) noexcept {
-  const double t = intersect_sphere(sphere, ray).value_or(0);
-  const Vec3d n = normalize(Vec3d(ray.origin) + Vec3d(ray.direction) * t - sphere.center);
-  const Vec3f nf(n), p(sphere.center + n * sphere.radius);
-  Met met{{p, nf, point_offset(p, nf)}, nf, cross(surface.pole, nf), shape, 0, surface.flipped, false, {}};
-  if constexpr (E.textures)
-    if (surface.textured) met.place = sphere_uv(surface, nf);
-  return face<E>(met, ray);
-}
-
-template <auto E>
-[[nodiscard]] Interaction on_disk(const DiskGeometry& disk, const Surface& surface, const Ray& ray,
-                                  std::uint32_t shape) noexcept {
-  const double t = intersect_disk(disk, ray).value_or(0);
-  const Vec3d point = Vec3d(ray.origin) + Vec3d(ray.direction) * t;
-  const Vec3f nf(disk.normal), p(point), radial(point - disk.center);
-  Met met{{p, nf, point_offset(p, nf)}, nf, radial, shape, 0, surface.flipped, false, {}};
-  if constexpr (E.textures)
-    if (surface.textured) met.place = disk_uv(disk, point);
-  return face<E>(met, ray);
-}
-
-template <auto E>
-[[nodiscard]] Interaction on_cylinder(const CylinderGeometry& cylinder, const Surface& surface, const Ray& ray,
-                                      std::uint32_t shape) noexcept {
-  const double t = intersect_cylinder(cylinder, ray).value_or(0);
-  const Vec3d r = Vec3d(ray.origin) + Vec3d(ray.direction) * t - cylinder.base;
-  const double height = dot(r, cylinder.axis);
-  const Vec3d n = normalize(r - cylinder.axis * height);
-  const Vec3f nf(n), p(cylinder.base + cylinder.axis * height + n * cylinder.radius);
-  const Vec3f around(cross(cylinder.axis, n));
-  Met met{{p, nf, point_offset(p, nf)}, nf, around, shape, 0, surface.flipped, false, {}};
-  if constexpr (E.textures)
-    if (surface.textured) met.place = cylinder_uv(surface, nf, height / cylinder.length);
-  return face<E>(met, ray);
-}
-
-template <auto E>
-[[nodiscard]] EQUALTIME_INLINE Interaction on_triangle(const MeshView& mesh, const Ray& ray,
-                                                       std::uint32_t primitive) noexcept {
-  const TrianglePlane& plane = mesh.planes[primitive];
-  Vec3d p = plane.meet(ray);
-  Vec3f n(plane.n);
-  const bool smooth = E.smooth_normals && mesh.normals != nullptr;
-  const bool textured = E.textures && mesh.textured;
-  Vec3f ns = n;
-  Point2f place{};
-  if (smooth || textured) {
-    const Triangle& t = mesh.triangles[primitive];
-    const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
-    const auto [u, v] = barycentric(v0, v1, v2, p);
-    if (smooth) {
-      const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
-      if (length_squared(sum) > 0) ns = normalize(sum);
-    }
-    if (textured) place = {u, v};
-  }
-  Vec3f tangent;
-  if constexpr (E.anisotropy)
-    if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
-  return face<E>({{Vec3f(p), n, plane.offset}, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, place}, ray);
-}
-
-}  // namespace detail
-
 template <auto E>
 EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const noexcept {
+  if constexpr (E.instances)
+    if (!instances.empty()) return intersect_instances<E>(ray);
   Optional<PrimitiveId> hit = accel.intersect(ray);
   if (!hit) return std::nullopt;
+  return detail::face<E>(meet<E>(top, accel.geometries(), *hit, RayD(ray)), ray);
+}
+
+template <auto E>
+Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept {
+  const auto hit = accel.intersect_instances(ray);
+  if (!hit) return std::nullopt;
+  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, accel.geometries(), hit->id, RayD(ray)), ray);
+  const Instance& instance = instances[hit->instance];
+  const std::uint32_t group = instance.group();
+  return detail::face<E>(
+      instance.placed(meet<E>(groups[group], accel.groups()[group], hit->id, instance.to_local(RayD(ray)))), ray);
+}
+
+template <auto E>
+EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, const Geometries& all, const PrimitiveId& id,
+                                         const RayD& ray) const noexcept {
   if constexpr (E.analytic_shapes) {
-    if (hit->geometry >= meshes.size()) {
-      const Geometries& all = accel.geometries();
-      const std::uint32_t i = hit->primitive;
-      switch (hit->geometry - meshes.size()) {
-        case 0:
-          return detail::on_sphere<E>(all.spheres[i], surfaces[sphere_shapes[i]], ray, sphere_shapes[i]);
-        case 1:
-          return detail::on_disk<E>(all.disks[i], surfaces[disk_shapes[i]], ray, disk_shapes[i]);
-        default:
-          return detail::on_cylinder<E>(all.cylinders[i], surfaces[cylinder_shapes[i]], ray, cylinder_shapes[i]);
-      }
+    const std::uint32_t i = id.primitive;
+    if (id.geometry == set.mesh_count) {
+      const std::uint32_t shape = sphere_shapes[set.first_sphere + i];
+      return detail::meet<E>(all.spheres[i], surfaces[shape], ray, shape);
+    }
+    if (id.geometry == set.mesh_count + 1) {
+      const std::uint32_t shape = disk_shapes[set.first_disk + i];
+      return detail::meet<E>(all.disks[i], surfaces[shape], ray, shape);
+    }
+    if (id.geometry > set.mesh_count) {
+      const std::uint32_t shape = cylinder_shapes[set.first_cylinder + i];
+      return detail::meet<E>(all.cylinders[i], surfaces[shape], ray, shape);
     }
   }
-  return detail::on_triangle<E>(meshes[hit->geometry], ray, hit->primitive);
+  std::uint32_t mesh = id.geometry;
+  if constexpr (E.instances) mesh += set.first_mesh;
+  return detail::meet<E>(meshes[mesh], ray, id.primitive);
 }
 
 }  // namespace equaltime

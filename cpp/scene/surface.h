@@ -29,12 +29,11 @@ struct TrianglePlane {
   float offset;
 
   /// The point of the triangle that Embree says is hit: on the ray, and on the plane to float64.
-  [[nodiscard]] EQUALTIME_INLINE Vec3d meet(const Ray& ray) const noexcept {
-    const Vec3d origin(ray.origin), direction(ray.direction);
-    const double slope = dot(direction, n);
+  [[nodiscard]] EQUALTIME_INLINE Vec3d meet(const RayD& ray) const noexcept {
+    const double slope = dot(ray.direction, n);
     // A ray within the plane meets it in no single point: its own origin, which is in the plane, stands for it.
-    const double t = slope != 0 ? (d - dot(origin, n)) / slope : 0.0;
-    return origin + direction * t;
+    const double t = slope != 0 ? (d - dot(ray.origin, n)) / slope : 0.0;
+    return ray.origin + ray.direction * t;
   }
 };
 

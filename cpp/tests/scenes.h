@@ -1,6 +1,7 @@
 // Small scenes for tests of the whole renderer, and a digest of what it made of them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -55,6 +56,14 @@ inline SceneDescription full_room() {
   pyramid.normals = {{-1, 0, 1}, {1, 0, 1}, {0, 0, -1}, {0, 1, 0}};
   pyramid.surface = {2, 0, {}};
   d.shapes.emplace_back(pyramid);
+  GroupDescription group;  // one of each, seen small and skewed, and turned over
+  group.shapes.emplace_back(pyramid);
+  group.shapes.emplace_back(SphereDescription{{0.5, 0, 0}, 0.25, false, {2, 3, {}}});
+  group.shapes.emplace_back(DiskDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 0.5, 0}), false, {0, 0, {}}});
+  group.shapes.emplace_back(CylinderDescription{{0, -0.5, 0}, {0.25, -0.25, 0.25}, 0.125, false, {5, 5, {}}});
+  d.groups.push_back(group);
+  d.shapes.emplace_back(InstanceDescription{0, placed({0.25, 0, 0}, {0, 0.5, 0.125}, {0.125, 0, 0.25}, {0.5, 1, 0})});
+  d.shapes.emplace_back(InstanceDescription{0, placed({-0.25, 0, 0}, {0, 0.25, 0}, {0, 0, 0.5}, {-0.5, 1.25, 0.25})});
   d.point_lights = {{{-0.75, 1.5, 0.5}, {2, 1, 0.5}}};
   d.spot_lights = {{{0.5, 1.75, 0.75}, {-0.5, -1.5, -0.5}, {1, 2, 3}, 25, 10}};
   d.directional_lights = {{{0.25, -1, -0.5}, {0.25, 0.125, 0.5}}, {{0, 0, -1}, {0.125, 0.125, 0}}};
@@ -97,7 +106,7 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     for (std::size_t row = 0; row < 3; ++row)
       for (std::size_t column = 4 - columns; column < 4; ++column) t.m[row][column] *= s;
   };
-  for (ShapeDescription& shape : d.shapes) {
+  const auto scale_shape = [&](ShapeDescription& shape) {
     if (auto* mesh = std::get_if<MeshDescription>(&shape))
       for (Vec3d& v : mesh->vertices) v = v * s;
     if (auto* rectangle = std::get_if<RectangleDescription>(&shape)) scale(rectangle->to_world, 4);
@@ -105,7 +114,10 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     if (auto* sphere = std::get_if<SphereDescription>(&shape)) sphere->center = sphere->center * s, sphere->radius *= s;
     if (auto* tube = std::get_if<CylinderDescription>(&shape))
       tube->base = tube->base * s, tube->end = tube->end * s, tube->radius *= s;
-  }
+    if (auto* instance = std::get_if<InstanceDescription>(&shape)) scale(instance->to_world, 1);
+  };
+  std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
+  for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
   for (SpotLightDescription& light : d.spot_lights)
@@ -129,7 +141,8 @@ inline SceneDescription with_light(SceneDescription d, double s) {
   for (ShapeDescription& shape : d.shapes)
     std::visit(
         [s](auto& any) {
-          if (any.surface.radiance) any.surface.radiance = *any.surface.radiance * s;
+          if constexpr (requires { any.surface; })
+            if (any.surface.radiance) any.surface.radiance = *any.surface.radiance * s;
         },
         shape);
   for (PointLightDescription& light : d.point_lights) light.intensity = light.intensity * s;

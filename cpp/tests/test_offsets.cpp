@@ -6,6 +6,7 @@
 #include <random>
 
 #include "accel/accel.h"
+#include "scene/instance.h"
 #include "scene/interaction.h"
 #include "scene/surface.h"
 #include "tests/check.h"
@@ -132,6 +133,64 @@ int met_ends(float scale_of_offset) {
 TEST("shadow rays between random triangles meet neither end (G17)") { CHECK(met_ends(1) == 0); }
 
 TEST("with the offsets undone, the same shadow rays meet their ends") { CHECK(met_ends(0) > 1000); }
+
+/// A turn, unlike scales and a place: as an instance in normalised space, or far smaller.
+InstanceGeometry random_instance(Random& random) {
+  const Vec3d x = random.direction(), y = normalize(cross(x, random.direction())), z = cross(x, y);
+  const double size = random.log_uniform(-5, 0);
+  const auto scale = [&] { return size * random.log_uniform(-1.5, 0); };
+  // Scaled along its own axes, then turned: rows and columns are both at odd angles.
+  const Vec3d a = random.direction(), b = normalize(cross(a, random.direction())), c = cross(a, b);
+  const double sx = scale(), sy = scale(), sz = scale() * (random.uniform(0, 1) < 0.3 ? -1 : 1);
+  const auto column = [&](double ax, double bx, double cx) { return x * (sx * ax) + y * (sy * bx) + z * (sz * cx); };
+  const Vec3f columns[4] = {Vec3f(column(a.x, b.x, c.x)), Vec3f(column(a.y, b.y, c.y)), Vec3f(column(a.z, b.z, c.z)),
+                            Vec3f(random.direction() * random.log_uniform(-2, 3))};
+  InstanceGeometry geometry{0, {}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    geometry.to_world[3 * i] = columns[i].x;
+    geometry.to_world[3 * i + 1] = columns[i].y;
+    geometry.to_world[3 * i + 2] = columns[i].z;
+  }
+  return geometry;
+}
+
+int instanced_self_hits(double scale_of_offset) {
+  Random random;
+  int hits = 0;
+  for (int i = 0; i < 500; ++i) {
+    TriangleMesh mesh;
+    for (int k = 0; k < 3; ++k) mesh.vertices.push_back(Vec3f(random.direction() * random.log_uniform(0, 3)));
+    mesh.triangles = {{0, 1, 2}};
+    const Vec3d v0(mesh.vertices[0]), e1 = Vec3d(mesh.vertices[1]) - v0, e2 = Vec3d(mesh.vertices[2]) - v0;
+    const TrianglePlane plane = triangle_plane(mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]);
+    const InstanceGeometry geometry = random_instance(random);
+    const Instance instance(geometry);
+    std::vector<Geometries> groups(1);
+    groups[0].meshes.push_back(std::move(mesh));
+    const Accel accel({}, Intersection::robust, std::move(groups), {geometry});
+    for (int r = 0; r < 1000; ++r) {
+      const double s = std::sqrt(random.uniform(0, 1)), u = 1 - s, v = s * random.uniform(0, 1);
+      const detail::Met met = instance.placed({v0 + e1 * u + e2 * v, plane.n, plane.offset, {}, {}, 0, 0, false, false, {}});
+      const Vec3f n(met.n);
+      Vec3d d = random.direction();
+      if (r % 2 == 0) d = d - met.n * (dot(met.n, d) * (1 - random.log_uniform(-5, -3)));
+      const Vec3f direction(normalize(d));
+      const SurfaceAnchor anchor{Vec3f(met.p), n, static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
+      hits += accel.intersect_instances(Ray{anchor.moved(dot(direction, n) > 0), direction}).has_value();
+    }
+  }
+  return hits;
+}
+
+TEST("half a million rays leave random instances without meeting them again") { CHECK(instanced_self_hits(1) == 0); }
+
+TEST("with the offset undone, the same rays do meet them; how small it could be, for the record") {
+  const int hits = instanced_self_hits(0);
+  std::printf("  without offset: %d of half a million\n", hits);
+  CHECK(hits > 1000);
+  for (const double scale : {0.5, 0.25, 0.125, 0.0625})
+    std::printf("  offset x %g: %d self-hits\n", scale, instanced_self_hits(scale));
+}
 
 }  // namespace
 

@@ -32,6 +32,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty() || !scene.cylinder_shapes.empty();
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
+  e.instances = !scene.instances.empty();
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();

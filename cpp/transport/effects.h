@@ -17,6 +17,7 @@ struct Effects {
   bool environment = false;
   bool lens = false;      // the camera is no pinhole: a thin lens, or parallel rays
   bool textures = false;  // parameters of BSDFs that vary over a surface
+  bool instances = false;  // groups of shapes that are seen more than once
   bool masks = false;     // surfaces of several BSDFs or of none: masks, blends, nothing
 
   constexpr bool operator==(const Effects&) const noexcept = default;
@@ -42,6 +43,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::environment, "environment"},
     {&Effects::lens, "lens"},
     {&Effects::textures, "textures"},
+    {&Effects::instances, "instances"},
     {&Effects::masks, "masks"},
 };
 static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");

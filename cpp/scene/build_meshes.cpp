@@ -1,0 +1,101 @@
+#include "scene/build_meshes.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "math/frame.h"
+
+namespace equaltime {
+
+void fail(std::size_t shape, const std::string& what) {
+  throw std::invalid_argument("shape " + std::to_string(shape) + ": " + what);
+}
+
+TriangleMesh placed_mesh(std::size_t index, MeshDescription& mesh, const Normalization& space) {
+  TriangleMesh out;
+  out.vertices.reserve(mesh.vertices.size() + 1);
+  for (const Vec3d& v : mesh.vertices) {
+    if (!is_finite(v)) fail(index, "vertex " + std::to_string(out.vertices.size()) + " is not finite");
+    out.vertices.push_back(Vec3f(space.point(v)));
+  }
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size())
+    fail(index, "a mesh has as many normals as vertices, or none");
+  if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
+    fail(index, "a mesh has as many uvs as vertices, or none");
+  out.triangles = std::move(mesh.triangles);
+  return out;
+}
+
+std::size_t drop_degenerate(std::size_t index, TriangleMesh& mesh) {
+  const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto degenerate = [&](const Triangle& t) {
+    for (const std::uint32_t i : t)
+      if (i >= count) fail(index, "vertex index " + std::to_string(i) + " of " + std::to_string(count) + " vertices");
+    const Vec3d a(mesh.vertices[t[0]]);
+    return length_squared(cross(Vec3d(mesh.vertices[t[1]]) - a, Vec3d(mesh.vertices[t[2]]) - a)) == 0;
+  };
+  return std::erase_if(mesh.triangles, degenerate);
+}
+
+std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector<std::array<double, 2>>& uvs) {
+  std::vector<Vec3f> tangents;
+  tangents.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3d e1 = Vec3d(mesh.vertices[b]) - Vec3d(mesh.vertices[a]);
+    const Vec3d e2 = Vec3d(mesh.vertices[c]) - Vec3d(mesh.vertices[a]);
+    Vec3d tangent;
+    if (!uvs.empty()) {
+      const double u1 = uvs[b][0] - uvs[a][0], v1 = uvs[b][1] - uvs[a][1];
+      const double u2 = uvs[c][0] - uvs[a][0], v2 = uvs[c][1] - uvs[a][1];
+      tangent = (e1 * v2 - e2 * v1) * (u1 * v2 - u2 * v1);
+    }
+    const double norm = length(tangent);
+    tangents.push_back(Vec3f(norm > 0 ? tangent / norm : FrameD::from_normal(normalize(cross(e1, e2))).s));
+  }
+  return tangents;
+}
+
+std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs) {
+  std::vector<Point2f> out;
+  out.reserve(uvs.size());
+  for (const auto& [u, v] : uvs) {
+    out.push_back({static_cast<float>(u), static_cast<float>(v)});
+    if (!std::isfinite(out.back().x) || !std::isfinite(out.back().y))
+      fail(shape, "texture coordinate " + std::to_string(out.size() - 1) + " is not finite in single precision");
+  }
+  return out;
+}
+
+MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t shape) noexcept {
+  return {mesh.triangles.data(),
+          mesh.vertices.data(),
+          surface.planes.data(),
+          surface.normals.empty() ? nullptr : surface.normals.data(),
+          surface.tangents.empty() ? nullptr : surface.tangents.data(),
+          surface.uvs.empty() ? nullptr : surface.uvs.data(),
+          surface.textured,
+          shape,
+          surface.flipped};
+}
+
+std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescription>& instances,
+                                              const std::vector<Normalization>& groups, const Normalization& world) {
+  std::vector<InstanceGeometry> placed;
+  placed.reserve(instances.size());
+  for (const auto& [group, to_world] : instances) {
+    const Normalization& own = groups[group];
+    const double scale = world.length(1) / own.length(1);
+    const Vec3f columns[4] = {Vec3f(to_world.column(0) * scale), Vec3f(to_world.column(1) * scale),
+                              Vec3f(to_world.column(2) * scale),
+                              Vec3f(world.point(to_world.point(own.world_point({}))))};
+    InstanceGeometry& geometry = placed.emplace_back(InstanceGeometry{group, {}});
+    for (std::size_t i = 0; i < 4; ++i) {
+      geometry.to_world[3 * i] = columns[i].x;
+      geometry.to_world[3 * i + 1] = columns[i].y;
+      geometry.to_world[3 * i + 2] = columns[i].z;
+    }
+  }
+  return placed;
+}
+
+}  // namespace equaltime
