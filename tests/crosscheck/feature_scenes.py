@@ -10,6 +10,7 @@ from .scene_parts import (
     at,
     ball,
     box,
+    copies,
     flat,
     floor,
     from_afar,
@@ -147,6 +148,18 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
     "a brushed mesh, PLY": lambda folder: mesh(icosahedron(folder / "mesh.ply", uvs=True), rough("ggx", 0.1, 0.5)),
     "a brushed mesh, OBJ": lambda folder: mesh(
         icosahedron(folder / "mesh.obj", uvs=True), rough("ggx", 0.1, 0.5), face_normals=True
+    ),
+    "instances of a mesh": lambda folder: copies(
+        *(at(-1.2, 0, 0, 0.4, 30), at(0.3, 0.2, 0.5, [0.5, 0.2, 0.3], 60), at(1.4, 0, 0, [-0.4, 0.4, 0.4], 10)),
+        mesh={"type": "ply", "filename": str(icosahedron(folder / "mesh.ply", normals=True)), "to_world": at(0, 0, 1)},
+    ),
+    "instances of solids": lambda _: copies(
+        *(at(-1.0, 0, 0, 0.5, 30), at(0.8, 0.2, 0.5, [0.5, 0.2, 0.3], 60), at(0.5, 1, -1, [0.3, -0.6, 0.3], 20)),
+        cube={"type": "cube", "to_world": at(0, -1, 0, 0.6, 20), "bsdf": rough("ggx", 0.3)},
+        ball={"type": "sphere", "center": [0, 0.5, 0], "radius": 0.6, "bsdf": {"type": "diffuse"}},
+        plate={"type": "disk", "to_world": at(0, 0.5, 1, 0.5, 30), "bsdf": red_and_green()},
+        tube={"type": "cylinder", "p0": [1, -1, 0], "p1": [1, 1, 0], "radius": 0.3, "bsdf": red_and_green()},
+        tile={"type": "rectangle", "to_world": at(-1, 0, 0.5, 0.5, 60), "bsdf": red_and_green()},
     ),
     "field of view along y": lambda _: seen(fov_axis="y"),
     "field of view along the diagonal": lambda _: seen(fov_axis="diagonal"),

@@ -190,5 +190,11 @@ def from_afar(to_world: Any, **clips: float) -> Dict:
     return whole | {"sensor": {"type": "orthographic", "to_world": to_world, "film": whole["sensor"]["film"]} | clips}
 
 
+def copies(*placed: Any, **shapes: Dict) -> Dict:
+    """A group of shapes, and an instance of it at each place."""
+    instances = [{"type": "instance", "group": {"type": "ref", "id": "object0"}, "to_world": to} for to in placed]
+    return scene({"type": "shapegroup", **shapes}, floor(), lamp(), window(), *instances)
+
+
 def point(x: float, y: float, z: float) -> Dict:
     return {"type": "point", "position": [x, y, z], "intensity": rgb(9, 10, 11)}

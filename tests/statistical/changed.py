@@ -66,6 +66,9 @@ class ChangedBuilder:
     def add_cylinder(self, base: ArrayLike, end: ArrayLike, radius: float, **sides: Any) -> int:
         return self.inner.add_cylinder(self._place(base), self._place(end), radius * self.length, **self._lit(sides))
 
+    def add_instance(self, group: int, to_world: ArrayLike) -> int:
+        return self.inner.add_instance(group, self._transform(to_world, 1.0))
+
     def add_point_light(self, position: ArrayLike, intensity: ArrayLike) -> int:
         bright = np.asarray(intensity) * self.light * self.length**2
         return self.inner.add_point_light(self._place(position), bright)

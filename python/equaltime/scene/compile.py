@@ -20,7 +20,7 @@ from equaltime.scene.builder import Builder, CoreScene
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_emitters import add_emitter
 from equaltime.scene.compile_sensors import set_film, set_sensor
-from equaltime.scene.compile_shapes import add_shape
+from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.model import Aov, Depth, Integrator, SceneModel
 from equaltime.scene.unsupported import Unsupported
@@ -36,8 +36,9 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     _check_integrator(model.integrator)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
+    shapes = Shapes(builder, assets, materials, textures)
     for shape in model.shapes:
-        add_shape(builder, shape, assets, materials, textures)
+        shapes.add(shape)
     for emitter in model.emitters:
         add_emitter(builder, emitter, assets, textures)
     set_sensor(builder, model.sensor)

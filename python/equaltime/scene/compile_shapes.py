@@ -7,22 +7,43 @@ from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
-from equaltime.scene.model import Color, Instance, Shape, TexturePlugin
+from equaltime.scene.model import Color, Instance, Shape, ShapeGroup, Solid, TexturePlugin, as_array
 from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["add_shape"]
+__all__ = ["Shapes"]
 
 
-def add_shape(builder: Builder, shape: Shape, assets: Assets, materials: Materials, textures: Textures) -> None:
-    """Add `shape`; raises ValueError if its file cannot be used, `Unsupported` if the core cannot use it yet."""
-    if isinstance(shape, Instance):
-        raise Unsupported(shape)
-    for medium in (shape.interior, shape.exterior):
-        if medium is not None:
-            raise Unsupported(medium)
-    placed = surface(shape, assets)
-    front, back = materials.index(placed.sides.front), materials.index(placed.sides.back)
-    _add_surface(builder, placed, front, back, _radiance(placed))
+class Shapes:
+    """Adds shapes, and each group once, however many instances it has."""
+
+    def __init__(self, builder: Builder, assets: Assets, materials: Materials, textures: Textures) -> None:
+        self._builder = builder
+        self._assets = assets
+        self._materials = materials
+        self._textures = textures
+        self._groups: dict[ShapeGroup, int] = {}
+
+    def add(self, shape: Shape) -> None:
+        """Add `shape`; raises ValueError if its file cannot be used, `Unsupported` if the core cannot use it yet."""
+        if isinstance(shape, Instance):
+            self._builder.add_instance(self._group(shape.shapegroup), as_array(shape.to_world))
+        else:
+            self._solid(shape)
+
+    def _group(self, group: ShapeGroup) -> int:
+        if group not in self._groups:
+            first, *_ = [self._solid(shape) for shape in group.shapes]
+            self._groups[group] = self._builder.add_group(first)
+        return self._groups[group]
+
+    def _solid(self, shape: Solid) -> int:
+        """Add a surface and return the core's number of it."""
+        for medium in (shape.interior, shape.exterior):
+            if medium is not None:
+                raise Unsupported(medium)
+        placed = surface(shape, self._assets)
+        front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back)
+        return _add_surface(self._builder, placed, front, back, _radiance(placed))
 
 
 def _radiance(placed: Surface) -> Color | None:
@@ -32,31 +53,36 @@ def _radiance(placed: Surface) -> Color | None:
     return radiance
 
 
-def _add_surface(
-    builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None
-) -> None:
+def _add_surface(builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None) -> int:
     if isinstance(placed, MeshSurface):
-        builder.add_mesh(
+        return builder.add_mesh(
             placed.vertices, placed.faces, placed.normals, placed.uvs, front=front, back=back, radiance=radiance
         )
-        return
     flipped = placed.flip_normals
     if isinstance(placed, QuadSurface):
-        builder.add_rectangle(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
-    elif isinstance(placed, DiskSurface):
-        builder.add_disk(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
-    elif isinstance(placed, CylinderSurface):
+        return builder.add_rectangle(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
+    if isinstance(placed, DiskSurface):
+        return builder.add_disk(placed.to_world, flip_normals=flipped, front=front, back=back, radiance=radiance)
+    if isinstance(placed, CylinderSurface):
         ends = placed.base.tolist(), placed.end.tolist()
-        builder.add_cylinder(*ends, placed.radius, flip_normals=flipped, front=front, back=back, radiance=radiance)
-    else:
-        builder.add_sphere(
-            placed.center.tolist(),
+        return builder.add_cylinder(
+            *ends,
             placed.radius,
             flip_normals=flipped,
             front=front,
             back=back,
             radiance=radiance,
-            pole=placed.pole.tolist(),
             meridian=placed.meridian.tolist(),
             mirrored=placed.mirrored,
         )
+    return builder.add_sphere(
+        placed.center.tolist(),
+        placed.radius,
+        flip_normals=flipped,
+        front=front,
+        back=back,
+        radiance=radiance,
+        pole=placed.pole.tolist(),
+        meridian=placed.meridian.tolist(),
+        mirrored=placed.mirrored,
+    )

@@ -42,6 +42,7 @@ from equaltime.scene.model import (
     mirrors,
 )
 from equaltime.scene.sides import sides
+from equaltime.scene.transforms import perpendicular
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = [
@@ -129,6 +130,10 @@ class CylinderSurface:
     """(3,)"""
     radius: float
     flip_normals: bool
+    meridian: Array
+    """(3,) where azimuth is 0"""
+    mirrored: bool
+    """whether azimuth runs clockwise round the axis"""
 
 
 Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface | CylinderSurface
@@ -170,7 +175,10 @@ def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
 def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:
     base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
     scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a cylinder
-    return CylinderSurface(sides, base, end, scale * shape.radius, mirrors(to_world) != shape.flip_normals)
+    axis = np.subtract(shape.p1, shape.p0)
+    meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / np.linalg.norm(axis)), mirrors(to_world)
+    flipped = mirrored != shape.flip_normals
+    return CylinderSurface(sides, base, end, scale * shape.radius, flipped, meridian, mirrored)
 
 
 def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:

@@ -61,7 +61,7 @@ def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float
     if not np.any(forward):
         raise ValueError("look_at needs a target that is not its origin")
     forward /= math.hypot(*forward)
-    upward = _perpendicular(forward) if up is None or not np.any(up) else np.asarray(up, dtype=np.float64)
+    upward = perpendicular(forward) if up is None or not np.any(up) else np.asarray(up, dtype=np.float64)
     left = np.cross(upward / math.hypot(*upward), forward)
     if math.hypot(*left) <= 1e-12:
         raise ValueError("look_at cannot have its up direction along the line of sight")
@@ -71,7 +71,8 @@ def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float
     return result
 
 
-def _perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
+def perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a unit vector across the unit vector `n`, the one that Mitsuba 3 takes."""
     sign = math.copysign(1.0, n[2])
     a = -1.0 / (sign + n[2])
     return np.array([1.0 + sign * n[0] ** 2 * a, sign * n[0] * n[1] * a, -sign * n[0]])
