@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.arguments import Substitute, parse_definitions
+from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import print_warnings
+from equaltime.cli.options import Substitute
 from equaltime.scene import load_file
 
 __all__ = ["convert"]
