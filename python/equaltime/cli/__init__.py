@@ -25,13 +25,14 @@ from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
 from equaltime.cli.quote import quote
 from equaltime.cli.render import render
+from equaltime.cli.schema import schema
 from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
 from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, compare, merge, info, convert, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, compare, merge, info, convert, schema, bench)
 
 app = typer.Typer(
     name="equaltime",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 from rich.console import Console
@@ -13,9 +13,12 @@ from rich.table import Table
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, print_warnings
 from equaltime.cli.options import Substitute
-from equaltime.scene import Scene, load_file
+from equaltime.scene import Scene, SceneModel, load_file
 
 __all__ = ["info"]
+
+FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
+"""Of what is told how many of each plugin there are."""
 
 
 def info(
@@ -42,6 +45,16 @@ def info(
             for extension, meaning in value.items():
                 table.add_row(extension, meaning)
             continue
+        if name == "plugins":
+            for family, counts in value.items():
+                table.add_row(family, ", ".join(f"{count:,} {plugin}" for plugin, count in counts.items()) or "none")
+            continue
+        if name == "files":
+            total = f"{len(value):,}, {sum(value.values()):,} bytes" if value else "none"
+            table.add_row(name, total)
+            continue
+        if name == "substitutions" and not value:
+            continue
         table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
     Console().print(table)
     return 0
@@ -49,6 +62,7 @@ def info(
 
 def _facts(scene: Scene) -> dict[str, Any]:
     core = scene.core
+    model = scene.model
     return {
         "scene": None if scene.source is None else str(scene.source),
         "digest": scene.digest,
@@ -59,10 +73,32 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "triangles": core.triangles,
         "lights": core.lights,
         "memory_bytes": core.memory_bytes,
+        "integrator": model.integrator.type,
+        "sensor": model.sensor.type,
+        "filter": model.sensor.film.rfilter.type,
+        "plugins": _plugins(model),
+        "files": _files(scene),
         "effects": [name for name, used in core.effects().items() if used],
+        "substitutions": [str(substitution) for substitution in scene.substitutions],
         **({} if scene.extensions is None else {"extensions": scene.extensions}),
         "phases": dict(scene.timings),
     }
+
+
+def _plugins(model: SceneModel) -> dict[str, dict[str, int]]:
+    """Return for each family how many of each plugin there are; what is used twice counts once."""
+    found: dict[str, dict[str, int]] = {family: {} for family in FAMILIES}
+    for node in {id(node): node for node in model.nodes() if node.kind in found}.values():
+        counts = found[node.kind]
+        counts[node.title] = counts.get(node.title, 0) + 1
+    return {family: dict(sorted(counts.items())) for family, counts in found.items()}
+
+
+def _files(scene: Scene) -> dict[str, int]:
+    """Return the files that the scene names, by their sizes in bytes."""
+    names = {name for node in scene.model.nodes() if isinstance(name := getattr(node, "filename", None), str)}
+    paths = sorted({scene.assets.path(name) for name in names})
+    return {str(path): path.stat().st_size for path in paths}
 
 
 def _in_words(value: Any) -> str:

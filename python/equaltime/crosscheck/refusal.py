@@ -24,9 +24,7 @@ NOT_TRACED: Final = (m.ThinDielectric, m.RoughDielectric)
 def check(model: SceneModel) -> None:
     """Raise RenderError, with names, if there is anything in `model` that cannot be traced here."""
     unknown = {
-        f"'{node.model_dump(include={'type'})['type']}'"
-        for node in model.nodes()
-        if not isinstance(node, TRACED) or isinstance(node, NOT_TRACED)
+        f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED) or isinstance(node, NOT_TRACED)
     }
     if unknown:
         raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")

@@ -16,8 +16,7 @@ class Unsupported(ValueError):
 
     def __init__(self, node: Plugin, what: str = "") -> None:
         self.node = node
-        title = node.model_dump(include={"type"})["type"]
-        super().__init__(what or f"the {node.kind} '{title}' is not supported yet")
+        super().__init__(what or f"the {node.kind} '{node.title}' is not supported yet")
 
 
 def constant(value: Texture | T) -> T:

@@ -69,7 +69,7 @@ class PlainWriter:
 
     def node(self, plugin: Plugin) -> Dict:
         """Return type and parameters that the scene gives; what it leaves out has the same default in Mitsuba."""
-        result: Dict = {"type": plugin.model_dump(include={"type"})["type"]}
+        result: Dict = {"type": plugin.title}
         for name in type(plugin).model_fields:
             value = getattr(plugin, name)
             if name in ("id", "type") or value is None or name not in plugin.model_fields_set | ALWAYS:
@@ -99,6 +99,8 @@ class PlainWriter:
     def _value(self, name: str, value: object) -> object:
         if name == "filename":
             return self._name_file(str(value))
+        if name == "focal_length":
+            return f"{value!r}mm"
         if not isinstance(value, tuple):
             return value
         if name in TRANSFORMS:

@@ -55,6 +55,11 @@ class Plugin(BaseModel):
     id: str | None = None
     """Name of this object in its file."""
 
+    @property
+    def title(self) -> str:
+        """The plugin's name, its ``type``."""
+        return str(type(self).model_fields["type"].default)
+
     @classmethod
     @cache
     def slots(cls) -> Mapping[str, frozenset[Kind]]:

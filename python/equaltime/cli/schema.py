@@ -1,0 +1,20 @@
+"""``equaltime schema``."""
+
+from __future__ import annotations
+
+import json
+
+from equaltime.scene.schema import scene_schema
+
+__all__ = ["schema"]
+
+
+def schema() -> int:
+    """Print a JSON schema of scene files, for editors.
+
+    It describes every plugin and its parameters, so that an editor completes and checks what you write.
+
+    For instance: `equaltime schema > scene.schema.json`, and on the first line of a scene `#:schema scene.schema.json`
+    """
+    print(json.dumps(scene_schema(), indent=1))
+    return 0

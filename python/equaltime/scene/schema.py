@@ -1,0 +1,159 @@
+"""A JSON schema of scene files in TOML or JSON, for editors that complete and check while one types.
+
+It knows every plugin, parameter, value and unit that the model knows. What only the loader can tell, such as whether a
+name refers to something, it lets pass.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, get_args, get_type_hints
+
+from pydantic import TypeAdapter
+
+from equaltime.scene.export.plain import VECTORS
+from equaltime.scene.model import PLUGINS, Color, Matrix, Plugin
+from equaltime.scene.model.textures import TexturePlugin
+from equaltime.scene.transforms import STEPS
+
+__all__ = ["scene_schema"]
+
+Schema = dict[str, Any]
+
+NUMBER: Final[Schema] = {"type": "number"}
+VARIABLE: Final[Schema] = {"$ref": "#/$defs/variable"}
+NAME: Final[Schema] = {"type": "string", "description": "The name of an object."}
+COLOR: Final[Schema] = {"$ref": "#/$defs/color"}
+OBJECT: Final[Schema] = {"$ref": "#/$defs/object"}
+
+
+def scene_schema() -> Schema:
+    """Return the schema, JSON as it stands."""
+    plugins = {f"{plugin.kind}.{name}": _plugin(name, plugin) for name, plugin in PLUGINS.items()}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "equaltime scene",
+        "description": "Every table is an object, and its key is its name.",
+        "type": "object",
+        "properties": {
+            "type": {"const": "scene"},
+            "default": {"type": "object", "description": "Variables ($name) and their values, for -D name=value."},
+            "include": _strings("Other files whose objects are part of this scene."),
+            "path": {"anyOf": [_strings("Folders where files are looked for first."), OBJECT]},
+            "alias": {"type": "object", "description": 'Further names of objects: new = "known".'},
+        },
+        "additionalProperties": OBJECT,
+        "$defs": {**_shared(), **_families(), **plugins},
+    }
+
+
+def _strings(description: str) -> Schema:
+    return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}], "description": description}
+
+
+def _families() -> dict[str, Schema]:
+    """Return what an object may be, of any family and of each: its type says which plugin it must agree with."""
+    families: dict[str, list[str]] = {"object": []}
+    for name, plugin in PLUGINS.items():
+        for family in ("object", plugin.kind):
+            families.setdefault(family, []).append(name)
+    return {family: _one_of(names) for family, names in families.items()}
+
+
+def _one_of(names: list[str]) -> Schema:
+    cases = [
+        {
+            "if": {"properties": {"type": {"const": name}}},
+            "then": {"$ref": f"#/$defs/{PLUGINS[name].kind}.{name}"},
+        }
+        for name in names
+    ]
+    types = {"anyOf": [{"enum": names}, VARIABLE]}
+    return {"type": "object", "properties": {"type": types}, "required": ["type"], "allOf": cases}
+
+
+def _array(items: Schema, *counts: int) -> Schema:
+    lengths = [{"type": "array", "items": items, "minItems": count, "maxItems": count} for count in counts]
+    return lengths[0] if len(lengths) == 1 else {"anyOf": lengths}
+
+
+def _shared() -> dict[str, Schema]:
+    """Return what plugins have in common."""
+    rgb = {"properties": {"type": {"const": "rgb"}, "value": {}}, "required": ["type", "value"]}
+    spectrum = {
+        "properties": {"type": {"const": "spectrum"}, "value": {}, "filename": {"type": "string"}},
+        "required": ["type"],
+    }
+    spectra = [{"$ref": f"#/$defs/{plugin.kind}.{name}"} for name, plugin in PLUGINS.items() if _is_spectrum(plugin)]
+    closed = [{"type": "object", "additionalProperties": False, **made} for made in (rgb, spectrum)]
+    number = {"anyOf": [NUMBER, VARIABLE]}
+    step: Schema = {"anyOf": [{"type": "object", "properties": {name: {}}, "required": [name]} for name in STEPS]}
+    return {
+        "variable": {"type": "string", "pattern": r"^\$\w+$", "description": "A variable."},
+        "reference": {
+            "type": "object",
+            "properties": {"type": {"const": "ref"}, "id": {"type": "string"}},
+            "required": ["type", "id"],
+            "additionalProperties": False,
+        },
+        "vector": _array(number, 3),
+        "color": {"anyOf": [number, _array(number, 3), *closed, *spectra], "description": "Grey, RGB or a spectrum."},
+        "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(NUMBER, 4, 3)]}}, VARIABLE]},
+    }
+
+
+def _is_spectrum(plugin: type[Plugin]) -> bool:
+    return plugin.kind == "texture" and not issubclass(plugin, TexturePlugin)
+
+
+def _plugin(name: str, plugin: type[Plugin]) -> Schema:
+    """Return the schema of a plugin's table."""
+    hints = get_type_hints(plugin, include_extras=True)
+    fields = {field: info for field, info in plugin.model_fields.items() if field not in ("type", "id")}
+    properties = {
+        field: _field(plugin, field, hints[field]) | ({"description": info.description} if info.description else {})
+        for field, info in fields.items()
+    }
+    by_kind = set(plugin.roles.values())
+    required = [field for field, info in fields.items() if info.is_required() and field not in by_kind]
+    return {
+        "type": "object",
+        "description": (plugin.__doc__ or "").split("\n")[0],
+        "properties": {"type": {"const": name}, "id": {"type": "string"}, **properties},
+        "required": ["type", *required],
+        "additionalProperties": {"anyOf": [OBJECT, {"$ref": "#/$defs/reference"}]} if plugin.roles else False,
+    }
+
+
+def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
+    """Return the schema of a parameter of type `hint`."""
+    if name in plugin.roles.values():
+        kinds = [kind for kind, field in plugin.roles.items() if field == name]
+        return _nested(kinds, many=name in plugin.lists)
+    if found := plugin.slots().get(name):
+        constant: list[Schema] = [COLOR] if _holds(hint, Color) else [NUMBER, VARIABLE] if _holds(hint, float) else []
+        return {"anyOf": [*constant, *_nested(sorted(found), many=False)["anyOf"]]}
+    if _holds(hint, Matrix):
+        return {"$ref": "#/$defs/transform"}
+    if _holds(hint, tuple[float, ...]):
+        return {"anyOf": [{"type": "string"}, {"type": "array", "items": NUMBER}]}
+    if _holds(hint, Color):
+        return {"$ref": "#/$defs/vector"} if name in VECTORS else COLOR
+    if name in LOOSE:
+        return {"type": ["string", "number"]}
+    return {"anyOf": [TypeAdapter(hint).json_schema(), VARIABLE]}
+
+
+LOOSE: Final = frozenset({"int_ior", "ext_ior", "focal_length", "material"})
+"""Parameters that are a number or a word."""
+
+
+def _nested(kinds: list[Any], *, many: bool) -> Schema:
+    """Return the schema of an object of one of these families, of its name, or of a list of such."""
+    objects = [{"$ref": f"#/$defs/{kind}"} for kind in kinds]
+    one = [NAME, {"$ref": "#/$defs/reference"}, *objects]
+    return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}] if many else one}
+
+
+def _holds(hint: object, wanted: object) -> bool:
+    """Tell whether a type is part of another, through unions and annotations."""
+    return hint == wanted or any(_holds(argument, wanted) for argument in get_args(hint) if hint != Color)

@@ -1,0 +1,107 @@
+"""The examples of scenes/README.md: one of every plugin; each is a scene, can be written again, and read by Mitsuba."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+import pytest
+
+import equaltime as et
+from equaltime.scene.model import PLUGINS
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "scenes" / "README.md").read_text()
+BLOCKS = re.findall(r"^```toml\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+CAMERA = '[sensor]\ntype = "perspective"\n'
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property float r
+property float g
+property float b
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 1 0 0
+1 0 0 0 1 0
+0 1 0 0 0 1
+3 0 1 2
+"""
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def serialized() -> bytes:
+    """Return a triangle in Mitsuba's own format."""
+    vertices, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4"), np.array([0, 1, 2], "<u4")
+    content = struct.pack("<I", 0x1000) + b"mesh\0" + struct.pack("<QQ", 3, 1) + vertices.tobytes() + faces.tobytes()
+    return struct.pack("<HH", 0x041C, 4) + zlib.compress(content) + struct.pack("<QI", 0, 1)
+
+
+def glb() -> bytes:
+    """Return a glTF file with one triangle."""
+    binary = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes()
+    text = (
+        b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":36}],"bufferViews":[{"buffer":0,"byteLength":36}],'
+        b'"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],'
+        b'"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]}'
+    )
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the files that the examples name."""
+    path = tmp_path_factory.mktemp("examples")
+    (path / "mesh.ply").write_text(PLY)
+    (path / "mesh.obj").write_text(OBJ)
+    (path / "mesh.serialized").write_bytes(serialized())
+    (path / "model.glb").write_bytes(glb())
+    for name in ("wood.png", "height.png", "normals.png", "sky.exr"):
+        image = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(8, 4, 3, "uint8" if name.endswith("png") else "float"))
+        OpenImageIO.ImageBufAlgo.fill(image, (0.5, 0.5, 0.9))
+        image.write(str(path / name))
+    return path
+
+
+def scene(block: str, folder: Path) -> et.Scene:
+    file = folder / "example.toml"
+    file.write_text(("" if "[sensor]" in block else CAMERA) + block)
+    return et.load(file)
+
+
+def test_there_is_an_example_of_every_plugin() -> None:
+    shown = set(re.findall(r'type = "(\w+)"', "".join(BLOCKS)))
+    assert PLUGINS.keys() - shown == set()
+
+
+@pytest.mark.parametrize("number", range(len(BLOCKS)))
+def test_an_example_is_a_scene_and_can_be_written_again(number: int, folder: Path, tmp_path: Path) -> None:
+    loaded = scene(BLOCKS[number], folder)
+    loaded.write(tmp_path / "again.toml")
+    assert et.load(tmp_path / "again.toml").digest == loaded.digest
+    loaded.write(tmp_path / "again.xml")
+    again = et.load(tmp_path / "again.xml")
+    assert again.digest == loaded.digest or "model.glb" in BLOCKS[number]  # what was in it has files of its own
+
+
+@pytest.mark.parametrize("number", range(len(BLOCKS)))
+def test_mitsuba_reads_an_example_that_is_written_as_xml(number: int, folder: Path, tmp_path: Path) -> None:
+    mi = pytest.importorskip("mitsuba")
+    chosen = mi.variant()
+    mi.set_variant("scalar_rgb")
+    try:
+        scene(BLOCKS[number], folder).write(tmp_path / "again.xml")
+        assert mi.load_file(str(tmp_path / "again.xml")) is not None
+    finally:
+        if chosen:
+            mi.set_variant(chosen)

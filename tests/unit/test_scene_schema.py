@@ -1,0 +1,76 @@
+"""The JSON schema for editors: all that is shipped agrees with it, and mistakes do not."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from equaltime.cli import main
+from equaltime.scene.model import PLUGINS
+from equaltime.scene.schema import scene_schema
+
+SCENES = Path(__file__).parents[2] / "scenes"
+TEXTS = {
+    path.relative_to(SCENES).as_posix(): text
+    for path in sorted(SCENES.rglob("*.toml"))
+    if "[sensor]" in (text := path.read_text())
+}
+BLOCKS = re.findall(r"^```toml\n(.*?)^```", (SCENES / "README.md").read_text(), re.DOTALL | re.MULTILINE)
+TEXTS |= {f"README, block {number}": block for number, block in enumerate(BLOCKS)}
+
+
+@pytest.fixture(scope="module")
+def validator() -> jsonschema.Draft202012Validator:
+    schema = scene_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_scenes_agree_with_the_schema(name: str, validator: jsonschema.Draft202012Validator) -> None:
+    assert [error.message for error in validator.iter_errors(tomllib.loads(TEXTS[name]))] == []
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"a": {"type": "spere"}},
+        {"a": {"radius": 1}},
+        {"a": {"type": "sphere", "radius": "wide"}},
+        {"a": {"type": "sphere", "center": [1, 2]}},
+        {"a": {"type": "sphere", "radus": 1}},
+        {"a": {"type": "diffuse", "reflectanse": 1}},
+        {"a": {"type": "diffuse", "reflectance": [1, 2, 3, 4]}},
+        {"a": {"type": "diffuse", "reflectance": {"type": "bitmap"}}},
+        {"a": {"type": "diffuse", "reflectance": {"type": "sphere"}}},
+        {"a": {"type": "mask", "opacity": [0.1, 0.2], "bsdf": "b"}},
+        {"a": {"type": "roughplastic", "distribution": "phong"}},
+        {"a": {"type": "disk", "to_world": [{"turn": 3}]}},
+        {"sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 0}}},
+        {"include": 3},
+    ],
+)
+def test_mistakes_do_not(wrong: dict[str, Any], validator: jsonschema.Draft202012Validator) -> None:
+    assert not validator.is_valid(wrong)
+
+
+def test_variables_and_names_may_stand_where_values_do(validator: jsonschema.Draft202012Validator) -> None:
+    ball = {"type": "sphere", "radius": "$r", "bsdf": "red", "to_world": [{"scale": "$s"}]}
+    assert validator.is_valid({"ball": ball, "red": {"type": "diffuse", "reflectance": "wood"}})
+    assert validator.is_valid({"way": {"type": "$integrator"}})
+
+
+def test_every_plugin_and_parameter_has_words_and_a_place(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    described = json.loads(capsys.readouterr().out)["$defs"]
+    for name, plugin in PLUGINS.items():
+        table = described[f"{plugin.kind}.{name}"]
+        assert table["properties"]["type"] == {"const": name}
+        assert plugin.model_fields.keys() <= table["properties"].keys()
+        assert table["description"].endswith(".")
