@@ -139,3 +139,18 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
     table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
     assert table.footnotes == ("extrapolated 3.6 to 12 times", "heavy tail", "baseline: heavy tail")
     assert [table.marks(cell) for cell in cells] == [(1,), (1, 2), (2, 3)]
+
+
+def test_numbers_with_powers_of_ten_are_compared_whole_and_spelt_out() -> None:
+    notes = ("extrapolated 1.37e+03 times", "extrapolated 45 times", "extrapolated 7.14e+05 times", "3e+04 others")
+    cells = [Cell("1", note=note) for note in notes]
+    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    assert [note.replace("\N{NARROW NO-BREAK SPACE}", " ") for note in table.footnotes] == [
+        "extrapolated 45 to 714 000 times",
+        "30 000 others",
+    ]
+
+
+def test_the_end_of_a_time_that_holds_has_the_unit_that_suits_it() -> None:
+    tail = Interval(86_400.0, 0.05, 1e9).bounded("low", "heavy tail")
+    assert seconds_cell(tail).text.replace("\N{NARROW NO-BREAK SPACE}", " ") == "\N{GREATER-THAN OR EQUAL TO} 50 ms"

@@ -116,7 +116,8 @@ class Table:
         return groups
 
 
-_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+_POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
 
 
 def _remarks(cell: Cell) -> list[str]:
@@ -132,9 +133,14 @@ def _shape(remark: str) -> str:
 def _merged(remarks: Sequence[str]) -> str:
     numbers = [found.group() for remark in remarks if (found := _NUMBER.search(remark))]
     if len(set(numbers)) < 2:
-        return remarks[0]
+        return _spelt(remarks[0])
     least, most = min(numbers, key=float), max(numbers, key=float)
-    return _NUMBER.sub(f"{least} to {most}", remarks[0], count=1)
+    return _spelt(_NUMBER.sub(f"{least} to {most}", remarks[0], count=1))
+
+
+def _spelt(remark: str) -> str:
+    """Write numbers with powers of ten in full."""
+    return _POWER.sub(lambda found: f"{float(found.group()):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"), remark)
 
 
 @dataclass(frozen=True)

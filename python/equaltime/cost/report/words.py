@@ -91,7 +91,8 @@ def seconds_cell(interval: Interval) -> Cell:
     """Print a time in the unit that suits it; one without end is that of an error that is not reached."""
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
-    return _cell(interval, _time_unit(interval.value))
+    shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
+    return _cell(interval, _time_unit(shown))
 
 
 def _cell(interval: Interval, unit: _Unit) -> Cell:
