@@ -58,14 +58,15 @@ def _equality(own: _Own) -> Interval:
 _MEASURED: Mapping[Quantity, Callable[[_Own], Interval]] = {
     "slope": lambda own: own.strategy.curve.slope,
     "error": lambda own: own.strategy.error_at_budget,
+    "last error": lambda own: own.strategy.curve.error[-1] if own.strategy.curve.error else UNKNOWN,
     "bias": lambda own: own.strategy.bias or UNKNOWN,
     "p": _equality,
     "fewer samples": lambda own: own.strategy.fewer_samples,
     "efficiency": lambda own: own.strategy.efficiency,
     "time of a sample": lambda own: _over(_of_a_sample(own.strategy), _of_a_sample(own.baseline)),
 }
-"""Each of a strategy: the law of its error, its error at equal time, its bias, whether it has the standard's
-expectation; and over the baseline samples to equal error, what typical runs gain, and what a sample costs."""
+"""Each of a strategy: the law of its error, its error at equal time and after all samples, its bias, whether it has the
+standard's expectation; and over the baseline samples to equal error, what typical runs gain, and what a sample costs."""
 
 _AT_A_TARGET = ("speed-up", "time", "samples")
 

@@ -12,7 +12,17 @@ from equaltime.cost.value import Value
 __all__ = ["Quantity", "TheirNumber", "Theirs"]
 
 Quantity = Literal[
-    "slope", "speed-up", "efficiency", "fewer samples", "time", "samples", "time of a sample", "error", "bias", "p"
+    "slope",
+    "speed-up",
+    "efficiency",
+    "fewer samples",
+    "time",
+    "samples",
+    "time of a sample",
+    "error",
+    "last error",
+    "bias",
+    "p",
 ]
 """What is measured of a strategy on a scene; see `equaltime.cost.beside` for each."""
 

@@ -2,7 +2,7 @@
 
 Colours are told apart with normal sight and with each kind of colour blindness (simulated after Machado 2009), have a
 contrast of at least 3 with the page, light or dark, and are never alone: a marker goes with each, and dashes from the
-ninth strategy on. The baseline is grey.
+ninth strategy on. The baseline is grey, and alone is.
 """
 
 from __future__ import annotations
@@ -39,5 +39,7 @@ def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
 
 
 def _look(place: int) -> Look:
-    index = place % len(LIGHT)
-    return Look(index, LIGHT[index], MARKERS[index], _DASHES[place // len(LIGHT) % len(_DASHES)])
+    """Return a look by its place: 0 is the baseline's alone; the others begin again with other dashes."""
+    turn, index = divmod(max(place - 1, 0), len(LIGHT) - 1)
+    index += place > 0
+    return Look(index, LIGHT[index], MARKERS[index], _DASHES[turn % len(_DASHES)])

@@ -19,7 +19,7 @@ from equaltime.cost.report.sentences import facts, provenance_groups
 from equaltime.cost.report.tables import check_table, label_row, point_table, time_table
 from equaltime.cost.report.templates import write_page
 from equaltime.cost.report.theirs import beside_table
-from equaltime.cost.report.views import SceneView
+from equaltime.cost.report.views import SceneView, Table
 from equaltime.cost.report.words import slug
 from equaltime.cost.summary import SceneResult, Summary
 from equaltime.cost.verdict import verdict
@@ -108,9 +108,9 @@ def _scene_view(
         wide_chart=chart(scene, f"{name}-wide", summary.targets, look, WIDE),
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
-        tables=(time_table(name, scene, summary.targets, look), check_table(name, scene, look)),
+        tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look),
-        notes=tuple((strategy.label, note) for strategy in scene.strategies for note in strategy.notes),
+        notes=tuple((strategy.label, "; ".join(strategy.notes)) for strategy in scene.strategies if strategy.notes),
         kinds=kinds,
         size=(pictures.reference.mean.shape[1], pictures.reference.mean.shape[0]) if pictures else scene.size,
         picture_notes=loaded.missing if isinstance(loaded, Pictures) else (loaded,),
@@ -123,3 +123,9 @@ def _scene_view(
             *write_animation(folder / "figures", name, scene, stops),
         ),
     )
+
+
+def _tables(name: str, scene: SceneResult, summary: Summary, look: Mapping[str, Look]) -> tuple[tuple[str, Table], ...]:
+    times = ("Time to an error", time_table(name, scene, summary.targets, look))
+    checks = ("Law and checks", check_table(name, scene, look))
+    return (checks, times) if summary.question == "bias" else (times, checks)

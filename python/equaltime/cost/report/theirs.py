@@ -30,6 +30,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
     "samples": samples_cell,
     "time of a sample": factor_cell,
     "error": error_cell,
+    "last error": error_cell,
     "bias": error_cell,
     "p": lambda interval: probability_cell(interval.value if interval.known else None, interval.note),
 }

@@ -156,7 +156,8 @@ class SceneView:
     """``<svg>`` elements, safe as they are."""
     narrow_chart: str
     legend: tuple[Row, ...]
-    tables: tuple[Table, ...]
+    tables: tuple[tuple[str, Table], ...]
+    """Headings and tables, in the order of their weight for what is asked."""
     points: Table
     """The numbers behind the curves."""
     notes: tuple[tuple[str, str], ...]
