@@ -66,7 +66,7 @@ _MEASURED: Mapping[Quantity, Callable[[_Own], Interval]] = {
     "time of a sample": lambda own: _over(_of_a_sample(own.strategy), _of_a_sample(own.baseline)),
 }
 """Each of a strategy: the law of its error, its error at equal time and after all samples, its bias, whether it has the
-standard's expectation; and over the baseline samples to equal error, what typical runs gain, and what a sample costs."""
+standard's expectation; and over the baseline samples to equal error, what typical runs gain, what a sample costs."""
 
 _AT_A_TARGET = ("speed-up", "time", "samples")
 
