@@ -104,7 +104,7 @@ class Shapes:
             "gltf",
             place,
             filename=f"{self._document.name}#{name}",
-            to_world=to_world,
+            to_world=None if np.array_equal(to_world, np.eye(4)) else to_world,
             face_normals=flat or None,
             flip_normals=(flat and turned) or None,
             emitter=self._materials.emitter(primitive.material),
