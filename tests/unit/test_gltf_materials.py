@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import equaltime as et
 from equaltime.scene import model as m
 
 from .gltf_files import Builder, one_triangle
@@ -258,3 +259,10 @@ def test_unlit_is_a_light_of_its_colour_that_reflects_nothing(tmp_path: Path) ->
     assert shape.emitter.radiance == (0.1, 0.2, 0.3)
     assert shape.bsdf == m.Diffuse(reflectance=(0, 0, 0), id="material_0")
     assert "an unlit material is a light" in warnings(builder, tmp_path)
+
+
+def test_texels_that_are_not_finite_are_told(tmp_path: Path) -> None:
+    strong = {"KHR_materials_emissive_strength": {"emissiveStrength": 1e38}}
+    emission = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1e3, 1, 1], "extensions": strong}
+    with pytest.raises(et.SceneError, match=r"materials\[0\]: a texel of its radiance is not finite"):
+        loaded(textured(np.full((1, 1, 3), 255, np.uint8), tmp_path, **emission), tmp_path)

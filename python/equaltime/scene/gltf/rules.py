@@ -18,6 +18,8 @@ __all__ = [
 
 Problems = Iterator[tuple[str, str]]
 """Pairs of place and message."""
+LARGEST = 3.4028235e38
+"""Of float32, which is what glTF's numbers are."""
 Rule = Callable[[Any, str, Mapping[str, Any]], Problems]
 
 
@@ -28,7 +30,7 @@ def _expected(what: str, value: object) -> str:
 def _is_number(value: object, low: float, high: float) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return low <= value <= high and abs(value) <= 1e300 and math.isfinite(value)
+    return low <= value <= high and abs(value) <= LARGEST
 
 
 def _range(low: float, high: float) -> str:

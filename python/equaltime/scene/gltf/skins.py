@@ -16,6 +16,7 @@ __all__ = ["skinned"]
 Array = NDArray[np.float64]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is told of the mesh
 def skinned(document: Document, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
     """Return vertices (N, 3) and normals (N, 3) of the skinned mesh of a node, in the world; raises `Malformed`.
 
@@ -56,7 +57,7 @@ def _bones(document: Document, index: int) -> Array:
     """Return what each joint of a skin does (J, 4, 4): from where the mesh was modelled to the world."""
     skin = document.gltf.skins[index]
     worlds = {at.index: at.to_world for at in placed(document, None)}
-    standing = np.array([worlds[joint] for joint in skin.joints])
+    standing = np.array([worlds[joint] for joint in skin.joints]).reshape(-1, 4, 4)
     if skin.inverseBindMatrices is None:
         return standing
     columns = floats(document, skin.inverseBindMatrices, "MAT4")

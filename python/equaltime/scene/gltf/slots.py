@@ -113,16 +113,17 @@ class Slot:
         """Whether the bitmap's texels are the values themselves, without sRGB decoding."""
         return not (self.encoded and self.plain)
 
+    @np.errstate(over="ignore", invalid="ignore")  # what is not finite is told of the texture
     def texels(self, pixels: Array) -> Texels:
         """Return the bitmap of this parameter, from the pixels (H, W, 4) of the texture's image."""
         picked = pixels[..., list(self.channels)]
         if self.plain:
             return Texels(np.ascontiguousarray(picked), self.encoded and picked.dtype == np.uint8)
-        values = _decoded(picked, self.encoded) * np.array(self.factor, np.float32)
+        values = _decoded(picked, self.encoded) * np.array(self.factor).astype(np.float32)
         if self.curve is not None:
             values = self.curve(values)
         if self.cutoff is not None:
-            return Texels(mask(values, self.cutoff), False)
+            return Texels(mask(values, min(self.cutoff, 2.0)), False)
         half = pixels.dtype == np.uint8 and float(np.abs(values).max(initial=0.0)) < np.finfo(np.float16).max
         return Texels(np.ascontiguousarray(values, np.float16 if half else np.float32), False)
 

@@ -28,6 +28,8 @@ def bake(document: Document, material: int, name: str) -> Texels:
     if slot.texture is None:
         raise KeyError(name)
     found = slot.texels(decode(document, _source(document, slot.texture.index)))
+    if found.texels.dtype != np.uint8 and not np.isfinite(found.texels).all():
+        raise Malformed((f"materials[{material}]", f"a texel of its {name} is not finite"))
     return _turned(found) if name.endswith(MIRRORED) else found
 
 
