@@ -2,11 +2,13 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime.scene import model as m
 
 from .gltf_files import TRIANGLE, Builder, surfaces
 
@@ -150,3 +152,31 @@ def test_instances_of_unequal_counts_are_told(tmp_path: Path) -> None:
     builder.node(mesh=point(builder), extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
     with pytest.raises(et.SceneError, match=r"nodes\[0\].extensions.EXT_mesh_gpu_instancing: expected .* 1 and 2"):
         et.load(builder.glb(tmp_path / "a.glb"))
+
+
+def crowd(builder: Builder, mesh: int, count: int) -> Builder:
+    """Let a mesh stand `count` times in a row, every second one mirrored."""
+    for i in range(count):
+        builder.node(mesh=mesh, translation=[3 * i, 0, 0], scale=[1 if i % 2 else -1, 1, 1])
+    return builder
+
+
+def test_many_copies_of_much_are_instances_of_a_group(tmp_path: Path) -> None:
+    builder = Builder()
+    mesh = builder.mesh(np.tile(TRIANGLE, (20_000, 1)), NORMAL=[[0, 0, 1]] * 60_000)
+    scene = et.load(crowd(builder, mesh, 3).glb(tmp_path / "a.glb"))
+    first, *others = scene.model.shapes
+    assert isinstance(first, m.Instance)
+    assert all(isinstance(shape, m.Instance) and shape.shapegroup is first.shapegroup for shape in others)
+    (member,) = first.shapegroup.shapes
+    assert isinstance(member, m.Gltf)
+    assert [shape.to_world[0][:1] + shape.to_world[0][3:] for shape in scene.model.shapes] == [(-1, 0), (1, 3), (-1, 6)]
+
+
+@pytest.mark.parametrize("material", [{}, {"emissiveFactor": [1, 1, 1]}])
+def test_few_copies_and_those_that_shine_are_shapes_of_their_own(tmp_path: Path, material: dict[str, Any]) -> None:
+    builder = Builder()
+    points = np.tile(TRIANGLE, (20_000, 1)) if material else TRIANGLE
+    mesh = builder.mesh(points, material=builder.add("materials", material))
+    scene = et.load(crowd(builder, mesh, 3).glb(tmp_path / "a.glb"))
+    assert all(isinstance(shape, m.Gltf) for shape in scene.model.shapes)

@@ -58,6 +58,10 @@ class Materials:
             self._bsdfs[key] = self._bsdf(material, variant)
         return str(self._bsdfs[key].id)
 
+    def shines(self, material: int | None) -> bool:
+        """Tell whether a material is an area light."""
+        return "radiance" in self.look(material).slots
+
     def emitter(self, material: int | None) -> Object | None:
         """Return the area light that a material is, if it shines."""
         slot = self.look(material).slots.get("radiance")

@@ -61,7 +61,7 @@ class _Scene:
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""
         nodes = list(placed(self._document, self._chosen_scene()))
-        shapes = [shape for at in nodes if at.node.mesh is not None for shape in self._shapes.of(at)]
+        shapes = self._shapes.of(nodes)
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
         lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -15,6 +16,7 @@ from equaltime.scene.gltf.meshes import Source, box
 from equaltime.scene.gltf.nodes import Placed, instances
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, color, mirrored_uvs, triangles
+from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import mirrors
 from equaltime.scene.tree import Object, Place, Reference
 
@@ -23,6 +25,8 @@ __all__ = ["Shapes"]
 Array = NDArray[np.float64]
 
 FLATTEST: Final = 1e-12
+MANY_INDICES: Final = 100_000
+"""As many more in copies of a mesh make instances of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,16 @@ class _Part:
     """Of its material, as long as its node mirrors nothing."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Copy:
+    """A mesh somewhere in the world."""
+
+    mesh: int
+    to_world: Array
+    skinned: int | None = None
+    """The node whose skin it has, if any."""
+
+
 class Shapes:
     """Makes the shapes of a document, and remembers where they stand."""
 
@@ -44,25 +58,20 @@ class Shapes:
         self._materials = materials
         self._seen: list[tuple[Source, Array]] = []
         self._parts: dict[tuple[int, int], list[_Part]] = {}
+        self._groups: dict[tuple[int, bool], Object] = {}
 
-    def of(self, at: Placed) -> Iterator[Object]:
-        """Yield the shapes that the mesh of a node makes: one for each primitive and instance."""
-        skinned = at.node.skin is not None
-        made = None if skinned else instances(self._document, at)
-        copies = made if made is not None else [np.eye(4) if skinned else at.to_world]
-        for p, primitive in enumerate(self._document.gltf.meshes[at.node.mesh].primitives):
-            place = self._place.key("meshes").key(at.node.mesh).key("primitives").key(p)
-            if primitive.mode not in TRIANGLES:
-                self._document.note(f"{NAMES[primitive.mode]} are not drawn", place.path)
-                continue
-            source = Source("nodes", at.index, p) if skinned else Source("meshes", at.node.mesh, p)
-            for to_world in copies:
-                if _is_flat(to_world):
-                    self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
-                    continue
-                self._seen.append((source, to_world))
-                for part in self._split(at.node.mesh, p):
-                    yield self._shape(f"{source}{part.suffix}", part.variant, primitive, to_world, place)
+    def of(self, nodes: list[Placed]) -> list[Object]:
+        """Return the shapes of all nodes, one for each primitive and copy; many copies of much share a group."""
+        copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
+        counts = Counter(copy.mesh for copy in copies if copy.skinned is None)
+        grouped = {mesh for mesh, count in counts.items() if self._is_worth_a_group(mesh, count)}
+        made: list[Object] = []
+        for copy in copies:
+            if copy.skinned is None and copy.mesh in grouped:
+                made.append(self._instance(copy))
+            else:
+                made.extend(self._shapes(copy, mirrors(copy.to_world)))
+        return [*self._groups.values(), *made]
 
     def corners(self) -> Array:
         """Return the corners (N, 3) of boxes around all shapes in the world."""
@@ -96,9 +105,69 @@ class Shapes:
         else:
             yield _Part("", Variant(colored, bool(mirrored.any())))
 
-    def _shape(self, name: str, variant: Variant, primitive: Any, to_world: Array, place: Place) -> Object:
+    def _copies(self, at: Placed) -> Iterator[_Copy]:
+        """Yield the copies of a node's mesh, but for those that have no volume left."""
+        if at.node.skin is not None:
+            yield _Copy(at.node.mesh, np.eye(4), at.index)
+            return
+        made = instances(self._document, at)
+        for to_world in [at.to_world] if made is None else made:
+            if _is_flat(to_world):
+                self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
+            else:
+                yield _Copy(at.node.mesh, to_world)
+
+    def _drawn(self, mesh: int) -> Iterator[tuple[int, Any]]:
+        """Yield the primitives of a mesh that have a surface, with their numbers."""
+        for p, primitive in enumerate(self._document.gltf.meshes[mesh].primitives):
+            if primitive.mode in TRIANGLES:
+                yield p, primitive
+            else:
+                self._document.note(f"{NAMES[primitive.mode]} are not drawn", self._place_of(mesh, p).path)
+
+    def _place_of(self, mesh: int, p: int) -> Place:
+        return self._place.key("meshes").key(mesh).key("primitives").key(p)
+
+    def _is_worth_a_group(self, mesh: int, count: int) -> bool:
+        """Tell whether copies of a mesh are better instances: slower to hit, without memory; none may shine."""
+        drawn = list(self._drawn(mesh))
+        if count < 2 or not drawn or any(self._materials.shines(primitive.material) for _, primitive in drawn):
+            return False
+        accessors = self._document.gltf.accessors
+        lists = [p.attributes.POSITION if p.indices is None else p.indices for _, p in drawn]
+        points = sum(int(accessors[i].count) for i in lists if i is not None)
+        return (count - 1) * points >= MANY_INDICES
+
+    def _instance(self, copy: _Copy) -> Object:
+        """Return another copy of a mesh whose shapes stand in a group; those of mirrored normal maps in another."""
+        drawn = list(self._drawn(copy.mesh))
+        bumpy = any("normal" in self._materials.look(primitive.material).slots for _, primitive in drawn)
+        turned = bumpy and mirrors(copy.to_world)
+        self._seen += [(Source("meshes", copy.mesh, p), copy.to_world) for p, _ in drawn]
+        place = self._place.key("meshes").key(copy.mesh)
+        if (copy.mesh, turned) not in self._groups:
+            group = plant("shape", "shapegroup", place, f"mesh_{copy.mesh}" + (MIRRORED if turned else ""))
+            for shape in self._shapes(_Copy(copy.mesh, np.eye(4)), turned, seen=False):
+                add(group, None, shape)
+            self._groups[copy.mesh, turned] = group
+        result = plant("shape", "instance", place, to_world=copy.to_world)
+        add(result, "shapegroup", Reference(place, str(self._groups[copy.mesh, turned].id)))
+        return result
+
+    def _shapes(self, copy: _Copy, turned: bool, seen: bool = True) -> Iterator[Object]:
+        """Yield the shapes of a copy; in a mirrored one textures are seen the other way round."""
+        for p, primitive in self._drawn(copy.mesh):
+            source = Source("meshes", copy.mesh, p) if copy.skinned is None else Source("nodes", copy.skinned, p)
+            if seen:
+                self._seen.append((source, copy.to_world))
+            for part in self._split(copy.mesh, p):
+                variant = Variant(part.variant.colored, part.variant.mirrored != turned)
+                yield self._shape(
+                    f"{source}{part.suffix}", primitive, variant, copy.to_world, self._place_of(copy.mesh, p)
+                )
+
+    def _shape(self, name: str, primitive: Any, variant: Variant, to_world: Array, place: Place) -> Object:
         flat = vars(primitive.attributes).get("NORMAL") is None
-        turned = mirrors(to_world)
         result = plant(
             "shape",
             "gltf",
@@ -106,11 +175,10 @@ class Shapes:
             filename=f"{self._document.name}#{name}",
             to_world=None if np.array_equal(to_world, np.eye(4)) else to_world,
             face_normals=flat or None,
-            flip_normals=(flat and turned) or None,
+            flip_normals=(flat and mirrors(to_world)) or None,
             emitter=self._materials.emitter(primitive.material),
         )
-        bsdf = self._materials.bsdf(primitive.material, Variant(variant.colored, variant.mirrored != turned))
-        add(result, "bsdf", Reference(place, bsdf))
+        add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))
         return result
 
 
