@@ -36,6 +36,7 @@ from equaltime.errors import (
 )
 from equaltime.merge import merge
 from equaltime.passes import Progress
+from equaltime.progressive import Progressive, progressive
 from equaltime.quote import Quote, quote
 from equaltime.render import render
 from equaltime.result import Result, Stats
@@ -51,6 +52,7 @@ __all__ = [
     "PeerError",
     "Problem",
     "Progress",
+    "Progressive",
     "Quote",
     "RenderError",
     "Result",
@@ -65,6 +67,7 @@ __all__ = [
     "load",
     "load_dict",
     "merge",
+    "progressive",
     "quote",
     "render",
 ]

@@ -24,7 +24,7 @@ from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session, origin_of
 from equaltime.strategy import Strategy
 
-__all__ = ["MOST_SECONDS", "MOST_THREADS", "Backend", "render"]
+__all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments", "render"]
 
 Backend = Literal["core", "embreex"]
 MOST_THREADS = 4096
@@ -105,9 +105,9 @@ def render(
     ValueError
         If an argument is out of range.
     """
-    _check_arguments(spp, time, error, seed, threads, backend)
+    check_arguments(spp, time, error, seed, threads, backend)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
-    loaded = _as_scene(scene)
+    loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
     if backend == "embreex":
         if resume is not None or checkpoint is not None:
@@ -130,9 +130,15 @@ def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) ->
             quoted(pilot.quote())
 
 
-def _check_arguments(
-    spp: int | None, time: float | None, error: float | None, seed: int, threads: int, backend: str
+def check_arguments(
+    spp: int | None = None,
+    time: float | None = None,
+    error: float | None = None,
+    seed: int = 0,
+    threads: int = 0,
+    backend: str = "core",
 ) -> None:
+    """Raise `ValueError` for an argument of `render` that is out of range."""
     if spp is not None and not 1 <= spp <= MOST_SAMPLES:
         raise ValueError(f"spp must be from 1 to {MOST_SAMPLES}, found {spp}")
     if time is not None and not 0.0 < time <= MOST_SECONDS:
@@ -147,7 +153,8 @@ def _check_arguments(
         raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
 
 
-def _as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
+def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
+    """Load what is not a loaded scene already."""
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, Mapping):

@@ -1,0 +1,82 @@
+"""A render as an iterator of passes, for whoever wants to look on, to change the target, or to stop when it is enough.
+
+::
+
+    session = et.progressive(scene, error=0.02)
+    for state in session:
+        show(state.image, state.error)
+        if enough(state):
+            break                      # what is done stays
+    result = session.result            # the same bits as et.render up to there
+    session.aim(error=0.01)            # go on
+    for state in session: ...
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from equaltime.budget import Limits
+from equaltime.checkpoint import Checkpoint
+from equaltime.render import as_scene, check_arguments
+from equaltime.result import Result
+from equaltime.scene import Scene
+from equaltime.session import Session
+from equaltime.strategy import Strategy
+
+__all__ = ["Progressive", "progressive"]
+
+
+class Progressive:
+    """A render that is going on; iterating gives its `Result` so far at the end of every pass."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def __iter__(self) -> Iterator[Result]:
+        for _ in self._session.passes:
+            state = self._session.result("unfinished")
+            assert state.moments is not None
+            yield replace(state, moments=state.moments.copy())  # the film goes on changing
+
+    @property
+    def result(self) -> Result:
+        """What is done so far; its `stopped_by` says which limit was met, or ``unfinished``."""
+        return self._session.result(self._session.passes.stopped_by or "unfinished")
+
+    def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
+        """Change when to stop, from the next pass on; ``time`` counts from the start of the loop that goes on.
+
+        Raises
+        ------
+        ValueError
+            If no limit is given, or one is out of range.
+        """
+        check_arguments(spp=spp, time=time, error=error)
+        if spp is None and time is None and error is None:
+            raise ValueError("give spp, time or error: a render needs an end")
+        self._session.passes.limits = Limits(spp, time, error)
+
+
+def progressive(
+    scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    spp: int | None = None,
+    time: float | None = None,
+    error: float | None = None,
+    strategy: Strategy | str = "best",
+    seed: int = 0,
+    threads: int = 0,
+    resume: str | os.PathLike[str] | None = None,
+) -> Progressive:
+    """Begin a render whose passes the caller runs; takes and raises what `equaltime.render` does.
+
+    Without a limit it goes on for as long as it is iterated.
+    """
+    check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
+    chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
+    resumed = None if resume is None else Checkpoint.read(resume)
+    limits = Limits(spp, time, error)
+    return Progressive(Session(as_scene(scene), chosen, seed, threads, limits, resumed=resumed))
