@@ -1,28 +1,31 @@
 """Throughput and variance per sample side by side with Mitsuba 3, on its own scene files.
 
-Both render the same file, size, depth and number of samples on the same threads, with a box filter and without
+Both render the same scene, size, depth and number of samples on the same threads, with a box filter and without
 roulette: Mitsuba with its `path` integrator and its multijitter sampler, equaltime with MIS and Owen-scrambled Sobol
-points. Each has a process of its own and they take turns. Mitsuba needs LLVM for its llvm_ variants: if it does not
+points. They are the subjects of equaltime's experiments: Mitsuba runs in a process of its own, clocks run while samples
+are taken, and what has to be compiled first is not counted. Mitsuba needs LLVM for its llvm_ variants: if it does not
 find the library, set DRJIT_LIBLLVM_PATH.
 """
 
 from __future__ import annotations
 
 import sys
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import SCENES, arguments, print_conditions, ratio, rounds, text
+from measuring import SCENES, arguments, noise, print_conditions, ratio, rounds, text
 from numpy.typing import NDArray
-from workers import Worker
 
+import equaltime as et
 from equaltime.bench import spread
+from equaltime.cost.core_subject import CoreSubject
+from equaltime.cost.peers import MitsubaPeer, with_box_filter
+from equaltime.cost.subject import Subject
 
 STRATEGY = "best,roulette=none"
+NO_ROULETTE = 10**6
 
 
 def main() -> None:
@@ -32,67 +35,50 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=[256, 256])
     parser.add_argument("--max-depth", type=int, default=8)
     parser.add_argument("--spp", type=int, default=64, help="a square number, for multijitter [%(default)s]")
-    parser.add_argument("--peer-python", default=sys.executable, help="a Python that has mitsuba [this one]")
+    parser.add_argument("--peer-python", default=sys.executable, help="a Python with mitsuba and equaltime [this one]")
     options = parser.parse_args()
     print_conditions(options)
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        peers = {
-            variant: stack.enter_context(Worker("mitsuba_worker.py", ["--variant", variant], options.peer_python))
-            for variant in options.variants
-        }
-        ours = stack.enter_context(Worker("core_worker.py"))
+    with ExitStack() as stack:
+        peers = []
+        for variant in options.variants:
+            peer = MitsubaPeer(
+                variant, variant, sampler="multijitter", rr_depth=NO_ROULETTE, python=options.peer_python
+            )
+            stack.callback(peer.close)
+            peers.append(peer)
+        subjects = (CoreSubject("equaltime", et.Strategy.parse(STRATEGY)), *peers)
         for name in options.scenes:
-            compare(name, ours, peers, options, Path(folder))
+            compare(name, subjects, options)
 
 
-def compare(name: str, ours: Worker, peers: Mapping[str, Worker], options: Any, folder: Path) -> None:
+def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
     """Render one scene with everyone in turn, and print ratios."""
-    scene = folder / f"{name}.xml"
-    source = (SCENES / "mitsuba" / name / "scene.xml").read_text()
-    source = source.replace('<rfilter type="tent"', '<rfilter type="box"')
-    scene.write_text(source.replace('<sampler type="independent"', '<sampler type="multijitter"'))
-    image = str(folder / "image.npy")
-    images: dict[str, list[NDArray[np.float64]]] = {who: [] for who in ("equaltime", *peers)}
-    question = {
-        "scene": str(scene),
-        "size": options.size,
-        "max_depth": options.max_depth,
-        "spp": options.spp,
-        "threads": options.threads,
-        "image": image,
-    }
+    loaded = et.load(SCENES / "mitsuba" / name / "scene.xml", integrator="path")
+    scene = with_box_filter(loaded.with_(size=tuple(options.size), max_depth=options.max_depth))
+    named = {subject.label: subject for subject in subjects}
+    images: dict[str, list[NDArray[np.float64]]] = {who: [] for who in named}
+    for subject in subjects:
+        subject.prepare(scene, options.threads)
 
-    def ask(who: str, seed: int) -> float:
-        if who == "equaltime":
-            own = {"strategy": STRATEGY, "define": {"integrator": "path"}}
-            answer = ours.ask(**question, **own, seed=seed)
-        else:
-            answer = peers[who].ask(**question, seed=seed)
+    def render(who: str, seed: int) -> float:
+        checkpoint = next(named[who].run(seed, (options.spp,), None))
         if seed > 0:
-            images[who].append(np.load(image).astype(np.float64))
-        return float(answer["paths"] / answer["seconds"])
+            images[who].append(checkpoint.image.astype(np.float64))
+        assert checkpoint.paths is not None, "both count them"
+        return checkpoint.paths / checkpoint.wall_s
 
-    rates = rounds(images, ask, options.repeats)
+    rates = rounds(images, render, options.repeats)
     width, height = options.size
     print(f"\n{name}, {width}x{height}, {options.spp} spp, depth {options.max_depth}")
     for who, values in rates.items():
+        print(f"  {who:14} {text(spread([v / 1e6 for v in values]))} M paths/s, relMSE {noise(images[who]):.4g}")
+    for peer in subjects[1:]:
+        faster = ratio(rates["equaltime"], rates[peer.label])
+        less = noise(images[peer.label]) / noise(images["equaltime"])
         print(
-            f"  {who:14} {text(spread([value / 1e6 for value in values]))} M paths/s, relMSE {noise(images[who]):.4g}"
+            f"  equaltime over {peer.label}: {text(faster)} x the paths/s; "
+            f"{peer.label} has {less:.3g} x the relMSE at equal samples"
         )
-    for who in peers:
-        faster = ratio(rates["equaltime"], rates[who])
-        less = noise(images[who]) / noise(images["equaltime"])
-        print(
-            f"  equaltime over {who}: {text(faster)} x the paths/s; {who} has {less:.3g} x the relMSE at equal samples"
-        )
-
-
-def noise(images: Sequence[NDArray[np.float64]]) -> float:
-    """RelMSE of one image, from the scatter of all over their seeds."""
-    if len(images) < 2:
-        return float("nan")
-    mean = np.mean(images, axis=0)
-    return float(np.mean(np.var(images, axis=0, ddof=1) / (mean**2 + (0.1 * mean.mean()) ** 2)))
 
 
 if __name__ == "__main__":

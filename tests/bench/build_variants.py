@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from against_mitsuba import noise
 from builds import Variant, build
-from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
+from measuring import SHIPPED, arguments, noise, print_conditions, ratio, rounds, text
 from workers import Worker
 
 VARIANTS = {

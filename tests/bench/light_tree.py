@@ -12,8 +12,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from against_mitsuba import noise
-from measuring import arguments, print_conditions, ratio, render_seconds, rounds, samples_for, text
+from measuring import arguments, noise, print_conditions, ratio, render_seconds, rounds, samples_for, text
 
 from equaltime import _core
 from equaltime._core import parts

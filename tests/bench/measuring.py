@@ -8,6 +8,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from equaltime import _core
 from equaltime.bench import Spread, machine, spread
 
@@ -55,6 +58,14 @@ def rounds(names: Iterable[str], measure: Callable[[str, int], float], repeats: 
 def ratio(above: Sequence[float], below: Sequence[float]) -> Spread:
     """Return the spread of the ratios within each round."""
     return spread([a / b for a, b in zip(above, below, strict=True)])
+
+
+def noise(images: Sequence[NDArray[np.float64]]) -> float:
+    """RelMSE of one image, from the scatter of all over their seeds."""
+    if len(images) < 2:
+        return float("nan")
+    mean = np.mean(images, axis=0)
+    return float(np.mean(np.var(images, axis=0, ddof=1) / (mean**2 + (0.1 * mean.mean()) ** 2)))
 
 
 def text(value: Spread, digits: int = 3) -> str:

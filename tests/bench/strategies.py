@@ -8,8 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from against_mitsuba import noise
-from measuring import SHIPPED, arguments, print_conditions, ratio, render_seconds, rounds, samples_for, text
+from measuring import SHIPPED, arguments, noise, print_conditions, ratio, render_seconds, rounds, samples_for, text
 
 import equaltime as et
 from equaltime import _core
