@@ -8,6 +8,7 @@ from typing import Final
 from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.slots import Slot
+from equaltime.scene.gltf.stand_in import is_needed, stand_in
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
 from equaltime.scene.tree import Object, Place
@@ -39,6 +40,7 @@ class Materials:
         self._place = place
         self._bsdfs: dict[tuple[int | None, Variant], Object] = {}
         self._looks: dict[int | None, SurfaceLook] = {}
+        self._without_principled = is_needed()
 
     @property
     def bsdfs(self) -> list[Object]:
@@ -87,7 +89,8 @@ class Materials:
         if seen.unlit:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
-            bsdf = self._principled(seen, material, variant.colored, place)
+            make = self._stand_in if self._without_principled else self._principled
+            bsdf = make(seen, material, variant.colored, place)
         if "normal" in slots and not seen.unlit:
             name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
@@ -112,6 +115,20 @@ class Materials:
                 add(result, name, self._number(material, name, slot))
         return result
 
+    def _stand_in(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+        """Return what is rendered in place of `principled`."""
+        lost = [name for name in ("sheen", "clearcoat", "anisotropic") if name in seen.slots]
+        message = "principled is not there yet: diffuse and metallic parts in fixed shares stand for it"
+        self._document.note(message + (f", without {' and '.join(lost)}" if lost else ""), place.path)
+        base, alpha = seen.slots["base_color"], self._number(material, "alpha", seen.slots["alpha"])
+        metallic = self._number(material, "metallic", seen.slots["metallic"])
+        colors = [self._base_color(material, base, colored, place) for _ in range(2)]
+        result = stand_in(place, colors[0], metallic, alpha, colors[1])
+        if "spec_trans" not in seen.slots:
+            return result
+        glass = plant("bsdf", "dielectric", place, int_ior=seen.eta, ext_ior=1.0)
+        return self._blend(self._number(material, "spec_trans", seen.slots["spec_trans"]), result, glass, place)
+
     def _base_color(self, material: int | None, slot: Slot, colored: bool, place: Place) -> object:
         if colored and slot.texture is None:
             return plant("texture", "mesh_attribute", place, name=VERTEX_COLOR)
@@ -123,10 +140,13 @@ class Materials:
         """Return what lets a part of the light pass straight on, dyed by the base colour."""
         color = self._color(material, "base_color", seen.slots["base_color"])
         glass = plant("bsdf", "thindielectric", place, int_ior=seen.eta, ext_ior=1.0, specular_transmittance=color)
-        weight = self._number(material, "transmission", seen.slots["transmission"])
+        return self._blend(self._number(material, "transmission", seen.slots["transmission"]), bsdf, glass, place)
+
+    @staticmethod
+    def _blend(weight: object, first: Object, second: Object, place: Place) -> Object:
         result = plant("bsdf", "blendbsdf", place, weight=weight)
-        add(result, None, bsdf)
-        add(result, None, glass)
+        add(result, None, first)
+        add(result, None, second)
         return result
 
     def _number(self, material: int | None, name: str, slot: Slot) -> object:

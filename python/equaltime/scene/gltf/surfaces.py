@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ __all__ = ["SurfaceLook", "look"]
 DEFAULT_IOR = 1.5
 RED, GREEN, BLUE = (0,), (1,), (2,)
 DIELECTRIC_F0 = 0.04
+LEAST_ALPHA = 1e-3
 INFINITE_IOR = 1000.0
 """Stands for the index that KHR_materials_ior writes as 0, which reflects everything."""
 
@@ -57,10 +58,9 @@ class _Reading:
 def look(material: Any) -> SurfaceLook:
     """Return the look of a `pygltflib.Material`, or of none."""
     if material is None:
-        base = Slot((1.0, 1.0, 1.0))
-        return SurfaceLook(
-            {"base_color": base, "metallic": Slot((1.0,)), "roughness": Slot((1.0,))}, 1.5, False, False, 0
-        )
+        one = Slot((1.0,))
+        plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one, "alpha": one}
+        return SurfaceLook(plain, DEFAULT_IOR, False, False, 0)
     reading = _Reading(material)
     _base(reading)
     _normal(reading)
@@ -69,6 +69,7 @@ def look(material: Any) -> SurfaceLook:
     _layers(reading)
     _anisotropy(reading)
     _emission(reading)
+    reading.slots["alpha"] = _alpha(reading.slots["roughness"])
     return SurfaceLook(
         reading.slots,
         eta,
@@ -77,6 +78,17 @@ def look(material: Any) -> SurfaceLook:
         _uv_set(reading),
         tuple(reading.notes),
     )
+
+
+def _alpha(roughness: Slot) -> Slot:
+    """Return the alpha of a roughness, its square; a mirror is a little rough."""
+    inner = roughness.curve
+
+    def curve(values: NDArray[Any]) -> NDArray[Any]:
+        alpha: NDArray[Any] = np.maximum(np.square(values if inner is None else inner(values)), LEAST_ALPHA)
+        return alpha
+
+    return replace(roughness, curve=curve)
 
 
 def _base(reading: _Reading) -> None:
