@@ -3,7 +3,8 @@
 A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
 ``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
 in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
-loss (`equaltime.moments`), so that the render can be taken up or merged. Files are written under a temporary name in
+loss (`equaltime.moments`), so that the render can be taken up or merged. A last part, ``aovs``, holds the outputs that
+the scene's integrator asks for beside the image. Files are written under a temporary name in
 the same folder and renamed, so that a reader never sees half a file and a failure leaves alone what was there.
 """
 
@@ -43,6 +44,7 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
+_AOVS = "aovs"
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,7 @@ def write_render(
     window: Window,
     description: str = "",
     moments: NDArray[Any] | None = None,
+    aovs: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
     """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
 
@@ -172,6 +175,9 @@ def write_render(
     if moments is not None:
         raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
         parts.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
+    if aovs:
+        planes = np.stack([np.asarray(plane, np.float32) for plane in aovs.values()], axis=-1)
+        parts.append(Part(tuple(aovs), planes, {"compression": "zip", "oiio:subimagename": _AOVS}))
     write(path, "openexr", parts, window)
 
 

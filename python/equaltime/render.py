@@ -6,6 +6,7 @@ import os
 import time as clock
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -16,6 +17,7 @@ from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import PixelStatistics
 from equaltime.errors import RenderError, StrategyError
+from equaltime.first_hits import first_hits
 from equaltime.passes import ProgressCallback
 from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
@@ -118,7 +120,8 @@ def render(
     pilot = None
     if quoted is not None and (error or time) and not session.passes.samples:
         pilot = partial(_watch, Pilot(session, error, None if error else time), quoted)
-    return session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
+    result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
+    return replace(result, aovs=first_hits(loaded))
 
 
 def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) -> None:

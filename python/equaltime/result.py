@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -122,6 +122,8 @@ class Result:
     """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
     looks: tuple[int, ...] = ()
     """Sample counts at which the render looked at its error, to stop at a target."""
+    aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
 
     @property
     def spp(self) -> float:
@@ -171,7 +173,7 @@ class Result:
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)
-            images.write_render(path, *layers, self.record, self.origin.window, description, self.moments)
+            images.write_render(path, *layers, self.record, self.origin.window, description, self.moments, self.aovs)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
 

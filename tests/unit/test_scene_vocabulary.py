@@ -24,8 +24,6 @@ GROUP = {
 }
 DESCRIBED: dict[str, tuple[dict[str, Any], str]] = {
     "homogeneous": ({"a": BALL | {"interior": {"type": "homogeneous", "phase": {"type": "hg"}}}}, "a.interior"),
-    "depth": ({"integrator": {"type": "depth"}}, "integrator"),
-    "aov": ({"integrator": {"type": "aov", "aovs": "d:depth", "path": {"type": "path"}}}, "integrator"),
 }
 
 

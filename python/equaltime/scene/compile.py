@@ -22,7 +22,7 @@ from equaltime.scene.compile_emitters import add_emitter
 from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.model import Aov, Depth, Integrator, SceneModel
+from equaltime.scene.model import OUTPUTS, Aov, Integrator, SceneModel
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["compile_scene"]
@@ -47,5 +47,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
 
 
 def _check_integrator(integrator: Integrator) -> None:
-    if isinstance(integrator, Depth | Aov):
-        raise Unsupported(integrator)
+    if isinstance(integrator, Aov):
+        for _, what in integrator.channels:
+            if what not in OUTPUTS:
+                raise Unsupported(integrator, f"the output '{what}' of 'aov' is not supported yet")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest
-from equaltime.scene.model import PLUGINS, Kind
+from equaltime.scene.model import OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Reference, Value
 
 __all__ = ["Substitution", "substituted"]
@@ -81,7 +81,10 @@ class _Replacer:
             step = FALLBACKS[kind]
         if step is None:
             return inner
-        made, words = step(dataclasses.replace(inner, kind=kind))
+        asked = dataclasses.replace(inner, kind=kind)
+        made, words = step(asked)
+        if made is asked:
+            return inner
         self.done.append(Substitution(str(node.place), f"{kind} '{node.type}'", words))
         return made
 
@@ -133,6 +136,20 @@ def _inner(node: Object) -> Made:
             named = dataclasses.replace(child.node, id=node.id, key=node.key)
             return named, f"the '{child.node.type}' in it"
     return FALLBACKS[node.kind or "bsdf"](node)
+
+
+def _outputs(node: Object) -> Made:
+    """Keep those outputs that can be written; without any, the integrator inside."""
+    aovs = next((str(c.node.data) for c in node.children if c.name == "aovs" and isinstance(c.node, Value)), "")
+    pairs = [pair for pair in re.split(r"[\s,]+", aovs) if pair]
+    kept = [pair for pair in pairs if pair.partition(":")[2] in OUTPUTS]
+    if kept == pairs:
+        return node, ""
+    if not kept:
+        return _inner(node)
+    others = [child for child in node.children if child.name != "aovs"]
+    children = [Child("aovs", Value(node.place, ", ".join(kept))), *others]
+    return dataclasses.replace(node, children=children), f"one that has only {', '.join(kept)}"
 
 
 def _phong(node: Object) -> Made:
@@ -197,7 +214,7 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
         "projector": _as("emitter", "spot", _same("to_world")),
         "directionalarea": _as("emitter", "area", _same("radiance")),
     },
-    "integrator": {"aov": _inner, **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path)},
+    "integrator": {"aov": _outputs, **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path)},
     "film": {"specfilm": _as("film", "hdrfilm", _same("width", "height"))},
     "medium": dict.fromkeys(("homogeneous", "heterogeneous"), _nothing),
     "shape": dict.fromkeys(

@@ -17,7 +17,7 @@ from equaltime.scene.model.bsdfs import (
 )
 from equaltime.scene.model.emitters import Area, Constant, Directional, EnvMap, FreeEmitter, Point, Spot
 from equaltime.scene.model.films import Box, CatmullRom, Filter, Gaussian, HdrFilm, Lanczos, Mitchell, Tent
-from equaltime.scene.model.integrators import Aov, Depth, Direct, Integrator, Moment, Path, VolPath, VolPathMis
+from equaltime.scene.model.integrators import OUTPUTS, Aov, Depth, Direct, Integrator, Moment, Path, VolPath, VolPathMis
 from equaltime.scene.model.media import HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase
 from equaltime.scene.model.metals import METALS
 from equaltime.scene.model.principled import Principled
@@ -71,6 +71,7 @@ __all__ = [
     "METALS",
     "MOST_SAMPLES",
     "NOT_YET",
+    "OUTPUTS",
     "PLUGINS",
     "Aov",
     "Area",

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, PositiveInt, model_validator
 
 from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 
-__all__ = ["Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
+__all__ = ["OUTPUTS", "Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
 
 AOVS = (
     *("albedo", "depth", "position", "uv", "geo_normal", "sh_normal"),
     *("dp_du", "dp_dv", "duv_dx", "duv_dy", "prim_index", "shape_index"),
 )
 """What Mitsuba can write beside the image."""
+OUTPUTS: Final = {"depth": "T", "position": "XYZ", "geo_normal": "XYZ", "shape_index": "I", "prim_index": "I"}
+"""What of it can be written here, and the endings of its channels' names, which are Mitsuba's."""
 
 
 def _shown(hide: bool) -> bool:
@@ -82,9 +84,14 @@ class Direct(IntegratorPlugin):
 
 
 class Depth(IntegratorPlugin):
-    """The distance of what is seen, along the ray."""
+    """The distance of what is seen, along the ray: the output ``depth.T``. The image has the light that is seen."""
 
     type: Literal["depth"] = "depth"
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """The name of the output, and what it is."""
+        return (("depth", "depth"),)
 
     @property
     def max_depth(self) -> int:

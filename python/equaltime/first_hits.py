@@ -1,0 +1,85 @@
+"""What is seen first through each pixel: how far it is, where, which way it faces, which shape it belongs to.
+
+These are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid
+of points on it, whatever the reconstruction filter, through the middle of a lens; where nothing is seen it is 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import Scene
+from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, as_array
+
+__all__ = ["first_hits"]
+
+Array = NDArray[np.float64]
+
+SIDE: Final = 2
+"""Points of a pixel's grid along each side."""
+BLOCK: Final = 1 << 16
+"""Pixels whose rays are in memory at once."""
+FOUND: Final = {"depth": "t", "position": "p", "geo_normal": "n", "shape_index": "shape", "prim_index": "primitive"}
+
+
+def first_hits(scene: Scene) -> dict[str, NDArray[np.float32]]:
+    """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``."""
+    integrator = scene.model.integrator
+    if not isinstance(integrator, Aov | Depth):
+        return {}
+    outputs = integrator.channels
+    _, _, width, height = scene.model.sensor.film.crop
+    names = [f"{name}.{letter}" for name, kind in outputs for letter in OUTPUTS[kind]]
+    pixels = np.concatenate([_means(scene, outputs, corners) for corners in _corners(scene)])
+    return dict(zip(names, np.moveaxis(pixels.reshape(height, width, -1), -1, 0).astype(np.float32), strict=True))
+
+
+def _corners(scene: Scene) -> Iterator[Array]:
+    """Iterate over the upper left corners of the pixels of the crop window, row by row, in blocks (N, 2)."""
+    x, y, width, height = scene.model.sensor.film.crop
+    for start in range(0, width * height, BLOCK):
+        index = np.arange(start, min(start + BLOCK, width * height))
+        yield np.stack([x + index % width, y + index // width], axis=1).astype(np.float64)
+
+
+def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array) -> Array:
+    """Return the mean of each channel over the points of each pixel (N, channels)."""
+    sums: Array = np.zeros((len(corners), sum(len(OUTPUTS[kind]) for _, kind in outputs)))
+    for i in range(SIDE * SIDE):
+        origins, directions, reach = _rays(scene, corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE)
+        hits = scene.core.intersect(origins, directions)
+        seen = (hits["shape"] >= 0) & (hits["t"] <= reach)
+        columns = [np.asarray(hits[FOUND[kind]], dtype=np.float64).reshape(len(corners), -1) for _, kind in outputs]
+        sums[seen] += np.concatenate(columns, axis=1)[seen]
+    return sums / SIDE**2
+
+
+def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
+    """Return the rays through `places` (N, 2), in pixels of the whole film: from where, whither, and how far they see.
+
+    Origins are on the near plane, which is where Mitsuba's distances begin.
+    """
+    sensor = scene.model.sensor
+    width, height = sensor.film.size
+    offset = (0.0, 0.0)
+    if isinstance(sensor, Perspective):
+        offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
+    x, y = (1.0 - 2.0 * (places / (width, height) + offset)).T
+    y *= height / width
+    to_world, near = as_array(sensor.to_world), sensor.near_clip or 0.0
+    if isinstance(sensor, Orthographic):
+        origins = np.stack([x, y, np.full_like(x, near)], axis=1)
+        directions = np.broadcast_to([0.0, 0.0, 1.0], origins.shape)
+    else:
+        half = math.tan(math.radians(sensor.x_fov) / 2.0)
+        directions = np.stack([half * x, half * y, np.ones_like(x)], axis=1)
+        origins = near * directions
+    linear = to_world[:3, :3].T
+    directions = directions @ linear
+    reach = ((sensor.far_clip or math.inf) - near) * np.sqrt((directions**2).sum(axis=1))
+    return origins @ linear + to_world[:3, 3], directions, reach
