@@ -53,7 +53,11 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
        {"albedo", Roulette::albedo},
        {"throughput", Roulette::throughput}},
       roulette, "roulette");
-  set(s.sampler, {{"independent", SamplerKind::independent}, {"sobol", SamplerKind::sobol}}, sampler, "sampler");
+  set(s.sampler,
+      {{"independent", SamplerKind::independent},
+       {"stratified", SamplerKind::stratified},
+       {"sobol", SamplerKind::sobol}},
+      sampler, "sampler");
   s.roulette_depth = roulette_depth.value_or(s.roulette_depth);
   s.survival = survival.value_or(s.survival);
   if (!(s.survival > 0 && s.survival <= 1)) throw py::value_error("survival is a probability above 0");

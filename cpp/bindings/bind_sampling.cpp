@@ -189,8 +189,11 @@ py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens)
 /// The two numbers of a slot for samples 0 … n-1 of a pixel.
 py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, std::uint64_t pixel, py::ssize_t n,
                                    std::uint32_t slot_index, std::uint32_t replicates) {
-  require(kind == "sobol" || kind == "independent", "a sampler is \"independent\" or \"sobol\"");
-  const SamplerKind k = kind == "sobol" ? SamplerKind::sobol : SamplerKind::independent;
+  require(kind == "sobol" || kind == "stratified" || kind == "independent",
+          "a sampler is \"independent\", \"stratified\" or \"sobol\"");
+  const SamplerKind k = kind == "sobol"        ? SamplerKind::sobol
+                        : kind == "stratified" ? SamplerKind::stratified
+                                               : SamplerKind::independent;
   py::array_t<double> out({n, py::ssize_t{2}});
   for (py::ssize_t i = 0; i < n; ++i) {
     const Point2f p = Sampler::at(k, seed, pixel, static_cast<std::uint64_t>(i), replicates).get_2d({slot_index});

@@ -3,8 +3,8 @@
 //
 // `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
 // that slots are padded without correlation (Burley 2020). Sample i belongs to replicate i mod R; each replicate is
-// scrambled on its own, which is what makes an honest error bar possible. `independent` hashes the sample index
-// instead.
+// scrambled on its own, which is what makes an honest error bar possible. `stratified` gives it jittered strata in the
+// same way (sampling/stratified.h). `independent` hashes the sample index instead.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,11 @@
 #include "math/numeric.h"
 #include "sampling/dimensions.h"
 #include "sampling/sobol.h"
+#include "sampling/stratified.h"
 
 namespace equaltime {
 
-enum class SamplerKind : std::uint8_t { independent, sobol };
+enum class SamplerKind : std::uint8_t { independent, stratified, sobol };
 
 struct Point2f {
   float x, y;
@@ -66,7 +67,7 @@ class Sampler {
   [[nodiscard]] EQUALTIME_INLINE VertexNumbers vertex(std::uint32_t bounce) const noexcept {
     const std::uint64_t light = hash(slot(BounceDimension::light_point, bounce));
     const std::uint64_t bsdf = hash(slot(BounceDimension::bsdf_direction, bounce));
-    if (kind_ == SamplerKind::independent) {
+    if (kind_ != SamplerKind::sobol) [[unlikely]] {
       const Bits2 a = bits_2d(light), b = bits_2d(bsdf);
       return {{unit_float(a.x), unit_float(a.y)}, {unit_float(b.x), unit_float(b.y)}};
     }
@@ -105,7 +106,10 @@ class Sampler {
   }
 
   [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(std::uint64_t h) const noexcept {
-    if (kind_ == SamplerKind::independent) return {static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h)};
+    if (kind_ != SamplerKind::sobol) [[unlikely]] {
+      const std::uint64_t both = kind_ == SamplerKind::independent ? h : stratified::bits_2d(reversed_index_, h);
+      return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
+    }
     const sobol::Lanes p = sobol::two_points(reversed_index_, h, h);
     return {p[0], p[1]};
   }

@@ -16,7 +16,7 @@ namespace {
 
 using namespace equaltime;
 
-constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::sobol};
+constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::stratified, SamplerKind::sobol};
 
 bool is_unit_number(float x) { return x >= 0 && x < 1 && x * 0x1p24F == std::floor(x * 0x1p24F); }
 
@@ -124,13 +124,44 @@ TEST("the net test rejects independent points, and Sobol points of which two swa
 }
 
 TEST("single numbers are stratified in the same way") {
+  for (const SamplerKind kind : {SamplerKind::stratified, SamplerKind::sobol})
+    for (const Slot s : some_slots())
+      for (std::uint32_t k = 0; k <= 10; ++k) {
+        std::set<std::uint64_t> strata;
+        for (std::uint64_t j = 0; j < (1ULL << k); ++j)
+          strata.insert(k == 0 ? 0 : Sampler::at(kind, 2, 5, 2 * j, 2).bits(s) >> (64 - k));
+        CHECK(strata.size() == 1ULL << k);
+      }
+}
+
+// Whether of 4^k points of a replicate, from the given one on, one lies in each cell of 2^k by 2^k.
+bool is_stratified(SamplerKind kind, Slot s, std::uint32_t replicate, std::uint32_t replicates, std::uint64_t first,
+                   int k) {
+  const auto count = std::uint64_t{1} << (2 * k);
+  std::set<std::pair<int, int>> cells;
+  for (std::uint64_t j = first; j < first + count; ++j) {
+    const Point2f p = Sampler::at(kind, 13, 8, j * replicates + replicate, replicates).get_2d(s);
+    cells.emplace(static_cast<int>(std::ldexp(p.x, k)), static_cast<int>(std::ldexp(p.y, k)));
+  }
+  return cells.size() == count;
+}
+
+TEST("of every 4^k stratified samples of a replicate and slot, one lies in each of 4^k strata") {
   for (const Slot s : some_slots())
-    for (std::uint32_t k = 0; k <= 10; ++k) {
-      std::set<std::uint64_t> strata;
-      for (std::uint64_t j = 0; j < (1ULL << k); ++j)
-        strata.insert(k == 0 ? 0 : Sampler::at(SamplerKind::sobol, 2, 5, 2 * j, 2).bits(s) >> (64 - k));
-      CHECK(strata.size() == 1ULL << k);
-    }
+    for (const std::uint32_t replicates : {1U, 2U, 3U})
+      for (std::uint32_t r = 0; r < replicates; ++r)
+        for (int k = 0; k <= 5; ++k)
+          for (const std::uint64_t block : {0U, 1U, 2U, 7U})
+            CHECK(is_stratified(SamplerKind::stratified, s, r, replicates, block << (2 * k), k));
+}
+
+TEST("the test of strata rejects independent samples, and stratified ones from the middle of 16") {
+  int independent = 0, shifted = 0;
+  for (const Slot s : some_slots()) {
+    independent += is_stratified(SamplerKind::independent, s, 0, 2, 0, 2) ? 1 : 0;
+    shifted += is_stratified(SamplerKind::stratified, s, 0, 2, 8, 2) ? 1 : 0;
+  }
+  CHECK(independent == 0 && shifted == 0);
 }
 
 // χ² of pairs of numbers over 16 × 16 cells; each pair comes from another pixel, so that pairs are independent.
@@ -164,7 +195,8 @@ TEST("numbers of different slots, samples, replicates and neighbouring pixels ar
     CHECK(std::abs(pair_deviate(a, neighbour)) < statistics::kReject);
   }
   // Samples 4 and 6 are neighbours in one replicate: stratified, not independent. The test sees it.
-  CHECK(pair_deviate(number(SamplerKind::sobol, 6, light), number(SamplerKind::sobol, 4, light)) > statistics::kReject);
+  for (const SamplerKind kind : {SamplerKind::stratified, SamplerKind::sobol})
+    CHECK(pair_deviate(number(kind, 6, light), number(kind, 4, light)) > statistics::kReject);
 }
 
 // Within a pixel, the first bits of two slots over 64 samples. Points come in pairs that differ in their first bit; the

@@ -192,7 +192,7 @@ class Settings:
         roulette_depth: int | None = 5,
         survival: float | None = 0.75,
         truncate: int = 0,
-        sampler: Literal["independent", "sobol"] = "sobol",
+        sampler: Literal["independent", "stratified", "sobol"] = "sobol",
         max_depth: int = -1,
     ) -> None: ...
 

@@ -60,8 +60,8 @@ class Strategy(BaseModel):
     it, weights grow from bounce to bounce; where its square is, paths without limit have infinite variance."""
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
     """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
-    sampler: Literal["independent", "sobol"] = "sobol"
-    """Independent numbers, or Owen-scrambled Sobol points."""
+    sampler: Literal["independent", "stratified", "sobol"] = "sobol"
+    """Independent numbers; jittered strata, as many as samples at powers of four; or Owen-scrambled Sobol points."""
 
     @model_validator(mode="wrap")
     @classmethod

@@ -5,6 +5,7 @@ Seeds are fixed. All p-values of this file together have a false-alarm rate of 0
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -17,8 +18,9 @@ from equaltime._core import parts
 from .chi2 import LEVEL, chi_square, share, sidak
 
 Array = NDArray[np.float64]
-KINDS = ["independent", "sobol"]
-EACH = share(LEVEL, 2 * (3 + 5))
+KINDS = ["independent", "stratified", "sobol"]
+EACH = share(LEVEL, len(KINDS) * (3 + 5))
+BOUND = stats.norm.isf(share(LEVEL, 5 * len(KINDS)) / 2)
 
 
 def numbers(kind: str, seed: int, pixel: int, count: int, slot: int, replicates: int = 1) -> Array:
@@ -122,6 +124,57 @@ def test_independent_numbers_and_shifted_nets_are_none() -> None:
     assert not is_net(numbers("sobol", 5, 0, 192, 0)[32:160])
 
 
+def in_strata(pairs: Array) -> bool:
+    """Return whether 4^k points put one into every cell of 2^k by 2^k."""
+    side = math.isqrt(len(pairs))
+    return len({tuple(cell) for cell in (pairs * side).astype(int).tolist()}) == len(pairs) == side**2
+
+
+@pytest.mark.parametrize("replicates", [1, 2, 3])
+@pytest.mark.parametrize("k", [1, 2, 4])
+def test_stratified_numbers_of_each_replicate_take_a_stratum_each(k: int, replicates: int) -> None:
+    n = 4**k
+    for pixel in range(20):
+        for slot in (0, 9, 27):
+            drawn = numbers("stratified", 5, pixel, 3 * n * replicates, slot, replicates)
+            for replicate in range(replicates):
+                own = drawn[replicate::replicates]
+                assert all(in_strata(own[block : block + n]) for block in (0, n, 2 * n))
+
+
+def test_independent_numbers_and_those_from_the_middle_of_sixteen_do_not() -> None:
+    """The twin."""
+    assert not in_strata(numbers("independent", 5, 0, 16, 0))
+    assert not in_strata(numbers("stratified", 5, 0, 24, 0)[8:])
+
+
+def scatter(kind: str, count: int, seed: int) -> float:
+    """Return the variance of the mean of `count` samples, over pixels."""
+    integrand = SMOOTH["two dimensions"][0]
+    return float(np.var([integrand(numbers(kind, seed, p, count, 11)).mean() for p in range(4000)]))
+
+
+@pytest.mark.parametrize("count", [4, 16, 64])
+def test_strata_leave_the_variance_within_them_alone(count: int) -> None:
+    """As the integrals over the cells have it, which are exact to 1e-5; an F-test at 0.1 %."""
+    u = (np.arange(512) + 0.5) / 512
+    side = math.isqrt(count)
+    values = SMOOTH["two dimensions"][0](np.stack(np.meshgrid(u, u, indexing="ij"), axis=-1).reshape(-1, 2))
+    cells = values.reshape(side, 512 // side, side, 512 // side).transpose(0, 2, 1, 3).reshape(count, -1)
+    expected = float(cells.var(axis=1).mean()) / count
+    low, high = stats.f.ppf([0.0005, 0.9995], 3999, np.inf)
+    assert low < scatter("stratified", count, 9) / expected < high
+    assert scatter("independent", count, 9) / expected > high, "the twin: no strata"
+
+
+@pytest.mark.parametrize("count", [1, 3, 6, 20, 50])
+def test_strata_do_no_harm_at_any_number_of_samples(count: int) -> None:
+    """A one-sided F-test at 0.1 %; as a twin, numbers that come in equal pairs."""
+    high = stats.f.ppf(0.999, 3999, 3999)
+    assert scatter("stratified", count, 9) / scatter("independent", count, 9) < high
+    assert scatter("independent", (count + 1) // 2, 10) / scatter("independent", 2 * count, 9) > high
+
+
 def error_slope(kind: str, integrand: Callable[[Array], Array], exact: float, replicates: int = 1) -> float:
     """Return d log(error) / d log(samples) of the mean over 16 to 1024 samples of a replicate."""
     sizes = 2 ** np.arange(4, 11)
@@ -144,11 +197,12 @@ def test_sobol_errors_of_smooth_integrals_fall_faster_than_samples_grow(name: st
     assert -0.6 < error_slope("independent", *SMOOTH[name], replicates) < -0.4, "the twin"
 
 
+@pytest.mark.parametrize("count", [1, 3, 4, 7, 16])
 @pytest.mark.parametrize("kind", KINDS)
-def test_means_over_pixels_are_unbiased(kind: str) -> None:
-    """Over scrambles, four samples of a smooth integrand have its exact mean: a z-test at 0.1 %, and its twin."""
+def test_means_over_pixels_are_unbiased(kind: str, count: int) -> None:
+    """Over scrambles, any number of samples of a smooth integrand has its exact mean: z-tests at 0.1 %, and twins."""
     integrand, exact = SMOOTH["two dimensions"]
-    means = np.array([integrand(numbers(kind, 9, p, 4, 11)).mean() for p in range(20_000)])
+    means = np.array([integrand(numbers(kind, 9, p, count, 11)).mean() for p in range(20_000)])
     error = means.std() / np.sqrt(len(means))
-    assert abs(means.mean() - exact) < 3.3 * error
-    assert abs(means.mean() * 1.02 - exact) > 3.3 * error
+    assert abs(means.mean() - exact) < BOUND * error
+    assert abs(means.mean() * 1.03 - exact) > BOUND * error

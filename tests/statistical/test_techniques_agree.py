@@ -38,6 +38,7 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "constant roulette": {"roulette": "constant", "survival": 0.9, "roulette_depth": 1},
     "albedo roulette": {"roulette": "albedo", "roulette_depth": 1},
     "uniform": {"technique": "uniform"},
+    "stratified": {"sampler": "stratified"},
     "naive": {"technique": "uniform", "lights": "uniform", "roulette": "albedo", "sampler": "independent"},
     "mixture": {"technique": "mixture"},
     "mixture, lights alike": {"technique": "mixture", "lights": "uniform", "sampler": "independent"},
