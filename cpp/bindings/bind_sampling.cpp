@@ -153,6 +153,21 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   return py::dict("radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
 }
 
+/// Density at wi of the directions that one-sample MIS draws towards an area light or the environment, without its
+/// pick; -1 where there are none.
+py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light, const Array& places, const Array& wi) {
+  const std::optional<Array> no_normals;
+  const Receivers receivers(scene, places, no_normals);
+  require(count(wi, 3, "wi") == receivers.size, "as many wi as receivers");
+  require(light < scene.lights.size(), "no such light");
+  py::array_t<double> out(receivers.size);
+  for (py::ssize_t i = 0; i < receivers.size; ++i) {
+    const bool drawn = scene.lights.has_directions<kAllEffects>(light, receivers[i]);
+    out.mutable_at(i) = drawn ? scene.lights.pdf_towards<kAllEffects>(light, receivers[i], row(wi, i)) : -1.0F;
+  }
+  return out;
+}
+
 /// Places within a pixel that the scene's filter draws, in pixels from its centre, and their weights.
 py::dict sample_filter(const Scene& scene, const Array& u) {
   const py::ssize_t n = count(u, 2, "u");
@@ -211,6 +226,7 @@ void bind_sampling(py::module_& m) {
   parts.def("sample_bsdf", &sample_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
   parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none());
   parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none());
+  parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a);
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);

@@ -31,6 +31,22 @@ EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& nor
   return bounds;
 }
 
+/// Where a direction meets a plane: a·edge_u + b·edge_v from the plane's origin.
+struct PlanePoint {
+  double a, b;
+  Vec3f point;
+};
+
+/// Of a plane given by its origin and two edges; nothing if it lies behind or edge-on.
+std::optional<PlanePoint> plane_towards(Vec3f receiver, Vec3f wi, const Vec3d& origin, const Vec3d& edge_u,
+                                        const Vec3d& edge_v) noexcept {
+  const Vec3d from(receiver), direction(wi), to_receiver = from - origin;
+  const Vec3d across = cross(direction, edge_v), along = cross(to_receiver, edge_u);
+  const double inverse = 1 / dot(edge_u, across), t = dot(edge_v, along) * inverse;
+  if (!(t > 0 && t < kInfinity)) return std::nullopt;
+  return PlanePoint{dot(to_receiver, across) * inverse, dot(direction, along) * inverse, Vec3f(from + direction * t)};
+}
+
 }  // namespace
 
 // --- Triangle -----------------------------------------------------------------------------------------------------
@@ -65,10 +81,15 @@ ViewPoint TriangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherw
 }
 
 float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!(height_of(receiver) > offset_)) return 0;
+  if (!shows_front(receiver)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+float TriangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const auto hit = plane_towards(receiver, wi, Vec3d(v0_), Vec3d(e1_), Vec3d(e2_));
+  return hit && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1 ? pdf(receiver, wi, hit->point) : 0.0F;
 }
 
 double TriangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
@@ -107,10 +128,16 @@ ViewPoint RectangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint other
 }
 
 float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!(height_of(receiver) > offset_)) return 0;
+  if (!shows_front(receiver)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+float RectangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const auto hit = plane_towards(receiver, wi, Vec3d(corner_), Vec3d(edge_x_), Vec3d(edge_y_));
+  const auto within = [](double x) { return x >= 0 && x <= 1; };
+  return hit && within(hit->a) && within(hit->b) ? pdf(receiver, wi, hit->point) : 0.0F;
 }
 
 double RectangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
@@ -180,6 +207,12 @@ float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
   return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max(distance, radius_)));
 }
 
+float SphereLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const Vec3d to_center = center_ - Vec3d(receiver), direction(wi);
+  const bool met = dot(to_center, direction) > 0 && length_squared(cross(to_center, direction)) <= square(radius_);
+  return inward_ || met ? pdf(receiver, wi, {}) : 0.0F;
+}
+
 double SphereLight::power() const noexcept { return emitted_power(radiance_, 4 * std::numbers::pi * square(radius_)); }
 
 EmitterBounds SphereLight::bounds() const noexcept {
@@ -208,8 +241,13 @@ Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u, float pmf) co
 }
 
 float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!(height_of(receiver) > offset_)) return 0;
+  if (!shows_front(receiver)) return 0;
   return area_pdf(receiver, wi, point, normal_, area_);
+}
+
+float DiskLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const auto hit = plane_towards(receiver, wi, center_, axis_u_, axis_v_);
+  return hit && square(hit->a) + square(hit->b) <= 1 ? pdf(receiver, wi, hit->point) : 0.0F;
 }
 
 double DiskLight::power() const noexcept { return emitted_power(radiance_, area_); }

@@ -19,8 +19,8 @@ namespace equaltime {
 /// for 4 % less variance (tests/bench).
 inline constexpr float kNearSquared = 1;
 
-/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than the
-/// light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
+/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than
+/// the light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
 /// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
 [[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const SurfaceAnchor& point, float height,
                                                        const Spectrum& radiance, float area, float solid_angle,
@@ -51,6 +51,8 @@ class TriangleLight {
     return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
@@ -82,6 +84,8 @@ class RectangleLight {
     return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
@@ -106,6 +110,11 @@ class SphereLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept {
+    const Vec3d to_center = center_ - Vec3d(receiver);
+    return shows_front(receiver, to_center, length(to_center));
+  }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
@@ -127,11 +136,15 @@ class DiskLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
-  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - Vec3f(center_)); }
+  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept {
+    return dot(normal_, receiver - Vec3f(center_));
+  }
 
   Vec3d center_, axis_u_, axis_v_;
   Vec3f normal_;

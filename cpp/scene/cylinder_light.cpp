@@ -39,7 +39,10 @@ Optional<LightSample> CylinderLight::sample(Vec3f receiver, Point2f u, float pmf
   if (!(pdf > 0)) return std::nullopt;
   const double distance = length(to_point);
   const Vec3f point(place), n(normal);
-  return LightSample{Vec3f(to_point / distance), radiance_, static_cast<float>(pdf) * pmf, static_cast<float>(distance),
+  return LightSample{Vec3f(to_point / distance),
+                     radiance_,
+                     static_cast<float>(pdf) * pmf,
+                     static_cast<float>(distance),
                      {point, n, point_offset(point, n)}};
 }
 
@@ -47,6 +50,20 @@ float CylinderLight::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {
   const Vec3d from(receiver), r = Vec3d(point) - tube_.base;
   const Vec3d out = normalize(r - tube_.axis * dot(r, tube_.axis));
   return static_cast<float>(density(facing(from), Vec3d(point) - from, inward_ ? -out : out));
+}
+
+float CylinderLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const Vec3d from(receiver), direction(wi), r = from - tube_.base;
+  // Across the axis: where the line enters the tube its outer side faces the receiver, where it leaves, the inner one.
+  const Vec3d r_across = r - tube_.axis * dot(r, tube_.axis), along = tube_.axis * dot(direction, tube_.axis);
+  const Vec3d d_across = direction - along;
+  const double a = length_squared(d_across), middle = -dot(r_across, d_across) / a;
+  const double beside = square(tube_.radius) - length_squared(r_across + d_across * middle);
+  if (!(beside >= 0)) return 0;
+  const double t = middle + (inward_ ? 1 : -1) * std::sqrt(beside / a);
+  const double height = dot(r + direction * t, tube_.axis);
+  if (!(t > 0 && height >= 0 && height <= tube_.length)) return 0;
+  return pdf(receiver, wi, Vec3f(from + direction * t));
 }
 
 double CylinderLight::power() const noexcept {

@@ -1,5 +1,5 @@
-// Cylinder light: a tube without caps that shines outwards, or inwards. Sampled by area, over the strip of it that faces
-// the receiver.
+// Cylinder light: a tube without caps that shines outwards, or inwards. Sampled by area, over the strip of it that
+// faces the receiver.
 #pragma once
 
 #include "accel/geometry.h"
@@ -17,6 +17,8 @@ class CylinderLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
+  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 

@@ -61,8 +61,26 @@ class Lights {
   /// One light, picked, then sampled at u as seen from the receiver; pdf includes the pick. Nothing if that light shows
   /// the receiver no front, which is a sample of value 0.
   template <auto E>
-  [[nodiscard]] Optional<LightSample> sample(LightSelection selection, const Receiver& receiver, const Sampler& sampler,
-                                             std::uint32_t bounce, Point2f u) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, const Receiver& receiver,
+                                                              const Sampler& sampler, std::uint32_t bounce,
+                                                              Point2f u) const noexcept {
+    const auto picked = pick(selection, receiver, sampler, bounce);
+    return picked ? sample<E>(*picked, receiver, sampler, bounce, u) : std::nullopt;
+  }
+  /// The two steps of it. Nothing is picked where no light may reach the receiver.
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightPick> pick(LightSelection selection, const Receiver& receiver,
+                                                          const Sampler& sampler, std::uint32_t bounce) const noexcept;
+  template <auto E>
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, const Receiver& receiver,
+                                                              const Sampler& sampler, std::uint32_t bounce,
+                                                              Point2f u) const noexcept;
+
+  /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
+  template <auto E>
+  [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver) const noexcept;
+  /// Density of those directions at wi, whatever stands before the light; no pick is in it.
+  template <auto E>
+  [[nodiscard]] float pdf_towards(std::uint32_t light, const Receiver& receiver, Vec3f wi) const noexcept;
 
   /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
   template <auto E>
@@ -109,29 +127,39 @@ class Lights {
   std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
-template <auto E>
-EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightSelection selection, const Receiver& receiver,
-                                                      const Sampler& sampler, std::uint32_t bounce,
-                                                      Point2f u) const noexcept {
+EQUALTIME_INLINE Optional<LightPick> Lights::pick(LightSelection selection, const Receiver& receiver,
+                                                  const Sampler& sampler, std::uint32_t bounce) const noexcept {
   if (!any_power()) return std::nullopt;
-  LightPick pick{0, 1};
-  if (size_ > 1) {
-    const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
-    if (selection == LightSelection::tree) {
-      const auto by_tree = pick_by_tree(receiver, bits);
-      if (!by_tree) return std::nullopt;
-      pick = *by_tree;
-    } else {
-      const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
-      pick.light = table.sample(bits);
-      pick.pmf = table.pmf(pick.light);
-    }
-  }
+  if (size_ == 1) return LightPick{0, 1};
+  const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
+  if (selection == LightSelection::tree) return pick_by_tree(receiver, bits);
+  const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
+  const std::uint32_t light = table.sample(bits);
+  return LightPick{light, table.pmf(light)};
+}
+
+template <auto E>
+EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, const Receiver& receiver, const Sampler& sampler,
+                                                      std::uint32_t bounce, Point2f u) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
     if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
   return visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
+}
+
+template <auto E>
+bool Lights::has_directions(std::uint32_t light, const Receiver& receiver) const noexcept {
+  if (light >= deltas_begin_) return light >= environment_begin_;
+  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.shows_front(receiver.p); });
+}
+
+template <auto E>
+float Lights::pdf_towards(std::uint32_t light, const Receiver& receiver, Vec3f wi) const noexcept {
+  if constexpr (E.environment)
+    if (light >= environment_begin_)
+      return std::visit([&](const auto& e) noexcept { return e.eval(wi).pdf; }, *environment_);
+  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
 }
 
 }  // namespace equaltime

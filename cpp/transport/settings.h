@@ -12,7 +12,7 @@ namespace equaltime {
 
 /// How light is found: by scattered rays alone, in directions that are uniform or the BSDF's; or also by rays sent to
 /// lights, which then find all direct light (light), or share it with the scattered rays: with both rays at every
-/// vertex (mis), or with one of the two at random (mixture).
+/// vertex (mis), or with one that goes either way at random and is what the path follows (mixture).
 enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
 
 [[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
@@ -25,7 +25,7 @@ inline constexpr int kUnlimitedDepth = 0x7fffffff;
 
 struct Settings {
   Technique technique = Technique::mis;
-  Heuristic heuristic = Heuristic::power;  // of mis; mixture has its own density, which is the balance heuristic
+  Heuristic heuristic = Heuristic::power;  // of mis
   LightSelection lights = LightSelection::power;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::sobol;

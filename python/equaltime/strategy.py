@@ -42,8 +42,9 @@ class Strategy(BaseModel):
     technique: Literal["uniform", "bsdf", "light", "mis", "mixture"] = "mis"
     """How light is found: by rays in directions that are uniform, or drawn from the BSDF; or by rays to light sources
     besides, which then find all direct light (``light``) or share it: with both rays at every vertex (``mis``), or with
-    one of the two at random, divided by the mixture of their densities (``mixture``). Perfect mirrors and glass are
-    followed, and point lights aimed at, by all of them. The weights of ``mixture`` double with every bounce."""
+    one, drawn either way at random and followed, whose weight divides by the mean of both densities (``mixture``).
+    Perfect mirrors and glass are followed, and point lights aimed at, by all of them. Where lights fill little of what
+    a point sees, the weights of ``mixture`` double with every bounce."""
     heuristic: Literal["balance", "power"] | None = None
     """Weights of the combination; ``power`` unless given. None but for ``mis``."""
     lights: Literal["uniform", "power", "tree"] = "power"

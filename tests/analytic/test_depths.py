@@ -47,9 +47,7 @@ def seen(camera: Array, depth: int, technique: str, *add: object) -> float:
 def test_one_segment_sees_emission_two_see_direct_light_three_see_it_mirrored(technique: str) -> None:
     direct = 0.5 / np.pi * np.pi / 4  # reflectance/π times intensity over squared distance
     assert seen(DOWN, 1, technique, add_floor, add_point) == 0.0
-    # A mixture aims at the light every other time, at double weight: a z-test at 0.1 %, 4096 samples.
-    accuracy = 3.3 / 64 if technique == "mixture" else 1e-6
-    assert seen(DOWN, 2, technique, add_floor, add_point) == pytest.approx(direct, rel=accuracy)
+    assert seen(DOWN, 2, technique, add_floor, add_point) == pytest.approx(direct, rel=1e-6)
     assert seen(UP, 1, technique, add_floor, add_point, add_mirror) == 0.0
     assert seen(UP, 2, technique, add_floor, add_point, add_mirror) == 0.0
 

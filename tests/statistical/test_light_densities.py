@@ -74,6 +74,45 @@ def test_a_sample_and_a_ray_in_its_direction_state_one_density(
     assert (np.abs(1.0001 * ratio - 1.0) > tolerance).mean() > 0.9, "the twin: densities wrong by a hundredth percent"
 
 
+def add_shell(builder: _core.SceneBuilder) -> None:
+    """A sphere that shines inwards, with every receiver inside."""
+    builder.add_sphere([0, 0, 0], 256.0, flip_normals=True, front=None, back=None, radiance=WHITE)
+
+
+def add_tube(builder: _core.SceneBuilder) -> None:
+    axis = 0.5 * TURN[:, 2]
+    builder.add_cylinder(-axis, axis, 0.4, flip_normals=False, front=None, back=None, radiance=WHITE)
+
+
+def add_pipe(builder: _core.SceneBuilder) -> None:
+    """A tube that shines inwards, with every receiver inside."""
+    axis = 512.0 * TURN[:, 2]
+    builder.add_cylinder(-axis, axis, 256.0, flip_normals=True, front=None, back=None, radiance=WHITE)
+
+
+@pytest.mark.parametrize("add", [add_triangle, add_rectangle, add_disk, add_sphere, add_shell, add_tube, add_pipe])
+def test_the_density_of_a_light_is_known_for_directions_that_something_else_drew(
+    add: Callable[[_core.SceneBuilder], None],
+) -> None:
+    """Where a ray meets the light it is the one of that place, where it passes it 0."""
+    scene, places = build(add, eye=[9, 9, 9]), receivers()
+    target = 0.4 * np.random.default_rng(8).standard_normal(places.shape)
+    wi = (target - places) / np.linalg.norm(target - places, axis=1, keepdims=True)
+    met = parts.eval_lights(scene, "uniform", places, wi)
+    density = parts.direction_densities(scene, 0, places, wi)
+    front = density >= 0
+    assert front.mean() > 0.4
+    assert not met["valid"][~front].any()
+    assert ((density[front] > 0) != met["valid"][front]).mean() < EDGES
+    both = front & met["valid"]
+    assert both.sum() > 0.03 * RECEIVERS
+    normal = scene.intersect(places[both], wi[both])["n"]
+    tolerance = 32 * ROUNDOFF / np.abs((normal * wi[both]).sum(axis=1))
+    ratio = density[both] / met["pdf"][both]
+    assert (np.abs(ratio - 1.0) > tolerance).mean() < EDGES
+    assert (np.abs(1.0001 * ratio - 1.0) > tolerance).mean() > 0.9, "the twin: densities wrong by a hundredth percent"
+
+
 def solid_angle(corners: Array, places: Array) -> Array:
     """Return the solid angle of a triangle seen from places (N, 3), in extended precision (Van Oosterom, Strackee)."""
     a, b, c = (np.asarray(v, np.longdouble) - places for v in corners)

@@ -20,7 +20,7 @@ from .chi2 import LEVEL, chi_square, share, sidak
 Array = NDArray[np.float64]
 KINDS = ["independent", "stratified", "sobol"]
 EACH = share(LEVEL, len(KINDS) * (3 + 5))
-BOUND = stats.norm.isf(share(LEVEL, 5 * len(KINDS)) / 2)
+BOUND = stats.norm.isf(share(LEVEL, 3 * len(KINDS)) / 2)
 
 
 def numbers(kind: str, seed: int, pixel: int, count: int, slot: int, replicates: int = 1) -> Array:
@@ -143,9 +143,9 @@ def test_stratified_numbers_of_each_replicate_take_a_stratum_each(k: int, replic
 
 
 def test_independent_numbers_and_those_from_the_middle_of_sixteen_do_not() -> None:
-    """The twin."""
+    """The twin. In half of the pixels, or fewer, two parts of sixteen complete each other."""
     assert not in_strata(numbers("independent", 5, 0, 16, 0))
-    assert not in_strata(numbers("stratified", 5, 0, 24, 0)[8:])
+    assert not all(in_strata(numbers("stratified", 5, pixel, 18, 0)[2:]) for pixel in range(20))
 
 
 def scatter(kind: str, count: int, seed: int) -> float:
@@ -156,13 +156,13 @@ def scatter(kind: str, count: int, seed: int) -> float:
 
 @pytest.mark.parametrize("count", [4, 16, 64])
 def test_strata_leave_the_variance_within_them_alone(count: int) -> None:
-    """As the integrals over the cells have it, which are exact to 1e-5; an F-test at 0.1 %."""
+    """As the integrals over the cells have it, which are exact to 1e-5; a χ²-test at 0.1 %."""
     u = (np.arange(512) + 0.5) / 512
     side = math.isqrt(count)
     values = SMOOTH["two dimensions"][0](np.stack(np.meshgrid(u, u, indexing="ij"), axis=-1).reshape(-1, 2))
     cells = values.reshape(side, 512 // side, side, 512 // side).transpose(0, 2, 1, 3).reshape(count, -1)
     expected = float(cells.var(axis=1).mean()) / count
-    low, high = stats.f.ppf([0.0005, 0.9995], 3999, np.inf)
+    low, high = stats.chi2.ppf([0.0005, 0.9995], 3999) / 3999
     assert low < scatter("stratified", count, 9) / expected < high
     assert scatter("independent", count, 9) / expected > high, "the twin: no strata"
 
@@ -197,12 +197,12 @@ def test_sobol_errors_of_smooth_integrals_fall_faster_than_samples_grow(name: st
     assert -0.6 < error_slope("independent", *SMOOTH[name], replicates) < -0.4, "the twin"
 
 
-@pytest.mark.parametrize("count", [1, 3, 4, 7, 16])
+@pytest.mark.parametrize("count", [3, 4, 7])
 @pytest.mark.parametrize("kind", KINDS)
 def test_means_over_pixels_are_unbiased(kind: str, count: int) -> None:
     """Over scrambles, any number of samples of a smooth integrand has its exact mean: z-tests at 0.1 %, and twins."""
     integrand, exact = SMOOTH["two dimensions"]
-    means = np.array([integrand(numbers(kind, 9, p, count, 11)).mean() for p in range(20_000)])
+    means = np.array([integrand(numbers(kind, 9, p, count, 11)).mean() for p in range(10_000)])
     error = means.std() / np.sqrt(len(means))
     assert abs(means.mean() - exact) < BOUND * error
     assert abs(means.mean() * 1.03 - exact) > BOUND * error
