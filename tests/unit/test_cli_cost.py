@@ -103,6 +103,16 @@ def test_an_experiment_ends_with_the_verdict(
 
 
 @pytest.mark.usefixtures("quickly")
+def test_the_command_line_is_kept_with_the_runs_that_it_made(experiment: Path, folder: Path) -> None:
+    arguments = ["cost", str(experiment), "-o", str(folder), "--repeats", "1"]
+    for count in ("1", "2", "2"):
+        assert main([*arguments[:-1], count]) == 0
+    sessions = json.loads((folder / "provenance.json").read_text())["sessions"]
+    begin = f"equaltime cost {experiment} -o {folder} --repeats"
+    assert [session["command"] for session in sessions.values()] == [f"{begin} 1", f"{begin} 2"]
+
+
+@pytest.mark.usefixtures("quickly")
 def test_json_has_the_summary_and_nothing_that_json_has_not(
     experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

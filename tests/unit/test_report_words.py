@@ -159,3 +159,10 @@ def test_numbers_with_powers_of_ten_are_compared_whole_and_spelt_out() -> None:
 def test_the_end_of_a_time_that_holds_has_the_unit_that_suits_it() -> None:
     tail = Interval(86_400.0, 0.05, 1e9).bounded("low", "heavy tail")
     assert seconds_cell(tail).text.replace("\N{NARROW NO-BREAK SPACE}", " ") == "\N{GREATER-THAN OR EQUAL TO} 50 ms"
+
+
+def test_a_ratio_to_what_is_never_reached_is_at_most_its_upper_end() -> None:
+    assert str(factor_cell(Interval(0.0, 0.0, 0.00017, note="baseline"))).startswith(
+        "\N{LESS-THAN OR EQUAL TO} 0.00017"
+    )
+    assert factor_cell(Interval(0.5, 0.0, 0.6)).text.startswith("0.5")

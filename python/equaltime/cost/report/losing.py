@@ -99,11 +99,22 @@ def _ratio_sentence(found: Losses, baseline: str) -> str:
         rest = f", and better in {_part(better)} of them" if found.better.any() else ", nor surely better anywhere"
         return f"At equal time it is worse than {baseline} in no block{rest}."
     factor = float(np.median(found.ratio[found.worse]))
-    times = f"{factor:.2g}\N{MULTIPLICATION SIGN} its error" if math.isfinite(factor) else "error where that has none"
+    times = (
+        f"{_two_digits(factor)}\N{MULTIPLICATION SIGN} its error"
+        if math.isfinite(factor)
+        else "error where that has none"
+    )
+    rest = f"better in {_part(better)}" if found.better.any() else "surely better nowhere"
     return (
         f"At equal time it is worse than {baseline} in {_part(worse)} of the blocks{_place(found.worse, worse)}, with "
-        f"{times} in the median, and better in {_part(better)}."
+        f"{times} in the median, and {rest}."
     )
+
+
+def _two_digits(factor: float) -> str:
+    if factor < 100.0:
+        return f"{factor:.2g}"
+    return f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def _part(part: float) -> str:

@@ -64,7 +64,12 @@ def error_cell(interval: Interval) -> Cell:
 
 
 def factor_cell(interval: Interval) -> Cell:
-    """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign."""
+    """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
+
+    One of 0 has a side that is not reached, and is at most what its upper end says.
+    """
+    if interval.value == 0.0 and interval.trusted and 0.0 < interval.high < math.inf:
+        return Cell(f"\N{LESS-THAN OR EQUAL TO} {_short(interval.high)}{_TIMES}", note=interval.note)
     return _cell(interval, _FACTOR)
 
 
