@@ -84,6 +84,23 @@ def test_a_mixture_keeps_its_weights() -> None:
     assert ball.bsdf == m.BlendBsdf(weight=0.75, bsdf=(m.Diffuse(), m.Plastic()))  # type: ignore[union-attr]
 
 
+@pytest.mark.parametrize(
+    ("aovs", "kept"),
+    [
+        ("a:depth, b:position", "a:depth, b:position"),
+        ("a:depth, b:albedo, c:position", "a:depth, c:position"),
+        ("b:albedo", None),
+    ],
+)
+def test_outputs_that_can_be_written_are_kept(aovs: str, kept: str | None) -> None:
+    integrator = {"type": "aov", "aovs": aovs, "inner": {"type": "path", "max_depth": 3}}
+    loaded = et.load_dict(scene(how=integrator), substitute=True)
+    assert loaded.max_depth == 3
+    assert getattr(loaded.model.integrator, "aovs", None) == kept
+    assert bool(loaded.substitutions) == (kept != aovs)
+    assert loaded.core.shapes == 0
+
+
 def test_references_to_what_is_left_out_are_left_out_too() -> None:
     description = scene(fog={"type": "heterogeneous"}, ball=BALL | {"exterior": {"type": "ref", "id": "fog"}})
     (ball,) = et.load_dict(description, substitute=True).model.shapes

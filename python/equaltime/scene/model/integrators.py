@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import AfterValidator, Field, PositiveInt, model_validator
+from pydantic import AfterValidator, Field, NonNegativeInt, PositiveInt, model_validator
 
 from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
@@ -38,14 +38,19 @@ class IntegratorPlugin(Plugin):
     """Base of the integrators."""
 
     kind: ClassVar[Kind] = "integrator"
+    hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass"})
+    later: ClassVar[frozenset[str]] = frozenset({"timeout"})
 
+    block_size: NonNegativeInt = 0
+    """How Mitsuba divides the image; without effect, as the next."""
+    samples_per_pass: PositiveInt | None = None
     hide_emitters: Annotated[bool, AfterValidator(_shown)] = False
 
 
 class Path(IntegratorPlugin):
     """Global illumination by paths of up to ``max_depth`` segments."""
 
-    hints: ClassVar[frozenset[str]] = frozenset({"rr_depth"})
+    hints: ClassVar[frozenset[str]] = IntegratorPlugin.hints | {"rr_depth"}
 
     type: Literal["path"] = "path"
     max_depth: Annotated[int, Field(ge=-1, lt=2**31), AfterValidator(_sees_something)] = -1
@@ -69,7 +74,7 @@ class VolPathMis(Path):
 class Direct(IntegratorPlugin):
     """Emitted and direct light only: a path integrator of depth 2."""
 
-    hints: ClassVar[frozenset[str]] = frozenset({"shading_samples", "emitter_samples", "bsdf_samples"})
+    hints: ClassVar[frozenset[str]] = IntegratorPlugin.hints | {"shading_samples", "emitter_samples", "bsdf_samples"}
 
     type: Literal["direct"] = "direct"
     shading_samples: PositiveInt | None = None
