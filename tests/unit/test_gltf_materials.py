@@ -130,27 +130,6 @@ def test_a_set_of_texture_coordinates_may_be_chosen(tmp_path: Path) -> None:
     )
 
 
-# -- colours of vertices ----------------------------------------------------------------------------------------------
-
-
-def test_vertex_colours_are_multiplied_by_the_factor(tmp_path: Path) -> None:
-    builder = one_triangle(pbrMetallicRoughness={"baseColorFactor": [0.5, 1, 1, 1]})
-    colors = builder.accessor([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    builder.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = colors
-    scene = loaded(builder, tmp_path)
-    found = scene.model.shapes[0].bsdf
-    assert isinstance(found, m.Principled)
-    assert isinstance(found.base_color, m.MeshAttribute)
-    mesh = scene.assets.mesh(scene.model.shapes[0])  # type: ignore[arg-type]
-    assert mesh.colors[:, :3].tolist() == [[0.5, 0, 0], [0, 1, 0], [0, 0, 1]]  # type: ignore[union-attr]
-
-
-def test_white_vertices_change_nothing(tmp_path: Path) -> None:
-    builder = Builder()
-    builder.node(mesh=builder.mesh(COLOR_0=[[1, 1, 1, 1]] * 3))
-    assert bsdf(builder, tmp_path).base_color == (1, 1, 1)  # type: ignore[union-attr]
-
-
 # -- opacity ----------------------------------------------------------------------------------------------------------
 
 

@@ -43,7 +43,6 @@ COPIES = {
 
 NOT_YET = {
     *("ClearCoatTest.gltf", "09_texture_transform.gltf", "AlphaBlendModeTest.glb"),  # normal maps
-    *("01_color_attribute.gltf", "cubevc.glb"),  # vertex attributes
     "14_emission_strength.gltf",  # textured emission
 }
 """What the core cannot render yet."""

@@ -19,15 +19,14 @@ PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
 )
 BLACK: Final = (0.0, 0.0, 0.0)
-VERTEX_COLOR: Final = "vertex_color"
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
     """What of a mesh its BSDF depends on."""
 
-    colored: bool
-    """It has vertex colours that count."""
+    colors: str
+    """The name of its bitmap of vertex colours; empty if it has none."""
     mirrored: bool
     """It shows its textures in a mirror, which turns normal maps over."""
 
@@ -79,7 +78,7 @@ class Materials:
         for note in seen.notes:
             self._document.note(note, place.path)
         name = "material" if material is None else f"material_{material}"
-        name += ("_colored" if variant.colored else "") + (MIRRORED if variant.mirrored else "")
+        name += variant.colors.replace("/", "_") + (MIRRORED if variant.mirrored else "")
         layers = self._layers(seen, material, variant, place)
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 
@@ -90,7 +89,7 @@ class Materials:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
             make = self._stand_in if self._without_principled else self._principled
-            bsdf = make(seen, material, variant.colored, place)
+            bsdf = make(seen, material, variant.colors, place)
         if "normal" in slots and not seen.unlit:
             name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
@@ -104,36 +103,35 @@ class Materials:
             bsdf = plant("bsdf", "mask", place, opacity=self._number(material, "opacity", slots["opacity"]), bsdf=bsdf)
         return bsdf
 
-    def _principled(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+    def _principled(self, seen: SurfaceLook, material: int | None, colors: str, place: Place) -> Object:
         result = plant("bsdf", "principled", place, eta=seen.eta)
         for name in PRINCIPLED:
             if (slot := seen.slots.get(name)) is None:
                 continue
             if name == "base_color":
-                add(result, name, self._base_color(material, slot, colored, place))
+                add(result, name, self._base_color(material, slot, colors, place))
             else:
                 add(result, name, self._number(material, name, slot))
         return result
 
-    def _stand_in(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
+    def _stand_in(self, seen: SurfaceLook, material: int | None, colors: str, place: Place) -> Object:
         """Return what is rendered in place of `principled`."""
         lost = [name for name in ("sheen", "clearcoat", "anisotropic") if name in seen.slots]
         message = "principled is not there yet: diffuse and metallic parts in fixed shares stand for it"
         self._document.note(message + (f", without {' and '.join(lost)}" if lost else ""), place.path)
         base, alpha = seen.slots["base_color"], self._number(material, "alpha", seen.slots["alpha"])
         metallic = self._number(material, "metallic", seen.slots["metallic"])
-        colors = [self._base_color(material, base, colored, place) for _ in range(2)]
-        result = stand_in(place, colors[0], metallic, alpha, colors[1])
+        bases = [self._base_color(material, base, colors, place) for _ in range(2)]
+        result = stand_in(place, bases[0], metallic, alpha, bases[1])
         if "spec_trans" not in seen.slots:
             return result
         glass = plant("bsdf", "dielectric", place, int_ior=seen.eta, ext_ior=1.0)
         return self._blend(self._number(material, "spec_trans", seen.slots["spec_trans"]), result, glass, place)
 
-    def _base_color(self, material: int | None, slot: Slot, colored: bool, place: Place) -> object:
-        if colored and slot.texture is None:
-            return plant("texture", "mesh_attribute", place, name=VERTEX_COLOR)
-        if colored:
-            self._document.note("COLOR_0 is not used where there is a texture of the base colour", place.path)
+    def _base_color(self, material: int | None, slot: Slot, colors: str, place: Place) -> object:
+        if colors:
+            name = f"{self._document.name}#{colors}"
+            return plant("texture", "bitmap", place, filename=name, raw=True, wrap_mode="clamp")
         return self._color(material, "base_color", slot)
 
     def _thin(self, seen: SurfaceLook, material: int | None, bsdf: Object, place: Place) -> Object:
