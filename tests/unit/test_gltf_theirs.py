@@ -76,3 +76,12 @@ def test_the_shipped_copies_are_the_originals(file: str) -> None:
 @pytest.mark.parametrize("file", SHAPES_AND_TRIANGLES)
 def test_every_file_at_hand_is_loaded_and_rendered(file: str) -> None:
     check(OTHERS / file, *SHAPES_AND_TRIANGLES[file])
+
+
+@at_hand
+def test_a_crowd_of_instances_is_loaded_and_rendered() -> None:
+    scene = et.load(OTHERS / "blender-io" / "24_gpu_instancing" / "24_gpu_instancing.gltf")
+    assert len(scene.model.shapes) == 1900
+    assert scene.core.triangles < 10_000
+    image = et.render(scene.with_(size=(24, 18)), spp=4).image
+    assert image.std() > 0.01
