@@ -13,7 +13,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cost.peers.command import CommandPeer
-from equaltime.cost.peers.common import checked_image, with_box_filter
+from equaltime.cost.peers.common import checked_image, uneven_samples, with_box_filter
 from equaltime.errors import PeerError
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -189,3 +189,12 @@ def test_a_box_filter_changes_the_filter_only() -> None:
     assert boxed.digest != tent.digest
     assert boxed.model.shapes == tent.model.shapes
     assert with_box_filter(boxed) is boxed
+
+
+def test_sample_counts_that_differ_are_kept_and_cut_as_the_image_is() -> None:
+    counts = np.arange(WIDTH * HEIGHT).reshape(HEIGHT, WIDTH)
+    cropped = scene().with_(crop=(1, 2, 3, 2))
+    np.testing.assert_array_equal(uneven_samples(counts, cropped), counts[2:4, 1:4])
+    np.testing.assert_array_equal(uneven_samples(counts[2:4, 1:4], cropped), counts[2:4, 1:4])
+    for nothing in (None, np.full_like(counts, 7), counts[1:]):
+        assert uneven_samples(nothing, scene()) is None

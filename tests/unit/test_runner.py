@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from equaltime.cost import runner, single_run
+from equaltime.cost.analysis import summarise
 from equaltime.cost.core_subject import CoreSubject
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
@@ -114,6 +116,7 @@ class Clockwork:
     biased: bool = False
     asked: list[tuple[int, ...]] = field(default_factory=list)
     closed: bool = False
+    samples: NDArray[np.int64] | None = None
 
     def prepare(self, scene: Scene, threads: int) -> float:
         return 0.25
@@ -124,7 +127,8 @@ class Clockwork:
         taken = []
         for spp in ladder:
             taken.append(spp)
-            yield Checkpoint(spp, spp / self.rate, spp / self.rate, np.full((8, 12, 3), 0.1, np.float32))
+            image = np.full((8, 12, 3), 0.1, np.float32)
+            yield Checkpoint(spp, spp / self.rate, spp / self.rate, image, samples=self.samples)
         self.asked.append(tuple(taken))
 
     def close(self) -> None:
@@ -144,6 +148,15 @@ def test_all_repeats_have_the_counts_that_the_first_reached(folder: Path, clockw
     assert fast.asked == [(2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96)] * 3
     assert slow.asked == [(2, 4, 6, 8, 12, 16, 24, 32)] * 3
     assert all(subject.closed for subject in clockworks)
+
+
+def test_sample_counts_that_differ_are_kept_for_the_report(folder: Path, clockworks: list[Clockwork]) -> None:
+    clockworks[1].samples = np.arange(96).reshape(8, 12)
+    run(experiment(), folder)
+    even, uneven = summarise(experiment(), load(folder / "records.csv"), folder).scenes[0].strategies
+    assert even.samples is None
+    assert uneven.samples is not None
+    np.testing.assert_array_equal(np.load(uneven.samples), clockworks[1].samples)
 
 
 def test_flip_is_measured_at_the_end_of_runs_that_are_long_enough(folder: Path, clockworks: list[Clockwork]) -> None:

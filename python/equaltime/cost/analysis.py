@@ -101,6 +101,12 @@ class _Scene:
         """
         return self.experiment.question == "bias" or not strategy.heavy
 
+    def _samples(self, strategy: StrategyRuns) -> Path | None:
+        """Return the file of the sample counts of the first repeat's image, if they differ."""
+        last = strategy.last
+        path = self.place.samples(self.name, strategy.label, last[0].repeat) if last else None
+        return path if path is not None and path.exists() else None
+
     def _reference_file(self, label: str | None) -> Path | None:
         path = self.place.reference(self.name, label)
         return path if path.exists() else None
@@ -142,6 +148,7 @@ class _Scene:
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
+            samples=self._samples(strategy),
             reference=self._reference_file(strategy.label),
         )
 

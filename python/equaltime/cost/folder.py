@@ -6,7 +6,8 @@
     experiment.json  what is compared; what a continuation must agree with
     provenance.json  machines and builds by the keys that records have; references; agreements; sessions
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
-    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); if the experiment wants them,
+    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
+                     its pixels have different numbers of samples (H, W); if the experiment wants them,
                      SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
 """
 
@@ -64,6 +65,11 @@ class Folder:
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
         """Return the file of the last image of a run."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
+
+    def samples(self, scene: str, strategy: str, repeat: int) -> Path:
+        """Return the file of that image's sample counts, which is there if they differ from pixel to pixel."""
+        image = self.image(scene, strategy, repeat)
+        return image.with_name(f"{image.stem}-samples.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
         """Return the file of the film of a strategy's image forming."""

@@ -124,4 +124,7 @@ class SingleRun:
         path = folder.image(*self.key)
         with replacing(path) as file:
             np.save(file, checkpoint.image)
+        if checkpoint.samples is not None:
+            with replacing(folder.samples(*self.key)) as file:
+                np.save(file, checkpoint.samples)
         return path.relative_to(folder.path).as_posix()

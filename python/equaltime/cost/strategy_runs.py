@@ -6,6 +6,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from equaltime.cost.parts import Parts, relmse_of_parts
 from equaltime.cost.record import Row
 from equaltime.cost.statistics import FEWEST_REPEATS, join
 from equaltime.cost.tails import squared_errors, tail_of
+from equaltime.errors import StrategyError
 from equaltime.strategy import Strategy
 
 __all__ = ["StrategyRuns", "runs_of"]
@@ -95,7 +97,8 @@ def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
 def _independent(row: Row) -> bool:
     """Tell whether samples are known to be independent; of a command nothing is."""
     if row.renderer == "core":
-        return Strategy.parse(row.name).sampler == "independent"
+        with suppress(StrategyError):  # a subject of one's own may call itself anything
+            return Strategy.parse(row.name).sampler == "independent"
     return row.renderer == "mitsuba" and re.search(r"\bindependent\b", row.name) is not None
 
 

@@ -34,6 +34,8 @@ class Checkpoint:
     rays: int | None = None
     shadow_rays: int | None = None
     """So far; None if the renderer does not count them."""
+    samples: NDArray[np.int64] | None = None
+    """(H, W): samples of each pixel; None if all have ``spp``."""
 
 
 class Subject(Protocol):

@@ -44,7 +44,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
-from equaltime.cost.peers.common import checked_image, render_seed, with_box_filter
+from equaltime.cost.peers.common import checked_image, render_seed, uneven_samples, with_box_filter
 from equaltime.cost.peers.process import end, ending, tail
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import ImageError, PeerError
@@ -122,10 +122,14 @@ class CommandPeer:
         with tempfile.TemporaryDirectory() as folder:
             arguments, out = self._filled(Path(folder), self._scene, spp, seed)
             wall, cpu, said = self._call(arguments, self._threads)
-            image = checked_image(self._image(out), self._scene, self.label)
+            picture = self._picture(out)
+            image = checked_image(self._image(picture), self._scene, self.label)
+            samples = uneven_samples(picture.samples, self._scene)
         times = {"seconds": wall, "cpu_seconds": cpu, "spp": spp} | said
-        paths = int(times["spp"]) * image.shape[0] * image.shape[1]
-        return Checkpoint(int(times["spp"]), times["seconds"], times["cpu_seconds"], image, paths=paths)
+        paths = int(times["spp"]) * image.shape[0] * image.shape[1] if samples is None else int(samples.sum())
+        return Checkpoint(
+            int(times["spp"]), times["seconds"], times["cpu_seconds"], image, paths=paths, samples=samples
+        )
 
     def _filled(self, folder: Path, scene: Scene, spp: int, seed: int) -> tuple[list[str], Path]:
         """Return the arguments with all words filled in, and where the image will be."""
@@ -190,14 +194,20 @@ class CommandPeer:
                 raise PeerError(f"{self.label}: the command says that {name} is {value!r}{of}")
         return numbers
 
-    def _image(self, path: Path) -> NDArray[np.float32]:
-        """Return the image that the command wrote (H, W, 3); one channel is grey."""
+    def _picture(self, path: Path) -> images.Picture:
+        """Read what the command wrote."""
         if not path.exists():
             raise PeerError(f"{self.label}: the command ended well and wrote no image to {{out}}: {self.command}")
         try:
-            picture = images.read(path)
-            if len(picture.channels) == 1:
-                return np.repeat(next(iter(picture.channels.values()))[..., None], 3, axis=-1)
+            return images.read(path)
+        except ImageError as error:
+            raise PeerError(f"{self.label}: the image cannot be used: {error}") from error
+
+    def _image(self, picture: images.Picture) -> NDArray[np.float32]:
+        """Return the image (H, W, 3); one channel is grey."""
+        if len(picture.channels) == 1:
+            return np.repeat(next(iter(picture.channels.values()))[..., None], 3, axis=-1)
+        try:
             return picture.image
         except ImageError as error:
             raise PeerError(f"{self.label}: the image cannot be used: {error}") from error

@@ -13,7 +13,7 @@ from equaltime.errors import PeerError
 from equaltime.scene import Scene
 from equaltime.scene.model import Box
 
-__all__ = ["checked_image", "render_seed", "with_box_filter"]
+__all__ = ["checked_image", "render_seed", "uneven_samples", "with_box_filter"]
 
 
 def with_box_filter(scene: Scene) -> Scene:
@@ -45,6 +45,16 @@ def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.flo
         count = f"{finite.size - np.count_nonzero(finite)} of {finite.size} pixels are not finite"
         raise PeerError(f"{who}: {count}; the first is ({column}, {row}): {image[row, column].tolist()}")
     return np.ascontiguousarray(image, dtype=np.float32)
+
+
+def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[np.int64] | None:
+    """Return a peer's sample counts, cut as its image is; None if they are all the same, or not of this image."""
+    (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
+    if samples is not None and samples.shape == (full_height, full_width):
+        samples = samples[y : y + height, x : x + width]
+    if samples is None or samples.shape != (height, width) or (samples == samples[0, 0]).all():
+        return None
+    return np.ascontiguousarray(samples)
 
 
 def render_seed(seed: int, spp: int) -> int:
