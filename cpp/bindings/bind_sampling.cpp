@@ -124,7 +124,7 @@ py::dict sample_lights(const Scene& scene, const std::string& lights, const Arra
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
     const auto s = scene.lights.sample<kAllEffects>(select, receivers[i], sampler, 0, sampler.vertex(0).light_point);
-    if (s) out.set(i, s->wi, s->radiance * static_cast<float>(scale), s->pdf);
+    if (s) out.set(i, s->wi, scene.radiance_of(*s) * static_cast<float>(scale), s->pdf);
   }
   return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
 }
@@ -147,7 +147,7 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
       out.set(i, d, v.radiance * scale, v.pdf);
     } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
       const float pdf = scene.lights.area_pdf<kAllEffects>(select, scene.light_of(*it), receiver, d, it->anchor.p);
-      out.set(i, d, scene.surfaces[it->shape].radiance * scale, pdf);
+      out.set(i, d, scene.radiance<kAllEffects>(*it) * scale, pdf);
     }
   }
   return py::dict("radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);

@@ -90,6 +90,20 @@ void bind_textures(py::class_<SceneDescription>& builder) {
       .def("add_bitmap", &add_bitmap, "texels"_a, py::kw_only(), "srgb"_a, "filter"_a = "bilinear", "wrap"_a = "repeat",
            "to_uv"_a = py::none())
       .def("add_checkerboard", &add_checkerboard, "color0"_a, "color1"_a, py::kw_only(), "to_uv"_a = py::none())
+      .def(
+          "bind_radiance",
+          [](SceneDescription& d, std::uint32_t shape, std::uint32_t texture) {
+            d.emissions.push_back({shape, texture});
+          },
+          "shape"_a, "texture"_a)
+      .def(
+          "bend",
+          [](SceneDescription& d, std::uint32_t bsdf, std::uint32_t texture, bool bump, double scale, bool flip_invalid,
+             bool shadowing, bool turned) {
+            d.bends.push_back({bsdf, texture, bump, scale, flip_invalid, shadowing, turned});
+          },
+          "bsdf"_a, "texture"_a, py::kw_only(), "bump"_a, "scale"_a = 1.0, "flip_invalid"_a = true,
+          "shadowing"_a = true, "turned"_a = false)
       .def("add_null",
            [](SceneDescription& d) {
              d.bsdfs.emplace_back(NullDescription{});

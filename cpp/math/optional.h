@@ -16,6 +16,7 @@ class Optional {
   [[nodiscard]] constexpr explicit operator bool() const noexcept { return engaged_; }
   [[nodiscard]] constexpr bool has_value() const noexcept { return engaged_; }
   [[nodiscard]] constexpr const T& operator*() const noexcept { return value_; }
+  [[nodiscard]] constexpr T& operator*() noexcept { return value_; }
   [[nodiscard]] constexpr const T* operator->() const noexcept { return &value_; }
   [[nodiscard]] constexpr T* operator->() noexcept { return &value_; }
 

@@ -31,7 +31,7 @@ struct Spectrum {
 
   [[nodiscard]] constexpr bool is_black() const noexcept { return r == 0 && g == 0 && b == 0; }
   [[nodiscard]] constexpr float max_component() const noexcept { return std::max(r, std::max(g, b)); }
-  /// Rec. 709, as Mitsuba makes a number of a colour.
+  /// Rec. 709, with Mitsuba's digits.
   [[nodiscard]] constexpr float luminance() const noexcept { return 0.212671F * r + 0.71516F * g + 0.072169F * b; }
   [[nodiscard]] constexpr float mean() const noexcept { return (r + g + b) * (1.0F / 3.0F); }
   [[nodiscard]] bool is_finite() const noexcept { return std::isfinite(r) && std::isfinite(g) && std::isfinite(b); }

@@ -15,7 +15,7 @@
 namespace equaltime {
 
 /// What a texture may give to a model, which takes it by `set`; a model leaves alone what it does not have. A parameter
-/// that is one number takes a colour's luminance.
+/// that is one number is given a grey.
 enum class BsdfParameter : std::uint8_t {
   reflectance,
   diffuse_reflectance,
@@ -38,6 +38,11 @@ inline constexpr const char* kBsdfParameterNames[] = {"reflectance",
                                                       "alpha_u",
                                                       "alpha_v",
                                                       "weight"};
+
+[[nodiscard]] constexpr bool is_number(BsdfParameter p) noexcept {
+  return p == BsdfParameter::alpha || p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v ||
+         p == BsdfParameter::weight;
+}
 
 /// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
 struct BsdfValue {

@@ -6,6 +6,7 @@
 
 #include "scene/build_lights.h"
 #include "scene/build_meshes.h"
+#include "scene/emission.h"
 #include "scene/scene.h"
 
 namespace equaltime {
@@ -43,7 +44,6 @@ class Builder {
   void add_groups();
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
-  void add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped);
   Lights make_lights();
   std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top) const;
 
@@ -59,7 +59,7 @@ class Builder {
   std::vector<Geometries> groups_;
   std::vector<InstanceDescription> instances_;
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
-  std::vector<AreaLight> area_lights_;
+  AreaLights area_lights_{textures_};
   std::size_t dropped_triangles_ = 0;
 };
 
@@ -72,6 +72,8 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     surface.textured = surface.textured || materials_[surface.bsdf[side]].textured;
   }
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
+  for (const auto& [shape, texture] : description_.emissions)
+    if (shape == surfaces_.size()) area_lights_.set_emission(surface, surfaces_.size(), texture);
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
@@ -92,16 +94,6 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
   geometries_.meshes.push_back(std::move(mesh));
 }
 
-void Builder::add_triangle_lights(const TriangleMesh& mesh, Surface& surface, bool flipped) {
-  if (surface.radiance.is_black()) return;
-  surface.light_per_primitive = true;
-  surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3f &v0 = mesh.vertices[a], &v1 = mesh.vertices[b], &v2 = mesh.vertices[c];
-    area_lights_.emplace_back(TriangleLight(v0, flipped ? v2 : v1, flipped ? v1 : v2, surface.radiance));
-  }
-}
-
 void Builder::add(std::size_t index, MeshDescription& mesh) {
   TriangleMesh out = placed_mesh(index, mesh, space_);
   dropped_triangles_ += drop_degenerate(index, out);
@@ -110,7 +102,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
   if (needs_tangents(mesh.surface)) surface.tangents = triangle_tangents(out, mesh.uvs);
   if (surface.textured) surface.uvs = float_uvs(index, mesh.uvs);
-  add_triangle_lights(out, surface, false);
+  area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
 }
 
@@ -128,10 +120,10 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   if (surface.textured) surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   if (needs_tangents(r.surface)) surface.tangents.assign(2, to_float(edge_x));
   if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
-    add_triangle_lights(out, surface, flipped);
+    area_lights_.add_triangles(index, out, surface, flipped);
   } else if (!surface.radiance.is_black()) {
-    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
-    area_lights_.emplace_back(RectangleLight(out.vertices[0], edge_x, edge_y, flipped, surface.radiance));
+    area_lights_.add(surface, index, 0,
+                     RectangleLight(out.vertices[0], edge_x, edge_y, flipped, area_lights_.mean_radiance(surface)));
   }
   add_mesh(index, std::move(out));
 }
@@ -147,9 +139,11 @@ void Builder::add(std::size_t index, DiskDescription& d) {
   geometries_.disks.push_back({center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))});
   const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
   Surface& surface = surfaces_[add_surface(d.surface, flipped)];
+  surface.kind = SurfaceKind::disk;
+  surface.azimuth[0] = to_float(u), surface.azimuth[1] = to_float(v);
   if (!surface.radiance.is_black()) {
-    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
-    area_lights_.emplace_back(DiskLight(center, u, v, flipped, surface.radiance));
+    area_lights_.add(surface, index, geometries_.disks.size() - 1,
+                     DiskLight(center, u, v, flipped, area_lights_.mean_radiance(surface)));
   }
   disk_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
@@ -163,9 +157,10 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
   surface.pole = to_float(s.pole);
   set_azimuth(surface, s.pole, s.meridian, s.mirrored);
+  surface.kind = SurfaceKind::sphere, surface.size = static_cast<float>(radius);
   if (!surface.radiance.is_black()) {
-    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
-    area_lights_.emplace_back(SphereLight(center, radius, s.flip_normals, surface.radiance));
+    area_lights_.add(surface, index, geometries_.spheres.size() - 1,
+                     SphereLight(center, radius, s.flip_normals, area_lights_.mean_radiance(surface)));
   }
   sphere_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
@@ -179,9 +174,11 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   geometries_.cylinders.push_back(cylinder);
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
   set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);
+  surface.kind = SurfaceKind::cylinder, surface.size = static_cast<float>(radius);
+  surface.pole = to_float(axis);
   if (!surface.radiance.is_black()) {
-    surface.first_light = static_cast<std::uint32_t>(area_lights_.size());
-    area_lights_.emplace_back(CylinderLight(cylinder, c.flip_normals, surface.radiance));
+    area_lights_.add(surface, index, geometries_.cylinders.size() - 1,
+                     CylinderLight(cylinder, c.flip_normals, area_lights_.mean_radiance(surface)));
   }
   cylinder_shapes_.push_back(static_cast<std::uint32_t>(index));
 }
@@ -199,8 +196,7 @@ void Builder::add(std::size_t index, InstanceDescription& instance) {
 SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
   const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
   SetOfShapes set{count(mesh_shapes_), 0, count(sphere_shapes_), count(disk_shapes_), count(cylinder_shapes_)};
-  for (ShapeDescription& shape : shapes)
-    std::visit([&](auto& s) { add(surfaces_.size(), s); }, shape);
+  for (ShapeDescription& shape : shapes) std::visit([&](auto& s) { add(surfaces_.size(), s); }, shape);
   set.mesh_count = count(mesh_shapes_) - set.first_mesh;
   return set;
 }
@@ -208,9 +204,9 @@ SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
 void Builder::add_groups() {
   for (GroupDescription& group : description_.groups) {
     space_ = group_spaces_.emplace_back(group);
-    const std::size_t lights = area_lights_.size(), instances = instances_.size(), first = surfaces_.size();
+    const std::size_t lights = area_lights_.lights.size(), instances = instances_.size(), first = surfaces_.size();
     group_sets_.push_back(add_set(group.shapes));
-    if (area_lights_.size() > lights) fail(first, "the shapes of a group cannot emit");
+    if (area_lights_.lights.size() > lights) fail(first, "the shapes of a group cannot emit");
     if (instances_.size() > instances) fail(first, "a group cannot hold instances");
     groups_.push_back(std::exchange(geometries_, {}));
   }
@@ -232,13 +228,13 @@ std::vector<MeshView> Builder::view_meshes(const Accel& accel, const SetOfShapes
 Lights Builder::make_lights() {
   const Bounds& bounds = normalization_.bounds();
   const double radius = bounds.empty() ? 1 : 0.5 * length(bounds.extent());
-  return Lights(std::move(area_lights_), make_delta_lights(description_, normalization_),
+  return Lights(std::move(area_lights_.lights), make_delta_lights(description_, normalization_),
                 make_environment(description_, normalization_), radius);
 }
 
 Scene Builder::build(Intersection mode) {
   textures_ = make_textures(std::move(description_.textures));
-  materials_ = make_materials(description_, textures_);
+  materials_ = make_materials(description_, textures_, normalization_.length(1));
   surfaces_.reserve(description_.shapes.size());
   const SetOfShapes top = add_set(description_.shapes);
   Geometries own = std::exchange(geometries_, {});
@@ -260,6 +256,7 @@ Scene Builder::build(Intersection mode) {
           std::move(cylinder_shapes_),
           std::move(materials_),
           std::move(textures_),
+          description_.emissions.empty() ? std::vector<Emitter>() : std::move(area_lights_.emitters),
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),

@@ -171,6 +171,8 @@ struct SceneDescription {
   std::vector<BsdfDescription> bsdfs;
   std::vector<TextureDescription> textures;
   std::vector<TextureBinding> bindings;
+  std::vector<BendDescription> bends;
+  std::vector<EmissionDescription> emissions;
   std::vector<ShapeDescription> shapes;
   std::vector<GroupDescription> groups;
   std::vector<PointLightDescription> point_lights;

@@ -41,6 +41,11 @@ RayD Instance::to_local(const RayD& ray) const noexcept {
   return {combined(rows_, ray.origin - origin_), combined(rows_, ray.direction), ray.t_max};
 }
 
+Vec3f Instance::to_world(const Vec3f& v) const noexcept {
+  const Vec3d d(v);
+  return Vec3f(columns_[0] * d.x + columns_[1] * d.y + columns_[2] * d.z);
+}
+
 detail::Met Instance::placed(const detail::Met& local) const noexcept {
   const auto to_world = [&](const Vec3d& v) { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; };
   // Normals go by the transposed inverse: its columns are rows_.

@@ -19,6 +19,7 @@ class Instance {
 
   [[nodiscard]] std::uint32_t group() const noexcept { return group_; }
   [[nodiscard]] RayD to_local(const RayD& ray) const noexcept;
+  [[nodiscard]] Vec3f to_world(const Vec3f& direction) const noexcept;
   /// What was met in the group's space, in the scene's.
   [[nodiscard]] detail::Met placed(const detail::Met& local) const noexcept;
 

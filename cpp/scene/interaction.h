@@ -9,6 +9,8 @@
 
 namespace equaltime {
 
+inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
 /// A point on a surface with its normal and the distance along the normal that surely clears the surface.
 /// The distance bounds the rounding of the point and the error of Embree's plane equation: it is relative to both.
 struct SurfaceAnchor {
@@ -30,6 +32,11 @@ struct Interaction {
 
   bool smooth;    // the shading normal is interpolated, so that it may differ from the geometric one
   Point2f place;  // on a textured surface: barycentric on a triangle, uv elsewhere
+
+  std::uint32_t instance;  // that the surface is seen in, or kNone
+
+  Vec3f unbent;     // the shading normal before a texture bent it
+  float shadowing;  // by a bent normal: the squared roughness of its model; 0 if there is none
 
   /// The ray that leaves in a direction of which it is known whether it is above the surface.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {

@@ -28,6 +28,7 @@ struct LightSample {
   SurfaceAnchor target;   // its normal towards the receiver
   bool infinite = false;  // the light is a direction: target has no meaning
   bool delta = false;     // no other technique can find it
+  std::uint32_t light = 0;  // of an area light: its number
 };
 
 /// Radiance and density of a light that a scattered ray has met.

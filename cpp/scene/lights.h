@@ -145,7 +145,9 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, const Rece
     if (pick.light >= environment_begin_) return sample_environment(sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
     if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
-  return visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
+  auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
+  if constexpr (E.textures) sample->light = pick.light;
+  return sample;
 }
 
 template <auto E>

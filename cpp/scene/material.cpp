@@ -13,24 +13,29 @@ void set(Bsdf& bsdf, BsdfParameter parameter, const Spectrum& value) noexcept {
   std::visit([&](auto& leaf) noexcept { leaf.set(parameter, value); }, bsdf);
 }
 
-float as_weight(const Spectrum& value) noexcept { return std::clamp(value.luminance(), 0.0F, 1.0F); }
+float as_weight(float value) noexcept { return std::clamp(value, 0.0F, 1.0F); }
 
-std::optional<Spectrum> constant(const Texture& texture) noexcept {
-  return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
+/// What a parameter gets of a texture at uv.
+Spectrum value_for(BsdfParameter parameter, const Texture& texture, Point2f uv) noexcept {
+  return is_number(parameter) ? Spectrum(number(texture, uv)) : eval(texture, uv);
 }
 
 bool is_of_azimuth(BsdfParameter p) noexcept { return p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v; }
 
 }  // namespace
 
+std::optional<Spectrum> constant(const Texture& texture) noexcept {
+  return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
+}
+
 Bsdf Material::at(const std::vector<Texture>& textures, Point2f uv) const noexcept {
   Bsdf leaf = bsdf;
-  for (const auto& [parameter, texture] : bindings) set(leaf, parameter, eval(textures[texture], uv));
+  for (const auto& [parameter, texture] : bindings) set(leaf, parameter, value_for(parameter, textures[texture], uv));
   return leaf;
 }
 
 float Material::weight_at(const std::vector<Texture>& textures, Point2f uv) const noexcept {
-  return bindings.empty() ? weight : as_weight(eval(textures[bindings.front().texture], uv));
+  return bindings.empty() ? weight : as_weight(number(textures[bindings.front().texture], uv));
 }
 
 std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
@@ -53,21 +58,20 @@ Material make_material(const BsdfDescription& d) {
 }
 
 void bind(Material& material, BsdfParameter parameter, std::uint32_t index, const Texture& texture) {
-  const auto value = constant(texture);
-  if (!value) {
+  if (!constant(texture)) {
     material.bindings.push_back({parameter, index});
     material.anisotropic = material.anisotropic || is_of_azimuth(parameter);
   } else if (parameter == BsdfParameter::weight) {
-    material.weight = as_weight(*value);
+    material.weight = as_weight(number(texture, {0, 0}));
   } else {
-    set(material.bsdf, parameter, *value);
+    set(material.bsdf, parameter, value_for(parameter, texture, {0, 0}));
   }
 }
 
 /// What a material takes from its parts, which come before it.
 void complete(std::vector<Material>& materials, std::uint32_t index) {
   Material& m = materials[index];
-  m.textured = !m.bindings.empty();
+  m.textured = !m.bindings.empty() || m.bend;
   m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
   m.passes = m.kind == Material::Kind::nothing;
   if (m.kind != Material::Kind::mixture) return;
@@ -82,13 +86,21 @@ void complete(std::vector<Material>& materials, std::uint32_t index) {
 
 }  // namespace
 
-std::vector<Material> make_materials(const SceneDescription& description, const std::vector<Texture>& textures) {
+std::vector<Material> make_materials(const SceneDescription& description, const std::vector<Texture>& textures,
+                                     double length_scale) {
   std::vector<Material> materials;
   for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d));
   for (const auto& [bsdf, parameter, texture] : description.bindings) {
     if (bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(bsdf) + " to bind to");
     if (texture >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(texture) + " to bind");
     bind(materials[bsdf], parameter, texture, textures[texture]);
+  }
+  for (const BendDescription& b : description.bends) {
+    if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");
+    if (b.texture >= textures.size())
+      throw std::invalid_argument("no texture " + std::to_string(b.texture) + " to bend by");
+    const auto scale = static_cast<float>(b.scale * length_scale);
+    materials[b.bsdf].bend = Bend{b.texture, b.bump, b.flip_invalid, b.shadowing, b.turned, scale};
   }
   for (std::uint32_t i = 0; i < materials.size(); ++i) complete(materials, i);
   return materials;
@@ -98,7 +110,8 @@ std::vector<Texture> make_textures(std::vector<TextureDescription> descriptions)
   std::vector<Texture> textures;
   for (TextureDescription& d : descriptions) {
     textures.push_back(make_texture(std::move(d)));
-    if (const auto color = constant(textures.back())) textures.back() = Checkerboard(*color);
+    if (const auto color = constant(textures.back()))
+      textures.back() = Checkerboard(*color, number(textures.back(), {0, 0}));
   }
   return textures;
 }

@@ -13,6 +13,13 @@ namespace equaltime {
 
 struct SceneDescription;
 
+/// See BendDescription; the scale is of normalised lengths.
+struct Bend {
+  std::uint32_t texture;
+  bool bump, flip_invalid, shadowing, turned;
+  float scale;
+};
+
 struct Material {
   struct Binding {
     BsdfParameter parameter;
@@ -23,6 +30,7 @@ struct Material {
 
   Bsdf bsdf;  // of a leaf, as it is where no texture speaks
   std::vector<Binding> bindings = {};
+  std::optional<Bend> bend = {};
   Kind kind = Kind::leaf;
   // Of the material or any part of it:
   bool textured = false;
@@ -38,11 +46,13 @@ struct Material {
 };
 
 /// One a BSDF of the description. A texture of one colour becomes a constant of the leaf.
-/// Throws std::invalid_argument if a binding or a mixture names what is not there.
+/// Lengths are scaled by `length_scale`. Throws std::invalid_argument if something is named that is not there.
 [[nodiscard]] std::vector<Material> make_materials(const SceneDescription& description,
-                                                   const std::vector<Texture>& textures);
+                                                   const std::vector<Texture>& textures, double length_scale);
 /// The material itself, or the only part of a mixture that is ever picked.
 [[nodiscard]] std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept;
+/// The colour of a texture that has one only.
+[[nodiscard]] std::optional<Spectrum> constant(const Texture& texture) noexcept;
 /// One a texture of the description; those of one colour keep no texels.
 [[nodiscard]] std::vector<Texture> make_textures(std::vector<TextureDescription> descriptions);
 

@@ -1,5 +1,5 @@
-// Meeting: where exactly a ray meets a primitive that Embree says it hits, in the primitive's own space, in float64; and
-// the interaction that this makes.
+// Meeting: where exactly a ray meets a primitive that Embree says it hits, in the primitive's own space, in float64;
+// and the interaction that this makes.
 #pragma once
 
 #include "accel/accel.h"
@@ -46,7 +46,9 @@ template <auto E>
   else
     frame = Frame::from_normal(ns);
   SurfaceAnchor anchor{Vec3f(met.p), n * side, met.offset};
-  return {anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place};
+  return {
+      anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place, kNone,
+      {},     0};
 }
 
 /// Azimuth and polar angle, in whole turns and half turns.

@@ -21,7 +21,7 @@ struct RoughConductor {
     if (parameter == BsdfParameter::eta) eta = value;
     if (parameter == BsdfParameter::k) k = value;
     if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
-    distribution.set(parameter, value.luminance());
+    distribution.set(parameter, value.g);
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {

@@ -15,12 +15,12 @@ double azimuth(double x, double y) noexcept {
 
 }  // namespace
 
-Point2f Scene::uv(const Interaction& it) const noexcept {
-  const std::uint32_t mesh = surfaces[it.shape].mesh;
-  if (mesh == kNone || meshes[mesh].uvs == nullptr) return it.place;
-  const auto& [a, b, c] = meshes[mesh].triangles[it.primitive];
+Point2f Scene::uv(std::uint32_t shape, std::uint32_t primitive, Point2f place) const noexcept {
+  const std::uint32_t mesh = surfaces[shape].mesh;
+  if (mesh == kNone || meshes[mesh].uvs == nullptr) return place;
+  const auto& [a, b, c] = meshes[mesh].triangles[primitive];
   const Point2f* uvs = meshes[mesh].uvs;
-  const auto [u, v] = it.place;
+  const auto [u, v] = place;
   return {uvs[a].x * (1 - u - v) + uvs[b].x * u + uvs[c].x * v, uvs[a].y * (1 - u - v) + uvs[b].y * u + uvs[c].y * v};
 }
 

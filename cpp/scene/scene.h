@@ -9,6 +9,7 @@
 #include "math/optional.h"
 #include "scene/instance.h"
 #include "scene/lights.h"
+#include "scene/emission.h"
 #include "scene/material.h"
 #include "scene/normalization.h"
 #include "scene/pixel_filter.h"
@@ -16,6 +17,11 @@
 #include "scene/surface.h"
 
 namespace equaltime {
+
+/// How a point moves with its texture coordinates.
+struct Derivatives {
+  Vec3f du, dv;
+};
 
 struct Scene {
   Normalization normalization;
@@ -31,6 +37,7 @@ struct Scene {
   std::vector<std::uint32_t> cylinder_shapes;
   std::vector<Material> materials;  // one a BSDF of the description
   std::vector<Texture> textures;
+  std::vector<Emitter> emitters;  // one an area light, or none if no texture emits
   Lights lights;
   Sensor sensor;
   PixelFilter filter;
@@ -56,17 +63,33 @@ struct Scene {
   [[nodiscard]] std::uint32_t picked(std::uint32_t material, const Interaction& it, float u) const noexcept;
   /// The share of light that passes straight through a material at the point.
   [[nodiscard]] float passing(std::uint32_t material, const Interaction& it) const noexcept;
-  /// BSDF of a leaf at the point. One that textures make is put in `own`.
+  /// BSDF of a leaf at the point, whose frame it may bend. One that textures make is put in `own`.
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, const Interaction& it,
+  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it,
                                                   std::optional<Bsdf>& own) const noexcept {
     const Material& material = materials[leaf];
+    if constexpr (E.normal_maps)
+      if (material.bend) bend(*material.bend, it);
     if constexpr (E.textures)
       if (!material.bindings.empty()) return own.emplace(material.at(textures, uv(it)));
     return material.bsdf;
   }
+  [[nodiscard]] Derivatives derivatives(const Interaction& it) const noexcept;
+  /// Bends the shading frame of the interaction.
+  void bend(const Bend& bend, Interaction& it) const noexcept;
   /// Texture coordinates of a point of a textured surface. A mesh that has none takes its triangles' barycentric ones.
-  [[nodiscard]] Point2f uv(const Interaction& it) const noexcept;
+  [[nodiscard]] Point2f uv(const Interaction& it) const noexcept { return uv(it.shape, it.primitive, it.place); }
+  [[nodiscard]] Point2f uv(std::uint32_t shape, std::uint32_t primitive, Point2f place) const noexcept;
+  /// What the front of an emissive surface sends back along the ray.
+  template <auto E>
+  [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {
+    const Surface& surface = surfaces[it.shape];
+    if constexpr (E.textures)
+      if (surface.emission != kNone) return surface.radiance * eval(textures[surface.emission], uv(it));
+    return surface.radiance;
+  }
+  /// What an area light sends from a point of it.
+  [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
@@ -97,8 +120,10 @@ Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept 
   if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, accel.geometries(), hit->id, RayD(ray)), ray);
   const Instance& instance = instances[hit->instance];
   const std::uint32_t group = instance.group();
-  return detail::face<E>(
+  Interaction it = detail::face<E>(
       instance.placed(meet<E>(groups[group], accel.groups()[group], hit->id, instance.to_local(RayD(ray)))), ray);
+  it.instance = hit->instance;
+  return it;
 }
 
 template <auto E>

@@ -33,9 +33,21 @@ namespace detail {
 /// The shading and the geometric normal agree on which side of the surface a direction is.
 template <auto E>
 [[nodiscard]] EQUALTIME_INLINE bool same_side(const Interaction& it, const Vec3f& world, const Vec3f& local) noexcept {
-  if constexpr (E.smooth_normals)
+  if constexpr (E.smooth_normals || E.normal_maps)
     if (it.smooth) return (dot(it.anchor.n, world) > 0) == (local.z > 0);
   return true;
+}
+
+/// What a bent normal lets through of the light of a direction, so that it darkens softly towards where the surface
+/// ends it (Conty Estevez et al. 2019, section 4).
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE Spectrum shadowed(const Interaction& it, const Vec3f& wi, const Spectrum& f) noexcept {
+  if constexpr (E.normal_maps) {
+    if (it.shadowing == 0) return f;
+    const float cos2 = square(dot(it.unbent, wi));
+    return f * (2 / (1 + std::sqrt(1 + it.shadowing * (1 - cos2) / cos2)));
+  }
+  return f;
 }
 }  // namespace detail
 
@@ -45,7 +57,8 @@ template <auto E>
   Vec3f wo = it.frame.to_local(it.wo);
   Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
-  return {visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); }), local.z > 0};
+  BsdfValue value = visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
+  return {{detail::shadowed<E>(it, wi, value.f), value.pdf}, local.z > 0};
 }
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
@@ -64,7 +77,7 @@ template <auto E>
   if (!s) return std::nullopt;
   Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
-  return Scattering{wi, s->wi.z > 0, s->weight, s->pdf, s->delta, s->radiance_scale};
+  return Scattering{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->radiance_scale};
 }
 
 /// Whether the BSDF scatters to the other side of the surface too.

@@ -10,8 +10,6 @@
 
 namespace equaltime {
 
-inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
 /// Bound of what float64 leaves between a computed point and its surface, anywhere in normalised space (2^11 across,
 /// some ten roundings). In a plane through the origin it is all there is, and enough to put a point behind it.
 inline constexpr float kExactOffset = 0x1p-37F;
@@ -50,20 +48,26 @@ struct TrianglePlane {
   return {n, dot(n, Vec3d(v0)), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
 }
 
+enum class SurfaceKind : std::uint8_t { mesh, sphere, disk, cylinder };
+
 struct Surface {
   std::uint32_t bsdf[2] = {kNone, kNone};  // front, back
   std::uint32_t first_light = kNone;       // in the scene's lights
   bool light_per_primitive = false;        // each triangle is a light of its own
   Spectrum radiance;                       // leaving the front side, normalised
+  std::uint32_t emission = kNone;          // the texture that multiplies it
   bool flipped = false;                    // front is against the geometric normal (spheres, disks)
   std::vector<TrianglePlane> planes;       // of each triangle (meshes)
   std::vector<Vec3f> normals;              // one a vertex, or none (meshes)
   std::vector<Vec3f> tangents;             // one a triangle if a BSDF is anisotropic, or none (meshes)
-  bool textured = false;                   // a texture looks at where on the surface a point is
-  std::uint32_t mesh = kNone;              // its number among the scene's meshes, if it is one
-  std::vector<Point2f> uvs;                // one a vertex, or none; of textured meshes only
-  Vec3f pole;                              // the axis round which azimuth is counted (spheres)
-  Vec3f azimuth[2];                        // across it, where azimuth is 0 and a quarter turn (spheres, cylinders)
+  SurfaceKind kind = SurfaceKind::mesh;
+  bool textured = false;       // a texture looks at where on the surface a point is
+  std::uint32_t mesh = kNone;  // its number among the scene's meshes, if it is one
+  std::vector<Point2f> uvs;    // one a vertex, or none; of textured meshes only
+  // Of spheres, cylinders and disks: the axis round which azimuth is counted, as long as a cylinder; across it, where
+  // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round.
+  Vec3f pole, azimuth[2];
+  float size = 0;
 };
 
 }  // namespace equaltime

@@ -41,6 +41,11 @@ float fold(float x, TextureWrap wrap) noexcept {
   return std::min(std::max(0.0F, x), 1.0F);
 }
 
+/// Which way a folded coordinate runs.
+float direction(float x, TextureWrap wrap) noexcept {
+  return wrap == TextureWrap::mirror && x - 2 * std::floor(0.5F * x) > 1 ? -1.0F : 1.0F;
+}
+
 /// Two neighbouring texels along an axis, and how far between their centres.
 struct Neighbours {
   std::size_t low, high;
@@ -111,6 +116,20 @@ Spectrum Bitmap::eval(Point2f uv) const noexcept {
   return look_up(place, [&](std::size_t i) noexcept { return texel(i); });
 }
 
+Point2f Bitmap::gradient(Point2f uv) const noexcept {
+  if (filter_ == TextureFilter::nearest) return {0, 0};
+  const Point2f place = to_uv_(uv);
+  const auto [left, right, x] = neighbours(place.x, width_, wrap_);
+  const auto [top, bottom, y] = neighbours(place.y, height_, wrap_);
+  const auto height = [&](std::size_t row, std::size_t column) noexcept {
+    return texel(row * width_ + column).luminance();
+  };
+  const float a = height(top, left), b = height(top, right), c = height(bottom, left), d = height(bottom, right);
+  const float along_u = static_cast<float>(width_) * ((b - a) * (1 - y) + (d - c) * y);
+  const float along_v = static_cast<float>(height_) * ((c - a) * (1 - x) + (d - b) * x);
+  return to_uv_.pull_back({along_u * direction(place.x, wrap_), along_v * direction(place.y, wrap_)});
+}
+
 Spectrum Bitmap::texel(std::size_t index) const noexcept {
   const auto channel = [&](std::size_t c) noexcept {
     const std::byte* at = &texels_[(index * channels_ + c) * bytes_of(format_)];
@@ -129,12 +148,14 @@ std::optional<Spectrum> Bitmap::constant() const noexcept {
 }
 
 Checkerboard::Checkerboard(const CheckerboardDescription& d) noexcept
-    : to_uv_(d.to_uv), colors_{spectrum(d.color0), spectrum(d.color1)} {}
+    : to_uv_(d.to_uv),
+      colors_{spectrum(d.color0), spectrum(d.color1)},
+      numbers_{colors_[0].mean(), colors_[1].mean()} {}
 
-Spectrum Checkerboard::eval(Point2f uv) const noexcept {
+std::size_t Checkerboard::square_at(Point2f uv) const noexcept {
   const Point2f place = to_uv_(uv);
   const bool right = place.x - std::floor(place.x) > 0.5F, far = place.y - std::floor(place.y) > 0.5F;
-  return colors_[right == far ? 0 : 1];
+  return right == far ? 0 : 1;
 }
 
 std::optional<Spectrum> Checkerboard::constant() const noexcept {

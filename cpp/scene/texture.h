@@ -20,6 +20,10 @@ class UvMap {
   [[nodiscard]] Point2f operator()(Point2f uv) const noexcept {
     return {m_[0] * uv.x + m_[1] * uv.y + m_[2], m_[3] * uv.x + m_[4] * uv.y + m_[5]};
   }
+  /// What a change along the texture's own coordinates is along the surface's.
+  [[nodiscard]] Point2f pull_back(Point2f gradient) const noexcept {
+    return {m_[0] * gradient.x + m_[3] * gradient.y, m_[1] * gradient.x + m_[4] * gradient.y};
+  }
 
  private:
   std::array<float, 6> m_;
@@ -31,6 +35,10 @@ class Bitmap {
   explicit Bitmap(BitmapDescription description);
 
   [[nodiscard]] Spectrum eval(Point2f uv) const noexcept;
+  /// How the luminance changes with u and v; not at all between the steps of nearest texels.
+  [[nodiscard]] Point2f gradient(Point2f uv) const noexcept;
+  /// One number for a colour: its luminance.
+  [[nodiscard]] float number(Point2f uv) const noexcept { return eval(uv).luminance(); }
   /// The colour, if it is the same everywhere.
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof(*this) + texels_.size(); }
@@ -53,16 +61,24 @@ class Bitmap {
 class Checkerboard {
  public:
   explicit Checkerboard(const CheckerboardDescription& d) noexcept;
-  /// Of one colour.
-  explicit Checkerboard(const Spectrum& color) noexcept : to_uv_(kSameUv), colors_{color, color} {}
+  /// Of one colour, for which one number stands.
+  Checkerboard(const Spectrum& color, float number) noexcept
+      : to_uv_(kSameUv), colors_{color, color}, numbers_{number, number} {}
 
-  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept;
+  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept { return colors_[square_at(uv)]; }
+  /// One number for a colour: its mean, as Mitsuba has it here.
+  [[nodiscard]] float number(Point2f uv) const noexcept { return numbers_[square_at(uv)]; }
+  [[nodiscard]] static Point2f gradient(Point2f) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(Checkerboard); }
 
  private:
+  /// Which of the two colours is there.
+  [[nodiscard]] std::size_t square_at(Point2f uv) const noexcept;
+
   UvMap to_uv_;
   Spectrum colors_[2];
+  float numbers_[2];
 };
 
 using Texture = std::variant<Bitmap, Checkerboard>;
@@ -72,6 +88,13 @@ using Texture = std::variant<Bitmap, Checkerboard>;
 [[nodiscard]] inline Spectrum eval(const Texture& texture, Point2f uv) noexcept {
   if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(uv);
   return std::get_if<Checkerboard>(&texture)->eval(uv);
+}
+
+[[nodiscard]] inline float number(const Texture& texture, Point2f uv) noexcept {
+  return std::visit([&](const auto& t) noexcept { return t.number(uv); }, texture);
+}
+[[nodiscard]] inline Point2f gradient(const Texture& texture, Point2f uv) noexcept {
+  return std::visit([&](const auto& t) noexcept { return t.gradient(uv); }, texture);
 }
 
 }  // namespace equaltime

@@ -44,4 +44,20 @@ struct TextureBinding {
   std::uint32_t texture;
 };
 
+/// A texture that multiplies the radiance of a shape, point by point.
+struct EmissionDescription {
+  std::uint32_t shape, texture;
+};
+
+/// What a texture does to the shading normal of a BSDF that is no mixture: a bump map is a height, in the author's
+/// units of length; a normal map is (n + 1) / 2 in the frame whose first axis follows u.
+struct BendDescription {
+  std::uint32_t bsdf, texture;
+  bool bump = false;
+  double scale = 1;          // of a height
+  bool flip_invalid = true;  // a normal bent away from the viewer is turned over, about the shading normal
+  bool shadowing = true;     // by Conty Estevez et al. (2019), "A Microfacet-Based Shadowing Function"
+  bool turned = false;       // for a back side: the normal is the front's turned round, not its mirror image
+};
+
 }  // namespace equaltime

@@ -59,7 +59,8 @@ inline SceneDescription full_room() {
   GroupDescription group;  // one of each, seen small and skewed, and turned over
   group.shapes.emplace_back(pyramid);
   group.shapes.emplace_back(SphereDescription{{0.5, 0, 0}, 0.25, false, {2, 3, {}}});
-  group.shapes.emplace_back(DiskDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 0.5, 0}), false, {0, 0, {}}});
+  group.shapes.emplace_back(
+      DiskDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 0.5, 0}), false, {0, 0, {}}});
   group.shapes.emplace_back(CylinderDescription{{0, -0.5, 0}, {0.25, -0.25, 0.25}, 0.125, false, {5, 5, {}}});
   d.groups.push_back(group);
   d.shapes.emplace_back(InstanceDescription{0, placed({0.25, 0, 0}, {0, 0.5, 0.125}, {0.125, 0, 0.25}, {0.5, 1, 0})});
@@ -79,6 +80,15 @@ inline SceneDescription full_room() {
   bitmap.texels = {std::byte{10}, std::byte{200}, std::byte{90}};
   d.textures = {CheckerboardDescription{{0.1, 0.5, 0.2}, {0.6, 0.1, 0.1}, {4, 0, 0, 0, 4, 0}}, bitmap};
   d.bindings = {{1, BsdfParameter::reflectance, 0}, {3, BsdfParameter::alpha, 1}};
+  d.bsdfs.emplace_back(NullDescription{});
+  const auto nothing = static_cast<std::uint32_t>(d.bsdfs.size() - 1);
+  d.bsdfs.emplace_back(MixtureDescription{nothing, 0, 0.5});
+  d.bindings.push_back({nothing + 1, BsdfParameter::weight, 0});
+  d.shapes.emplace_back(SphereDescription{{-0.25, 1.25, 0.5}, 0.125, false, {nothing + 1, nothing + 1, {}}});
+  d.bsdfs.emplace_back(DiffuseDescription{{0.3, 0.6, 0.6}});
+  d.bends = {{nothing + 2, 1, true, 0.05}};
+  d.shapes.emplace_back(
+      RectangleDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 1, -0.75}), false, {nothing + 2, {}, {}}});
   return d;
 }
 
@@ -118,6 +128,7 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
   };
   std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
   for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
+  for (BendDescription& bend : d.bends) bend.scale *= s;
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
   for (SpotLightDescription& light : d.spot_lights)

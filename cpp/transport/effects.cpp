@@ -10,7 +10,8 @@ namespace {
 /// What a material calls for, and its parts.
 void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
   const Material& material = scene.materials[index];
-  e.textures = e.textures || !material.bindings.empty();
+  e.textures = e.textures || !material.bindings.empty() || material.bend;
+  e.normal_maps = e.normal_maps || material.bend;
   if (material.kind != Material::Kind::leaf) {
     e.masks = true;
     if (material.kind == Material::Kind::mixture)
@@ -36,6 +37,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();
+    e.textures = e.textures || surface.emission != kNone;
     for (const std::uint32_t side : surface.bsdf)
       if (side != kNone) add_material(e, scene, side);
   }

@@ -15,10 +15,11 @@ struct Effects {
   bool layered = false;           // plastics: an interface over a diffuse body
   bool point_lights = false;      // and spots and directional lights: what no ray meets
   bool environment = false;
-  bool lens = false;      // the camera is no pinhole: a thin lens, or parallel rays
-  bool textures = false;  // parameters of BSDFs that vary over a surface
-  bool instances = false;  // groups of shapes that are seen more than once
-  bool masks = false;     // surfaces of several BSDFs or of none: masks, blends, nothing
+  bool lens = false;         // the camera is no pinhole: a thin lens, or parallel rays
+  bool textures = false;     // parameters of BSDFs, and radiance, that vary over a surface
+  bool normal_maps = false;  // and bump maps
+  bool instances = false;    // groups of shapes that are seen more than once
+  bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -43,6 +44,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::environment, "environment"},
     {&Effects::lens, "lens"},
     {&Effects::textures, "textures"},
+    {&Effects::normal_maps, "normal_maps"},
     {&Effects::instances, "instances"},
     {&Effects::masks, "masks"},
 };

@@ -41,13 +41,12 @@ struct Arrival {
 template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
                                                 const Arrival& ray) noexcept {
-  const Surface& surface = scene.surfaces[it.shape];
-  if (surface.first_light == kNone || !it.front) return {};
+  if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
   if (!ray.alone && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p);
-  return surface.radiance * emitter_weight(settings, ray, light, light_pdf);
+  return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
 }
 
 template <Effects E>
@@ -70,7 +69,9 @@ template <Effects E, class Probe>
   if (value.f.is_black()) return {};
   const bool shared = settings.technique != Technique::light && !light.delta;
   const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
-  Spectrum unoccluded = value.f * light.radiance * (weight / light.pdf);
+  Spectrum radiance = light.radiance;
+  if constexpr (E.textures) radiance = scene.radiance_of(light);
+  Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   const int crossings = settings.max_depth - static_cast<int>(bounce) - 2;
   const float share = unblocked<E>(scene, it, above, light, crossings, probe);
   return share > 0 ? unoccluded * share : Spectrum();

@@ -53,6 +53,13 @@ KernelRow row() {
 
 }  // namespace
 
+/// All but what few scenes call for.
+constexpr Effects kCommonEffects = [] {
+  Effects e = kAllEffects;
+  e.anisotropy = e.normal_maps = e.masks = e.lens = false;
+  return e;
+}();
+
 const std::vector<KernelRow>& kernel_rows() noexcept {
   static const std::vector<KernelRow> rows = {
       row<Effects{}>(),
@@ -60,6 +67,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{.smooth_normals = true, .environment = true}>(),
       row<Effects{.analytic_shapes = true}>(),
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
+      row<kCommonEffects>(),
       row<kAllEffects>(),
   };
   return rows;

@@ -9,7 +9,22 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from .feature_scenes import Dict, at, ball, box, floor, icosahedron, lamp, mesh, metal, rgb, scene, towards, window
+from .feature_scenes import (
+    Dict,
+    at,
+    ball,
+    box,
+    floor,
+    icosahedron,
+    lamp,
+    mesh,
+    metal,
+    rgb,
+    rough,
+    scene,
+    towards,
+    window,
+)
 
 __all__ = ["EVERYDAY_MATERIALS", "MATERIALS"]
 
@@ -76,6 +91,46 @@ def blended(weight: Any, first: Dict, second: Dict) -> Dict:
     return {"type": "blendbsdf", "weight": weight, "first": first, "second": second}
 
 
+def waves(path: Path, size: int = 16) -> Path:
+    """Write a grey image of smooth waves."""
+    x, y = np.meshgrid(*2 * [np.arange(size) / size])
+    height = 0.5 + 0.25 * np.sin(2 * np.pi * (x + 2 * y)) + 0.2 * np.cos(2 * np.pi * (2 * x - y))
+    mi.Bitmap(height[..., None].astype(np.float32)).write(str(path))
+    return path
+
+
+def leaning(path: Path, size: int = 8, most: float = 0.6) -> Path:
+    """Write a normal map, in floats."""
+    n = np.random.default_rng(9).uniform(-most, most, (size, size, 3))
+    n[..., 2] = 1.0
+    n /= np.linalg.norm(n, axis=2, keepdims=True)
+    mi.Bitmap((0.5 * n + 0.5).astype(np.float32)).write(str(path))
+    return path
+
+
+def bumpy(path: Path, bsdf: Dict, scale: float = 0.1, to_uv: Any = None, **extra: Any) -> Dict:
+    height = bitmap(waves(path), raw=True) | ({} if to_uv is None else {"to_uv": to_uv})
+    return {"type": "bumpmap", "texture": height, "scale": scale, "bsdf": bsdf, **extra}
+
+
+def mapped(path: Path, bsdf: Dict, most: float = 0.6, **extra: Any) -> Dict:
+    return {"type": "normalmap", "normalmap": bitmap(leaning(path, most=most), raw=True), "bsdf": bsdf, **extra}
+
+
+def both(bsdf: Dict) -> Dict:
+    return {"type": "twosided", "bsdf": bsdf}
+
+
+def seen_from_both_sides(bsdf: Dict) -> Dict:
+    """Tiles that show their fronts and their backs, and every shape with texture coordinates of its own."""
+    parts = dict(shapes(board()))
+    for part in parts.values():
+        if isinstance(part, dict) and part.get("bsdf", {}).get("type") == "twosided":
+            part["bsdf"] = bsdf
+    parts["back"] = {"type": "rectangle", "to_world": at(1.2, -0.4, 1.0, 0.4, 150, (0, 1, 0)), "bsdf": bsdf}
+    return parts
+
+
 def red() -> Dict:
     return {"type": "diffuse", "reflectance": rgb(0.8, 0.1, 0.1)}
 
@@ -83,6 +138,20 @@ def red() -> Dict:
 def brass(alpha: float = 0.3) -> Dict:
     """A rough metal, for blends: Mitsuba's lose light in a part that scatters into discrete directions."""
     return metal("roughconductor", alpha=alpha)
+
+
+def screens(texture: Dict) -> Dict:
+    """Lights whose radiance is a texture, near a floor and a box.
+
+    None is a mesh: on those, Mitsuba's light samples find a quarter less than its scattered rays.
+    """
+    screen = {"type": "area", "radiance": texture}
+    return scene(
+        *(floor(), box()),
+        {"type": "rectangle", "to_world": towards((-1.5, 0.5, 1), scale=[0.9, 0.6, 1]), "emitter": screen},
+        {"type": "sphere", "to_world": at(1.4, 0.6, 0, 0.4, 50, (1, 2, 1)), "emitter": screen},
+        {"type": "disk", "to_world": towards((1.5, 0, 1.5), scale=0.4), "emitter": screen},
+    )
 
 
 EVERYDAY_MATERIALS = ("a bitmap on every shape", "a mask of a bitmap")
@@ -143,9 +212,27 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
     "a blend by a bitmap": lambda folder: shapes_of(
         blended(bitmap(picture(folder / "grey.exr", channels=1), raw=True), red(), brass())
     ),
-    "a blend of blends": lambda _: shapes_of(
-        blended(0.6, blended(0.2, red(), brass()), blended(board(), red(), brass(0.1)))
+    "a blend of blends": lambda _: shapes_of(blended(0.6, blended(0.2, red(), brass()), blended(0.7, red(), brass()))),
+    "a normal map": lambda folder: seen_from_both_sides(mapped(folder / "n.exr", both(red()))),
+    "a normal map on a mirror image": lambda folder: seen_from_both_sides(both(mapped(folder / "n.exr", red()))),
+    "a normal map without shadowing": lambda folder: seen_from_both_sides(
+        mapped(folder / "n.exr", both(red()), use_shadowing_function=False)
     ),
+    "a normal map that leans far": lambda folder: seen_from_both_sides(mapped(folder / "n.exr", both(red()), 3.0)),
+    "a normal map on a rough metal": lambda folder: seen_from_both_sides(both(mapped(folder / "n.exr", brass(), 0.3))),
+    "a normal map on brushed metal": lambda folder: seen_from_both_sides(
+        mapped(folder / "n.exr", both(rough("ggx", 0.1, 0.4)), 0.3)
+    ),
+    "a bump map": lambda folder: seen_from_both_sides(bumpy(folder / "b.exr", both(red()))),
+    "a bump map on a mirror image": lambda folder: seen_from_both_sides(both(bumpy(folder / "b.exr", red()))),
+    "a bump map, scaled and turned": lambda folder: seen_from_both_sides(
+        bumpy(folder / "b.exr", both(red()), 0.2, uv([1.5, 0.5, 0.1], [-0.5, 2.0, 0.2]))
+    ),
+    "a bump map on a mesh": lambda folder: mesh(
+        icosahedron(folder / "mesh.ply", uvs=True), bumpy(folder / "b.exr", red()), face_normals=True
+    ),
+    "lights of a bitmap": lambda folder: screens(bitmap(picture(folder / "picture.exr", 9, 6))),
+    "lights of a checkerboard": lambda _: screens(board(3.0)),
     "two sides, each a blend": lambda _: scene(
         *(floor(), lamp(), window()),
         {
@@ -163,10 +250,10 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
 
 def shapes_of(bsdf: Dict) -> Dict:
     """A ball, a box and a tile of one BSDF on both sides."""
-    both = {"type": "twosided", "bsdf": bsdf}
+    sides = both(bsdf)
     return scene(
         *(floor(), lamp(), window(), {"type": "constant", "radiance": rgb(0.2, 0.3, 0.4)}),
-        {"type": "sphere", "to_world": at(-1.1, 0, 0, 0.7, 40), "bsdf": both},
-        {"type": "cube", "to_world": at(0.4, -0.3, 0.4, 0.4, 50), "bsdf": both},
-        {"type": "rectangle", "to_world": at(1.3, 0.4, -0.5, 0.6, 20), "bsdf": both},
+        {"type": "sphere", "to_world": at(-1.1, 0, 0, 0.7, 40), "bsdf": sides},
+        {"type": "cube", "to_world": at(0.4, -0.3, 0.4, 0.4, 50), "bsdf": sides},
+        {"type": "rectangle", "to_world": at(1.3, 0.4, -0.5, 0.6, 20), "bsdf": sides},
     )

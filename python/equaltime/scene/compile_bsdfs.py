@@ -1,11 +1,13 @@
 """Hands BSDFs to the core: each once, however often it is used and whatever it is called.
 
-A leaf has its step; blends and masks, which are blends with nothing, are mixtures of what they wrap.
+A leaf has its step; blends and masks, which are blends with nothing, are mixtures of what they wrap; bump and normal
+maps bend the normals of every leaf that they wrap.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Final
 
 from equaltime.scene.builder import Builder
@@ -13,10 +15,12 @@ from equaltime.scene.compile_textures import Textures, color, number
 from equaltime.scene.model import (
     BlendBsdf,
     Bsdf,
+    BumpMap,
     Conductor,
     Dielectric,
     Diffuse,
     Mask,
+    NormalMap,
     Null,
     Plastic,
     RoughConductor,
@@ -30,36 +34,65 @@ from equaltime.scene.unsupported import Unsupported
 __all__ = ["Materials"]
 
 
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """What bends the normals of a leaf."""
+
+    by: BumpMap | NormalMap
+    turned: bool
+
+
 class Materials:
     """The BSDFs that a builder has been given; equal ones share one index."""
 
     def __init__(self, builder: Builder, textures: Textures) -> None:
         self._builder = builder
         self._textures = textures
-        self._known: dict[Bsdf, int] = {}
+        self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
 
-    def index(self, bsdf: Bsdf | None) -> int | None:
-        """Return the core's index of `bsdf`, one side of a surface; None for one that absorbs everything."""
-        return None if bsdf is None else self._index(bsdf)
+    def index(self, bsdf: Bsdf | None, turned: bool = False) -> int | None:
+        """Return the core's index of `bsdf`, one side of a surface; None for one that absorbs everything.
 
-    def _index(self, bsdf: Bsdf) -> int:
-        nameless = bsdf.model_copy(update={"id": None})
-        if nameless not in self._known:
-            self._known[nameless] = self._add(bsdf)
-        return self._known[nameless]
+        `turned` says how it bends normals: see `sides.turns`.
+        """
+        return None if bsdf is None else self._index(bsdf, turned, None)
 
-    def _add(self, bsdf: Bsdf) -> int:
+    def _index(self, bsdf: Bsdf, turned: bool, bend: Bend | None) -> int:
+        key = bsdf.model_copy(update={"id": None}), turned, bend
+        if key not in self._known:
+            self._known[key] = self._add(bsdf, turned, bend)
+        return self._known[key]
+
+    def _add(self, bsdf: Bsdf, turned: bool, bend: Bend | None) -> int:
         if isinstance(bsdf, Mask):
-            return self._mixture(self._builder.add_null(), self._index(bsdf.bsdf), bsdf.opacity)
+            return self._mixture(self._builder.add_null(), self._index(bsdf.bsdf, turned, bend), bsdf.opacity)
         if isinstance(bsdf, BlendBsdf):
-            first, second = map(self._index, bsdf.bsdf)
+            first, second = (self._index(part, turned, bend) for part in bsdf.bsdf)
             return self._mixture(first, second, bsdf.weight)
+        if isinstance(bsdf, BumpMap | NormalMap):
+            if bend is not None:
+                raise Unsupported(bsdf, f"a '{bsdf.type}' within a '{bend.by.type}' is not supported")
+            return self._index(bsdf.bsdf, turned, Bend(bsdf, turned))
         step = LEAVES.get(type(bsdf))
         if step is None:
             raise Unsupported(bsdf)
         index = step(self._builder, bsdf)
         self._textures.bind(bsdf, index)
+        if bend is not None and not isinstance(bsdf, Null):
+            self._bend(index, bend)
         return index
+
+    def _bend(self, index: int, bend: Bend) -> None:
+        by = bend.by
+        self._builder.bend(
+            index,
+            self._textures.index(by.texture if isinstance(by, BumpMap) else by.normalmap),
+            bump=isinstance(by, BumpMap),
+            scale=by.scale if isinstance(by, BumpMap) else 1.0,
+            flip_invalid=by.flip_invalid_normals,
+            shadowing=by.use_shadowing_function,
+            turned=bend.turned,
+        )
 
     def _mixture(self, first: int, second: int, weight: Texture | float) -> int:
         index = self._builder.add_mixture(first, second, number(weight))

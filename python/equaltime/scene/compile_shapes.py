@@ -7,10 +7,23 @@ from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
-from equaltime.scene.model import Color, Instance, Shape, ShapeGroup, Solid, TexturePlugin, as_array
+from equaltime.scene.model import (
+    Bitmap,
+    Checkerboard,
+    Color,
+    Instance,
+    MeshAttribute,
+    Shape,
+    ShapeGroup,
+    Solid,
+    as_array,
+)
+from equaltime.scene.sides import turns
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Shapes"]
+
+WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class Shapes:
@@ -42,15 +55,14 @@ class Shapes:
             if medium is not None:
                 raise Unsupported(medium)
         placed = surface(shape, self._assets)
-        front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back)
-        return _add_surface(self._builder, placed, front, back, _radiance(placed))
-
-
-def _radiance(placed: Surface) -> Color | None:
-    radiance = placed.sides.radiance
-    if isinstance(radiance, TexturePlugin):
-        raise Unsupported(radiance, f"an area emitter with a texture ('{radiance.type}') is not supported yet")
-    return radiance
+        turned = shape.bsdf is not None and turns(shape.bsdf)
+        front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back, turned)
+        radiance = placed.sides.radiance
+        if not isinstance(radiance, Bitmap | Checkerboard | MeshAttribute):
+            return _add_surface(self._builder, placed, front, back, radiance)
+        index = _add_surface(self._builder, placed, front, back, WHITE)
+        self._builder.bind_radiance(index, self._textures.index(radiance))
+        return index
 
 
 def _add_surface(builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from equaltime.scene.model import BlendBsdf, Bsdf, BumpMap, Diffuse, Mask, NormalMap, TwoSided
 
-__all__ = ["sides"]
+__all__ = ["sides", "turns"]
 
 BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
 
@@ -29,6 +29,16 @@ def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
     if isinstance(bsdf, Diffuse) and bsdf.reflectance == BLACK.reflectance:
         return None, None
     return bsdf, bsdf if bsdf.transmits else None
+
+
+def turns(bsdf: Bsdf) -> bool:
+    """Tell whether a bent normal on the back of `bsdf` is the front's turned round.
+
+    It is unless ``twosided`` is around what bends it, which shows the back a mirror image of the front.
+    """
+    if isinstance(bsdf, BlendBsdf):
+        return any(map(turns, bsdf.bsdf))
+    return isinstance(bsdf, BumpMap | NormalMap) or (isinstance(bsdf, Mask) and turns(bsdf.bsdf))
 
 
 def _around(wrapper: Mask | BumpMap | NormalMap, inner: Bsdf) -> Bsdf:

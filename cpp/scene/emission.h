@@ -1,0 +1,32 @@
+// Emission of surfaces, as scenes are built: the area lights, each with what it sends on the average where a texture
+// says how much that is.
+#pragma once
+
+#include <vector>
+
+#include "scene/lights.h"
+#include "scene/surface.h"
+#include "scene/texture.h"
+
+namespace equaltime {
+
+/// The place of an area light; primitive: a triangle, or the number among spheres, disks or cylinders.
+struct Emitter {
+  std::uint32_t shape, primitive;
+};
+
+struct AreaLights {
+  const std::vector<Texture>& textures;
+  std::vector<AreaLight> lights = {};
+  std::vector<Emitter> emitters = {};  // one a light
+
+  /// Lets the surface of a shape shine by a texture. Throws std::invalid_argument if there is none of that number.
+  void set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const;
+  /// The mean over a rectangle, a sphere, a disk or a cylinder, roughly.
+  [[nodiscard]] Spectrum mean_radiance(const Surface& surface) const noexcept;
+  void add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light);
+  /// One light a triangle.
+  void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
+};
+
+}  // namespace equaltime
