@@ -58,7 +58,7 @@ def test_an_interval_without_ends_is_not_trusted_whatever_it_says() -> None:
 
 def test_what_is_not_reached_and_what_is_not_known_are_words() -> None:
     assert seconds_cell(Interval(math.inf, math.inf, math.inf, note="it is biased")).text == "not reached"
-    assert factor_cell(Interval(math.inf, 1.0, math.inf)).text == "unknown"
+    assert factor_cell(Interval(math.inf, math.inf, math.inf)).text == "unknown"
     assert seconds_cell(UNKNOWN).text == "unknown"
 
 
@@ -161,8 +161,12 @@ def test_the_end_of_a_time_that_holds_has_the_unit_that_suits_it() -> None:
     assert seconds_cell(tail).text.replace("\N{NARROW NO-BREAK SPACE}", " ") == "\N{GREATER-THAN OR EQUAL TO} 50 ms"
 
 
-def test_a_ratio_to_what_is_never_reached_is_at_most_its_upper_end() -> None:
+def test_a_ratio_to_what_is_never_reached_is_the_end_that_is_known() -> None:
     assert str(factor_cell(Interval(0.0, 0.0, 0.00017, note="baseline"))).startswith(
         "\N{LESS-THAN OR EQUAL TO} 0.00017"
     )
+    assert (
+        factor_cell(Interval(math.inf, 31.0, math.inf)).text == "\N{GREATER-THAN OR EQUAL TO} 31\N{MULTIPLICATION SIGN}"
+    )
+    assert factor_cell(Interval(math.inf, 31.0, math.inf, trusted=False)).state != "trusted"
     assert factor_cell(Interval(0.5, 0.0, 0.6)).text.startswith("0.5")

@@ -96,7 +96,7 @@ def _best(values: Mapping[float, Interval]) -> float:
 
     If there is none, the smallest whose number has one end that holds; else the largest.
     """
-    trusted = [target for target, value in values.items() if value.trusted and math.isfinite(value.high)]
+    trusted = [t for t, value in values.items() if value.trusted and value.value > 0.0 and math.isfinite(value.high)]
     within = [target for target in trusted if not values[target].note]
     bounded = [target for target, value in values.items() if value.bound and value.known]
     return min(within or trusted or bounded or [max(values)])

@@ -21,7 +21,7 @@ __all__ = ["clearest", "draw_dots", "has_dots"]
 
 _ROW, _REST = 0.34, 0.75
 """Inches of height: of a scene, and of everything else."""
-_LETTERS = 6.4
+_LETTERS = 6.8
 """Of a scene's name, for each inch of width: they take about half of it."""
 
 

@@ -23,6 +23,7 @@ __all__ = [
     "slug",
 ]
 
+_AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
 _MINUS = "\N{MINUS SIGN}"
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 _TIMES = "\N{MULTIPLICATION SIGN}"
@@ -66,10 +67,12 @@ def error_cell(interval: Interval) -> Cell:
 def factor_cell(interval: Interval) -> Cell:
     """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
 
-    One of 0 has a side that is not reached, and is at most what its upper end says.
+    One of 0, or without end, has a side that is not reached, and is printed as the end that is known.
     """
-    if interval.value == 0.0 and interval.trusted and 0.0 < interval.high < math.inf:
-        return Cell(f"\N{LESS-THAN OR EQUAL TO} {_short(interval.high)}{_TIMES}", note=interval.note)
+    if interval.trusted and interval.value in (0.0, math.inf):
+        end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
+        if 0.0 < end < math.inf:
+            return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
 
 
@@ -106,7 +109,7 @@ def _cell(interval: Interval, unit: _Unit) -> Cell:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
-        sign = "\N{GREATER-THAN OR EQUAL TO}" if interval.bound == "low" else "\N{LESS-THAN OR EQUAL TO}"
+        sign = _AT_LEAST if interval.bound == "low" else _AT_MOST
         said = f"{sign} {_short(end)}{unit.symbol}" if math.isfinite(end) and end > 0.0 else "not trusted"
         return Cell(said, note=interval.note or "no reason was recorded", state="untrusted")
     value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
