@@ -24,6 +24,7 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "light": {"technique": "light", "lights": "uniform", "roulette": "none"},
     "naive": {"technique": "uniform", "roulette": "albedo", "sampler": "independent"},
     "mixture": {"technique": "mixture", "roulette": "constant"},
+    "lights by the tree": {"lights": "tree", "sampler": "stratified"},
 }
 
 
