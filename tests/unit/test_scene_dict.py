@@ -1,5 +1,6 @@
 """Scenes as Python dictionaries, in the spelling of `mitsuba.load_dict`."""
 
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -168,6 +169,10 @@ def test_a_scene_that_is_none_is_refused(description: dict[str, Any], problem: s
             ": 'twosided' cannot contain 'mask', which lets ",
         ),
         ({"type": "blendbsdf", "bsdf": {"type": "diffuse"}, "weight": 0.5}, ".bsdf: "),
+        (
+            {"type": "shapegroup", "shapes": 1, "b": {"type": "sphere"}},
+            ".shapes: 'shapes' takes objects, or their names, found 1",
+        ),
         ({"type": "principled", "eta": 1.5, "specular": 0.5}, ": give either eta or specular, not both"),
         ({"type": "conductor", "material": "Au", "k": 1}, ": give either material or eta and k (found material and k)"),
         ({"type": "spot", "cutoff_angle": 20, "beam_width": 30}, ": beam_width (30) must not exceed cutoff_angle (20)"),
@@ -259,7 +264,8 @@ def test_a_dictionary_that_contains_itself_is_refused() -> None:
 
 WORDS = (
     "type id ref scene sphere diffuse twosided area perspective hdrfilm path rgb value bsdf emitter radius to_world "
-    "ply reflectance film width sensor spectrum a $x ."
+    "ply reflectance film width sensor spectrum a $x . mask blendbsdf weight opacity checkerboard shapegroup shapes "
+    "irregular wavelengths values measured sunsky aov aovs homogeneous interior"
 )
 words = st.sampled_from(["", *WORDS.split()])
 values = st.recursive(
@@ -271,7 +277,6 @@ values = st.recursive(
 
 @given(st.dictionaries(words, values, max_size=8))
 def test_no_dictionary_makes_anything_but_a_scene_or_a_scene_error(content: dict[str, Any]) -> None:
-    try:
-        load_dict({**content, "type": "scene"})
-    except SceneError:
-        return
+    for substitute in (False, True):
+        with suppress(SceneError):
+            load_dict({**content, "type": "scene"}, substitute=substitute)

@@ -208,6 +208,9 @@ class _Resolver:
             self._report.add(value.place, f"a parameter cannot have the name '{name}'")
         elif name in fields.values:
             self._report.add(value.place, f"'{name}' is given more than once")
+        elif name in plugin.lists:
+            self._report.add(value.place, f"'{name}' takes objects, or their names, found {shown(value.data)}")
+            fields.failed.add(name)
         else:
             fields.values[name] = value.data
 

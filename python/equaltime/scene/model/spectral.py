@@ -20,7 +20,7 @@ def _as_numbers(value: object) -> object:
             return tuple(float(word) for word in re.split(r"[\s,]+", value.strip(", \t\r\n")))
         except ValueError:
             raise ValueError("expected numbers, separated by spaces or commas") from None
-    return tuple(map(float, value)) if isinstance(value, tuple) else value
+    return value
 
 
 Numbers = Annotated[tuple[float, ...], BeforeValidator(_as_numbers)]
