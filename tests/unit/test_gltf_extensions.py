@@ -138,6 +138,16 @@ def test_blends_stand_in_for_principled(
     assert "principled is not there yet" in warnings(builder, tmp_path)
 
 
+def test_a_coat_of_a_few_per_cent_stands_in_for_clear_coat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: True)
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.2}}
+    found = bsdf(one_triangle(extensions=coat), tmp_path)
+    assert isinstance(found, m.BlendBsdf)
+    assert found.weight == pytest.approx(0.5 * 1.5 * 0.04)
+    assert isinstance(found.bsdf[1], m.RoughConductor)
+    assert found.bsdf[1].alpha == pytest.approx(0.04)
+
+
 def test_a_rough_conductor_stands_in_for_metal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: True)
     pbr = {"baseColorFactor": [0.5, 0.4, 0.3, 1], "roughnessFactor": 0.5}

@@ -41,12 +41,6 @@ COPIES = {
     "09_texture_transform/09_texture_transform.gltf": "blender-io/09_texture_transform/09_texture_transform.gltf",
 }
 
-NOT_YET = {
-    *("ClearCoatTest.gltf", "09_texture_transform.gltf", "AlphaBlendModeTest.glb"),  # normal maps
-    "14_emission_strength.gltf",  # textured emission
-}
-"""What the core cannot render yet."""
-
 at_hand = pytest.mark.skipif(not OTHERS.exists(), reason="the scenes of other people are not here")
 
 
@@ -55,10 +49,9 @@ def check(path: Path, shapes: int, triangles: int) -> None:
     scene = et.load(path)
     assert len(scene.model.shapes) == shapes
     assert sum(len(surface.faces) for surface in scene.surfaces()) == triangles  # type: ignore[union-attr]
-    if path.name not in NOT_YET:
-        image = et.render(scene.with_(size=(24, 18)), spp=4).image
-        assert np.isfinite(image).all()
-        assert image.std() > 0.01
+    image = et.render(scene.with_(size=(24, 18)), spp=4).image
+    assert np.isfinite(image).all()
+    assert image.std() > 0.01
 
 
 @pytest.mark.parametrize("file", COPIES)

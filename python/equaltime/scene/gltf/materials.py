@@ -8,7 +8,7 @@ from typing import Final
 from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.slots import Slot
-from equaltime.scene.gltf.stand_in import is_needed, stand_in
+from equaltime.scene.gltf.stand_in import coated, is_needed, share, stand_in
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
 from equaltime.scene.tree import Object, Place
@@ -116,17 +116,21 @@ class Materials:
 
     def _stand_in(self, seen: SurfaceLook, material: int | None, colors: str, place: Place) -> Object:
         """Return what is rendered in place of `principled`."""
-        lost = [name for name in ("sheen", "clearcoat", "anisotropic") if name in seen.slots]
+        lost = [name for name in ("sheen", "anisotropic") if name in seen.slots]
         message = "principled is not there yet: diffuse and metallic parts in fixed shares stand for it"
         self._document.note(message + (f", without {' and '.join(lost)}" if lost else ""), place.path)
         base, alpha = seen.slots["base_color"], self._number(material, "alpha", seen.slots["alpha"])
         metallic = self._number(material, "metallic", seen.slots["metallic"])
         bases = [self._base_color(material, base, colors, place) for _ in range(2)]
-        result = stand_in(place, bases[0], metallic, alpha, bases[1])
-        if "spec_trans" not in seen.slots:
-            return result
-        glass = plant("bsdf", "dielectric", place, int_ior=seen.eta, ext_ior=1.0)
-        return self._blend(self._number(material, "spec_trans", seen.slots["spec_trans"]), result, glass, place)
+        result = stand_in(place, share(seen.eta), bases[0], metallic, alpha, bases[1])
+        if "spec_trans" in seen.slots:
+            glass = plant("bsdf", "dielectric", place, int_ior=seen.eta, ext_ior=1.0)
+            weight = self._number(material, "spec_trans", seen.slots["spec_trans"])
+            result = self._blend(weight, result, glass, place)
+        if "coat" in seen.slots:
+            weight, alpha = (self._number(material, name, seen.slots[name]) for name in ("coat", "coat_alpha"))
+            result = coated(place, result, weight, alpha)
+        return result
 
     def _base_color(self, material: int | None, slot: Slot, colors: str, place: Place) -> object:
         if colors:

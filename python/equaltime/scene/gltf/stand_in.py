@@ -7,10 +7,10 @@ from typing import Final
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.tree import Object, Place
 
-__all__ = ["SHARE", "is_needed", "stand_in"]
+__all__ = ["coated", "is_needed", "share", "stand_in"]
 
-SHARE: Final = 0.06
-"""What a dielectric of index 1.5 and moderate roughness reflects at its surface, averaged over directions."""
+OF_HEAD_ON: Final = 1.5
+"""What a dielectric surface reflects, averaged over directions, in terms of what it reflects head on."""
 
 
 def is_needed() -> bool:
@@ -21,14 +21,28 @@ def is_needed() -> bool:
     return Principled not in LEAVES
 
 
-def stand_in(place: Place, base_color: object, metallic: object, alpha: object, base_of_metal: object) -> Object:
+def share(eta: float) -> float:
+    """Return how much of the light a dielectric surface of index `eta` reflects, averaged over directions."""
+    return min(OF_HEAD_ON * ((eta - 1.0) / (eta + 1.0)) ** 2, 1.0)
+
+
+def coated(place: Place, inner: Object, weight: object, alpha: object) -> Object:
+    """Return `inner` under a coat that reflects this much of the light, without colour."""
+    result = plant("bsdf", "blendbsdf", place, weight=weight)
+    add(result, None, inner)
+    add(result, None, plant("bsdf", "roughconductor", place, material="none", distribution="ggx", alpha=alpha))
+    return result
+
+
+def stand_in(
+    place: Place, gloss: float, base_color: object, metallic: object, alpha: object, base_of_metal: object
+) -> Object:
     """Return a blend by metalness: below diffuse with a little gloss, above a coloured metal.
 
-    Colours and numbers may be textures. Nothing grows towards grazing angles, as Fresnel's reflection would.
+    The gloss is a share of the light; colours and numbers may be textures. Nothing grows towards grazing angles, as
+    Fresnel's reflection would.
     """
-    plastic = plant("bsdf", "blendbsdf", place, weight=SHARE)
-    add(plastic, None, plant("bsdf", "diffuse", place, reflectance=base_color))
-    add(plastic, None, plant("bsdf", "roughconductor", place, material="none", distribution="ggx", alpha=alpha))
+    plastic = coated(place, plant("bsdf", "diffuse", place, reflectance=base_color), gloss, alpha)
     metal = plant("bsdf", "roughconductor", place, material="none", distribution="ggx", alpha=alpha)
     add(metal, "specular_reflectance", base_of_metal)
     if metallic == 0.0:

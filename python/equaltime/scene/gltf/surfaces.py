@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.slots import ALPHA, Slot, TextureUse, texture_use
+from equaltime.scene.gltf.stand_in import share
 
 __all__ = ["SurfaceLook", "look"]
 
@@ -220,6 +221,8 @@ def _layers(reading: _Reading) -> None:
         )
         amount = Slot((coat["clearcoatFactor"],), texture_use(coat.get("clearcoatTexture")), RED)
         reading.slots |= {"clearcoat": amount, "clearcoat_gloss": rough}
+        part = Slot((amount.factor[0] * share(DEFAULT_IOR),), amount.texture, RED)
+        reading.slots |= {"coat": part, "coat_alpha": _alpha(replace(rough, curve=None))}
         reading.notes.append("the clear coat is principled's: a quarter as strong, with roughness up to 0.32")
         if "clearcoatNormalTexture" in coat:
             reading.notes.append("the clear coat has the normals of what it covers, not its own")
