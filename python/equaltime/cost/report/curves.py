@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from equaltime.cost.extras import optional
@@ -159,12 +159,13 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
         )
 
 
-def tick(axis: Any, words: Any) -> None:
-    """Put ticks at 1, 2 and 5 times powers of ten, or at the powers alone if they are many."""
+def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
+    """Put ticks at 1, 2 and 5 times powers of ten, or at powers alone if they would be more than ``most``."""
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()
-    steps = (1.0, 2.0, 5.0) if math.log10(high / low) < 2.6 else (1.0,)
-    axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=20))
+    decades = math.log10(high / low)
+    steps, count = ((1.0, 2.0, 5.0), 20) if 3.0 * decades < most else ((1.0,), max(2, round(most)))
+    axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=count))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: words(value)))
     axis.set_minor_formatter(ticker.NullFormatter())
 

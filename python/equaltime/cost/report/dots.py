@@ -21,6 +21,8 @@ __all__ = ["clearest", "draw_dots", "has_dots"]
 
 _ROW, _REST = 0.34, 0.75
 """Inches of height: of a scene, and of everything else."""
+_LABELS = 2.2
+"""On the axis of time, for each inch of width: it has about half of it."""
 _LETTERS = 6.8
 """Of a scene's name, for each inch of width: they take about half of it."""
 
@@ -46,7 +48,7 @@ def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width:
     axes = figure.add_subplot(facecolor="none")
     for label, look in looks.items():
         _draw_strategy(axes, summary, target, label, look)
-    _frame(axes, [_short(scene.name, int(_LETTERS * width)) for scene in summary.scenes], target)
+    _frame(axes, [_short(scene.name, int(_LETTERS * width)) for scene in summary.scenes], target, width)
     return figure
 
 
@@ -104,7 +106,7 @@ def _short(name: str, most: int) -> str:
     return name if len(name) <= most else name[: most - 1] + "\N{HORIZONTAL ELLIPSIS}"
 
 
-def _frame(axes: Axes, names: Sequence[str], target: float) -> None:
+def _frame(axes: Axes, names: Sequence[str], target: float, width: float) -> None:
     axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5))
     low, high = axes.get_xlim()
     if high < 3.0 * low:  # more than one tick
@@ -119,5 +121,5 @@ def _frame(axes: Axes, names: Sequence[str], target: float) -> None:
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=True, which="major", color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
-    tick(axes.xaxis, seconds)
+    tick(axes.xaxis, seconds, 0.5 * _LABELS * width)
     axes.set_xlabel(f"time to an error of {percent(target)}", color=INK)
