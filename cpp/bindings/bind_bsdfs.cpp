@@ -60,6 +60,14 @@ void bind_bsdfs(py::class_<SceneDescription>& builder) {
           },
           "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
       .def(
+          "add_rough_dielectric",
+          [](D& d, const std::string& distribution, double alpha_u, double alpha_v, double ior, const Triple& r,
+             const Triple& t) {
+            return append(
+                d, RoughDielectricDescription{microfacet(distribution), alpha_u, alpha_v, {ior, vec(r), vec(t)}});
+          },
+          "distribution"_a, "alpha_u"_a, "alpha_v"_a, "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
+      .def(
           "add_plastic",
           [](D& d, double ior, const Triple& diffuse, const Triple& specular, bool nonlinear) {
             return append(d, PlasticDescription{ior, vec(diffuse), vec(specular), nonlinear});

@@ -75,16 +75,18 @@ py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, con
   require(count(u, 3, "u") == n, "as many u as wo");
   Columns out(n);
   py::array_t<bool> delta(n);
+  py::array_t<double> scale(n);
   for (py::ssize_t i = 0; i < n; ++i) {
     const Vec3f x = row(u, i);
     const auto s = visit<kAllEffects>(bsdf, [&](const auto& m) {
       return m.sample(row(wo, i), front, x.x, {x.y, x.z});
     });
     delta.mutable_at(i) = s && s->delta;
+    scale.mutable_at(i) = s ? static_cast<double>(s->radiance_scale) : 1.0;
     if (s) out.set(i, s->wi, s->weight, s->pdf);
   }
   return py::dict("wi"_a = out.direction, "weight"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid,
-                  "delta"_a = delta);
+                  "delta"_a = delta, "radiance_scale"_a = scale);
 }
 
 LightSelection selection(const Scene& scene, const std::string& name) {

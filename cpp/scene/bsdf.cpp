@@ -36,10 +36,21 @@ RoughPlastic::RoughPlastic(const RoughPlasticDescription& d)
       transmittance_(distribution, ior) {
   derive();
 }
+RoughDielectric::RoughDielectric(const RoughDielectricDescription& d) noexcept
+    : distribution(d.model, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
+      ior(static_cast<float>(d.dielectric.ior)),
+      specular_reflectance(spectrum(d.dielectric.specular_reflectance)),
+      specular_transmittance(spectrum(d.dielectric.specular_transmittance)) {}
 
 bool is_anisotropic(const Bsdf& bsdf) noexcept {
-  const auto* rough = std::get_if<RoughConductor>(&bsdf);
-  return rough != nullptr && rough->distribution.anisotropic();
+  return std::visit(
+      [](const auto& model) noexcept {
+        if constexpr (requires { model.distribution; })
+          return model.distribution.anisotropic();
+        else
+          return false;
+      },
+      bsdf);
 }
 
 Bsdf make_bsdf(const BsdfDescription& description) {
@@ -49,6 +60,11 @@ Bsdf make_bsdf(const BsdfDescription& description) {
     Bsdf operator()(const RoughConductorDescription& d) const noexcept { return RoughConductor(d); }
     Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
     Bsdf operator()(const ThinDielectricDescription& d) const noexcept { return ThinDielectric(d); }
+    Bsdf operator()(const RoughDielectricDescription& d) const noexcept {
+      // Facets of no contrast bend nothing: light passes straight on, however rough they are.
+      if (static_cast<float>(d.dielectric.ior) == 1) return Dielectric(d.dielectric);
+      return RoughDielectric(d);
+    }
     Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
     Bsdf operator()(const RoughPlasticDescription& d) const { return RoughPlastic(d); }
     // Never asked for their light: nothing is passed through, and of a mixture one part is picked.

@@ -9,12 +9,14 @@
 #include "scene/diffuse.h"
 #include "scene/plastic.h"
 #include "scene/rough_conductor.h"
+#include "scene/rough_dielectric.h"
 #include "scene/rough_plastic.h"
 #include "scene/thin_dielectric.h"
 
 namespace equaltime {
 
-using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic>;
+using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
+                          RoughDielectric>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description);
 
@@ -32,6 +34,8 @@ template <auto E, class F>
     if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<ThinDielectric>(&bsdf)) return f(*model);
   }
+  if constexpr (E.rough_dielectrics)
+    if (const auto* model = std::get_if<RoughDielectric>(&bsdf)) return f(*model);
   if constexpr (E.layered) {
     if (const auto* model = std::get_if<RoughPlastic>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<Plastic>(&bsdf)) return f(*model);

@@ -37,6 +37,11 @@ struct ThinDielectricDescription {
   double ior = 1.5;  // of the sheet over that of what is round it
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
+struct RoughDielectricDescription {
+  MicrofacetModel model = MicrofacetModel::ggx;
+  double alpha_u = 0.1, alpha_v = 0.1;
+  DielectricDescription dielectric;
+};
 struct PlasticDescription {
   double ior = 1.5;  // interior over exterior
   Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
@@ -55,8 +60,8 @@ struct MixtureDescription {
   double weight = 0.5;          // in [0, 1]
 };
 using BsdfDescription = std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription,
-                                     DielectricDescription, ThinDielectricDescription, PlasticDescription,
-                                     RoughPlasticDescription, NullDescription, MixtureDescription>;
+                                     DielectricDescription, ThinDielectricDescription, RoughDielectricDescription,
+                                     PlasticDescription, RoughPlasticDescription, NullDescription, MixtureDescription>;
 
 // --- Shapes -------------------------------------------------------------------------------------------------------
 

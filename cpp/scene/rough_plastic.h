@@ -7,8 +7,8 @@
 #include "math/optional.h"
 #include "sampling/warps.h"
 #include "scene/bsdf_types.h"
+#include "scene/facets.h"
 #include "scene/fresnel.h"
-#include "scene/microfacet.h"
 #include "scene/plastic.h"
 
 namespace equaltime {
@@ -54,9 +54,8 @@ struct RoughPlastic {
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
-    const Vec3f sum = wo + wi;
-    if (!(wi.z > 0) || !(length_squared(sum) > 0)) return {};
-    return eval_at(wo, wi, normalize(sum));
+    const Optional<Vec3f> m = wi.z > 0 ? facet_between(wo, wi, 1) : std::nullopt;
+    return m ? eval_at(wo, wi, *m) : BsdfValue();
   }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float u_lobe, Point2f u) const noexcept {
     const bool mirrors = u_lobe < share(transmittance_(wo.z));
@@ -74,12 +73,12 @@ struct RoughPlastic {
 
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float d = distribution.D(m), entering = transmittance_(wo.z), mirrors = share(entering);
+    const float entering = transmittance_(wo.z), mirrors = share(entering);
     const float reflectance = fresnel_dielectric(std::min(1.0F, dot(wo, m)), ior).reflectance;
-    const float mirrored = reflectance * d * distribution.G1(wo) * distribution.G1(wi) / (4 * wo.z);
+    const FacetLobe mirror = mirrored(distribution, wo, wi, m);
     const float cosine = cosine_hemisphere_pdf(wi.z);
-    return {specular_reflectance * mirrored + body_ * (cosine * entering * transmittance_(wi.z)),
-            mirrors * distribution.reflected_pdf(wo, d) + (1 - mirrors) * cosine};
+    return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * transmittance_(wi.z)),
+            mirrors * mirror.pdf + (1 - mirrors) * cosine};
   }
   /// The probability of a microfacet's mirror direction where the interface lets so much light enter.
   [[nodiscard]] float share(float entering) const noexcept {

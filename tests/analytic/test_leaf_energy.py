@@ -25,8 +25,8 @@ EACH = share(LEVEL, len(SIDES) * len(ANGLES))
 
 
 def albedo(trial: Trial) -> tuple[Array, Array]:
-    """Return the mean weight and its standard error, by colour."""
-    weight = trial.drawn["weight"]
+    """Return the mean weight and its standard error, by colour; refraction's compression of radiance is not in it."""
+    weight = trial.drawn["weight"] / trial.drawn["radiance_scale"][:, None]
     return weight.mean(axis=0), weight.std(axis=0) / np.sqrt(len(weight)) + 1e-6
 
 

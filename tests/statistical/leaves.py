@@ -50,6 +50,23 @@ ROUGH_PLASTICS: dict[str, Any] = {
     "dry plastic": ("ggx", 1.0, 0.75, WHITE, WHITE, False),
     "mirror-like plastic": ("ggx", 1e-6, 1.5, WHITE, WHITE, False),
 }
+
+
+def rough_dielectric(distribution: str, alpha_u: float, alpha_v: float, ior: float) -> Leaf:
+    arguments = (distribution, alpha_u, alpha_v, ior, WHITE, WHITE)
+    alphas = (alpha_u, alpha_v)
+    return Leaf("add_rough_dielectric", arguments, True, distribution, alphas, ior, lossless=max(alphas) < 1e-5)
+
+
+ROUGH_DIELECTRICS: dict[str, Any] = {
+    "frosted glass": ("ggx", 0.3, 0.3, 1.5),
+    "sharp glass": ("ggx", 1e-3, 1e-3, 1.5),
+    "ground glass": ("beckmann", 0.2, 0.2, 1.8),
+    "brushed glass": ("ggx", 0.5, 0.1, 0.7),
+    "sandy glass": ("beckmann", 1.0, 1.0, 1.33),
+    "faint glass": ("ggx", 0.1, 0.1, 1.001),
+    "mirror-like glass": ("ggx", 1e-6, 1e-6, 1.5),
+}
 LEAVES: dict[str, Leaf] = {
     "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), True, lossless=True),
     "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), True, lossless=True),
@@ -58,6 +75,7 @@ LEAVES: dict[str, Leaf] = {
     "bubble plastic": Leaf("add_plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
     "white plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
     **{name: rough_plastic(*arguments) for name, arguments in ROUGH_PLASTICS.items()},
+    **{name: rough_dielectric(*arguments) for name, arguments in ROUGH_DIELECTRICS.items()},
     "white deep plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
 }
 

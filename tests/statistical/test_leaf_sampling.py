@@ -8,7 +8,7 @@ fixed. All χ² tests of this file together have a false-alarm rate of 0.1 %, sh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 import pytest
@@ -21,6 +21,7 @@ from .lobes import Part, RefractionChart, stretched_slope
 from .worlds import direction
 
 Array = NDArray[np.float64]
+BOTH: Final = ("mirrored", "refracted")
 SHARP = {"ggx": 20.0, "beckmann": 3.0}
 """Where a sharp lobe is taken to end, in units of roughness."""
 
@@ -74,8 +75,21 @@ SUBJECTS = [
     *(Subject("dull plastic", theta) for theta in (30.0, 89.0)),
     *(Subject("glazed plastic", theta, part=part) for theta in (40.0, 80.0) for part in ("mirrored", "rest")),
     Subject("dry plastic", 60.0),
+    *(Subject("frosted glass", theta, front) for theta in (0.0, 70.0) for front in (True, False)),
+    *(Subject("sharp glass", t, f, p) for t, f in ((0.0, True), (60.0, True), (30.0, False)) for p in BOTH),
+    Subject("sharp glass", 60.0, False, "mirrored"),
+    Subject("ground glass", 40.0),
+    *(Subject("brushed glass", theta, front) for theta, front in ((75.0, True), (50.0, False))),
+    *(Subject("sandy glass", theta, front) for theta, front in ((89.0, True), (89.0, False))),
+    Subject("faint glass", 30.0, True, "refracted"),
 ]
-TWINS = [Subject("plastic", 60.0), Subject("deep plastic", 45.0), Subject("dull plastic", 30.0)]
+TWINS = [
+    *(Subject("frosted glass", 70.0, front) for front in (True, False)),
+    Subject("sharp glass", 60.0, part="refracted"),
+    Subject("plastic", 60.0),
+    Subject("deep plastic", 45.0),
+    Subject("dull plastic", 30.0),
+]
 EACH = share(LEVEL, len(SUBJECTS))
 
 
@@ -104,6 +118,8 @@ def test_a_slightly_wrong_density_is_rejected(subject: Subject) -> None:
     horizon = np.quantile(np.abs(trial.wi[:, 2]), 0.02)
     assert seen.p(right.changed(lambda pdf, wi: 1.02 * pdf)) < EACH
     assert seen.p(right.changed(lambda pdf, wi: (0.98 + 0.04 * chart.places(wi)[:, 0]) * pdf, keep_total=True)) < EACH
+    if subject.part != "all":
+        return
     ring = right.changed(lambda pdf, wi: np.where(np.abs(wi[:, 2]) < horizon, 1.2, 1.0) * pdf, keep_total=True)
     assert seen.p(ring) < EACH
 
@@ -115,7 +131,9 @@ ROUNDOFF = 2.0**-24
 
 def disagreement(trial: Trial, scale: float = 1.0) -> float:
     """Return how far `eval` and `sample`, its values scaled, differ at most, in units of what float32 may do."""
-    leaf, tolerance = LEAVES[trial.name], np.full(len(trial.wi), 256 * ROUNDOFF)
+    leaf = LEAVES[trial.name]
+    # Close to total reflection Fresnel's factor is as steep as a square root.
+    tolerance = np.full(len(trial.wi), (4096 if leaf.transmits else 256) * ROUNDOFF)
     if leaf.distribution:
         # A rounding of a direction moves the half-vector's slope, and D by up to 4 per unit of slope over roughness;
         # Beckmann's by twice the slope.

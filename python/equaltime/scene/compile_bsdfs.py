@@ -24,6 +24,7 @@ from equaltime.scene.model import (
     Null,
     Plastic,
     RoughConductor,
+    RoughDielectric,
     RoughPlastic,
     Texture,
     TexturePlugin,
@@ -126,6 +127,13 @@ def _thin_dielectric(builder: Builder, bsdf: ThinDielectric) -> int:
     return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
+def _rough_dielectric(builder: Builder, bsdf: RoughDielectric) -> int:
+    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
+    alpha_u, alpha_v = map(number, bsdf.alphas)
+    ior = bsdf.int_ior / bsdf.ext_ior
+    return builder.add_rough_dielectric(bsdf.distribution, alpha_u, alpha_v, ior, reflectance, transmittance)
+
+
 def _plastic(builder: Builder, bsdf: Plastic) -> int:
     diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
     return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
@@ -148,6 +156,7 @@ LEAVES: Final[dict[type, Step]] = {
     RoughConductor: _rough_conductor,
     Dielectric: _dielectric,
     ThinDielectric: _thin_dielectric,
+    RoughDielectric: _rough_dielectric,
     Plastic: _plastic,
     RoughPlastic: _rough_plastic,
     Null: _null,
