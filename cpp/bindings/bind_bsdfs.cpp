@@ -74,6 +74,16 @@ void bind_bsdfs(py::class_<SceneDescription>& builder) {
           },
           "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a)
       .def(
+          "add_principled",
+          [](D& d, const Triple& base_color, double roughness, double anisotropic, double metallic, double spec_trans,
+             double ior, double spec_tint, double sheen, double sheen_tint, double flatness, double clearcoat,
+             double clearcoat_gloss) {
+            return append(d, PrincipledDescription{vec(base_color), roughness, anisotropic, metallic, spec_trans, ior,
+                                                   spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss});
+          },
+          "base_color"_a, py::kw_only(), "roughness"_a, "anisotropic"_a, "metallic"_a, "spec_trans"_a, "ior"_a,
+          "spec_tint"_a, "sheen"_a, "sheen_tint"_a, "flatness"_a, "clearcoat"_a, "clearcoat_gloss"_a)
+      .def(
           "add_rough_plastic",
           [](D& d, const std::string& distribution, double alpha, double ior, const Triple& diffuse,
              const Triple& specular, bool nonlinear) {

@@ -41,6 +41,23 @@ RoughDielectric::RoughDielectric(const RoughDielectricDescription& d) noexcept
       ior(static_cast<float>(d.dielectric.ior)),
       specular_reflectance(spectrum(d.dielectric.specular_reflectance)),
       specular_transmittance(spectrum(d.dielectric.specular_transmittance)) {}
+Principled::Principled(const PrincipledDescription& d) noexcept
+    : transmits(d.spec_trans > 0),
+      base_color(spectrum(d.base_color)),
+      roughness(static_cast<float>(d.roughness)),
+      anisotropic(static_cast<float>(d.anisotropic)),
+      metallic(static_cast<float>(d.metallic)),
+      spec_trans(static_cast<float>(d.spec_trans)),
+      ior(static_cast<float>(d.ior)),
+      spec_tint(static_cast<float>(d.spec_tint)),
+      sheen(static_cast<float>(d.sheen)),
+      sheen_tint(static_cast<float>(d.sheen_tint)),
+      flatness(static_cast<float>(d.flatness)),
+      clearcoat(static_cast<float>(d.clearcoat)),
+      clearcoat_gloss(static_cast<float>(d.clearcoat_gloss)),
+      distribution(MicrofacetModel::ggx, 1, 1) {
+  derive();
+}
 
 bool is_anisotropic(const Bsdf& bsdf) noexcept {
   return std::visit(
@@ -66,6 +83,7 @@ Bsdf make_bsdf(const BsdfDescription& description) {
       return RoughDielectric(d);
     }
     Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
+    Bsdf operator()(const PrincipledDescription& d) const noexcept { return Principled(d); }
     Bsdf operator()(const RoughPlasticDescription& d) const { return RoughPlastic(d); }
     // Never asked for their light: nothing is passed through, and of a mixture one part is picked.
     Bsdf operator()(const NullDescription&) const noexcept { return Diffuse({}); }

@@ -8,6 +8,7 @@
 #include "scene/dielectric.h"
 #include "scene/diffuse.h"
 #include "scene/plastic.h"
+#include "scene/principled.h"
 #include "scene/rough_conductor.h"
 #include "scene/rough_dielectric.h"
 #include "scene/rough_plastic.h"
@@ -16,7 +17,7 @@
 namespace equaltime {
 
 using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
-                          RoughDielectric>;
+                          RoughDielectric, Principled>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description);
 
@@ -34,6 +35,8 @@ template <auto E, class F>
     if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<ThinDielectric>(&bsdf)) return f(*model);
   }
+  if constexpr (E.principled)
+    if (const auto* model = std::get_if<Principled>(&bsdf)) return f(*model);
   if constexpr (E.rough_dielectrics)
     if (const auto* model = std::get_if<RoughDielectric>(&bsdf)) return f(*model);
   if constexpr (E.layered) {

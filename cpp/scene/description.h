@@ -52,6 +52,12 @@ struct RoughPlasticDescription {
   double alpha = 0.1;
   PlasticDescription plastic;
 };
+/// Mitsuba's words; ior is interior over exterior.
+struct PrincipledDescription {
+  Vec3d base_color{0.5, 0.5, 0.5};
+  double roughness = 0.5, anisotropic = 0, metallic = 0, spec_trans = 0, ior = 1.5, spec_tint = 0, sheen = 0,
+         sheen_tint = 0, flatness = 0, clearcoat = 0, clearcoat_gloss = 0;
+};
 /// Nothing: light passes straight on.
 struct NullDescription {};
 /// At each point one of two at random: `second` with the probability `weight`. A mask is nothing and what it hides.
@@ -59,9 +65,10 @@ struct MixtureDescription {
   std::uint32_t first, second;  // indices into SceneDescription::bsdfs, before this one
   double weight = 0.5;          // in [0, 1]
 };
-using BsdfDescription = std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription,
-                                     DielectricDescription, ThinDielectricDescription, RoughDielectricDescription,
-                                     PlasticDescription, RoughPlasticDescription, NullDescription, MixtureDescription>;
+using BsdfDescription =
+    std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription,
+                 ThinDielectricDescription, RoughDielectricDescription, PlasticDescription, RoughPlasticDescription,
+                 PrincipledDescription, NullDescription, MixtureDescription>;
 
 // --- Shapes -------------------------------------------------------------------------------------------------------
 

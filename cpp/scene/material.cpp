@@ -20,7 +20,9 @@ Spectrum value_for(BsdfParameter parameter, const Texture& texture, Point2f uv) 
   return is_number(parameter) ? Spectrum(number(texture, uv)) : eval(texture, uv);
 }
 
-bool is_of_azimuth(BsdfParameter p) noexcept { return p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v; }
+bool is_of_azimuth(BsdfParameter p) noexcept {
+  return p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v || p == BsdfParameter::anisotropic;
+}
 
 }  // namespace
 

@@ -14,6 +14,7 @@ struct Effects {
   bool specular = false;          // smooth conductors and dielectrics: directions of a discrete set
   bool layered = false;           // plastics: an interface over a diffuse body
   bool rough_dielectrics = false;
+  bool principled = false;
   bool point_lights = false;      // and spots and directional lights: what no ray meets
   bool environment = false;
   bool lens = false;         // the camera is no pinhole: a thin lens, or parallel rays
@@ -42,6 +43,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::specular, "specular"},
     {&Effects::layered, "layered"},
     {&Effects::rough_dielectrics, "rough_dielectrics"},
+    {&Effects::principled, "principled"},
     {&Effects::point_lights, "point_lights"},
     {&Effects::environment, "environment"},
     {&Effects::lens, "lens"},

@@ -94,6 +94,22 @@ class SceneBuilder:
     def add_plastic(
         self, ior: float, diffuse_reflectance: _Vec3, specular_reflectance: _Vec3, nonlinear: bool
     ) -> int: ...
+    def add_principled(
+        self,
+        base_color: _Vec3,
+        *,
+        roughness: float,
+        anisotropic: float,
+        metallic: float,
+        spec_trans: float,
+        ior: float,
+        spec_tint: float,
+        sheen: float,
+        sheen_tint: float,
+        flatness: float,
+        clearcoat: float,
+        clearcoat_gloss: float,
+    ) -> int: ...
     def add_rough_plastic(
         self,
         distribution: Literal["ggx", "beckmann"],

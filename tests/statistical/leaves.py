@@ -25,7 +25,9 @@ class Leaf:
     """A call of the builder."""
 
     call: str
-    arguments: tuple[Any, ...]
+    arguments: tuple[Any, ...] = ()
+    named: Any = None
+    """Arguments by name, or None."""
     transmits: bool = False
     distribution: str = ""
     alphas: tuple[float, float] = (0.0, 0.0)
@@ -33,13 +35,15 @@ class Leaf:
     ior: float = 1.5
     lossless: bool = False
     """Reflects and transmits all light, but for the slack."""
+    most: float = 1.0
+    """The largest albedo that the model itself has, by its definition."""
     slack: float = 1e-5
     """By how much what a lossless model scatters may be off 1, for what its approximations leave."""
 
 
 def rough_plastic(distribution: str, alpha: float, ior: float, diffuse: Any, specular: Any, nonlinear: bool) -> Leaf:
     arguments = (distribution, alpha, ior, diffuse, specular, nonlinear)
-    return Leaf("add_rough_plastic", arguments, False, distribution, (alpha, alpha), ior)
+    return Leaf("add_rough_plastic", arguments, None, False, distribution, (alpha, alpha), ior)
 
 
 ROUGH_PLASTICS: dict[str, Any] = {
@@ -55,7 +59,7 @@ ROUGH_PLASTICS: dict[str, Any] = {
 def rough_dielectric(distribution: str, alpha_u: float, alpha_v: float, ior: float) -> Leaf:
     arguments = (distribution, alpha_u, alpha_v, ior, WHITE, WHITE)
     alphas = (alpha_u, alpha_v)
-    return Leaf("add_rough_dielectric", arguments, True, distribution, alphas, ior, lossless=max(alphas) < 1e-5)
+    return Leaf("add_rough_dielectric", arguments, None, True, distribution, alphas, ior, lossless=max(alphas) < 1e-5)
 
 
 ROUGH_DIELECTRICS: dict[str, Any] = {
@@ -67,15 +71,43 @@ ROUGH_DIELECTRICS: dict[str, Any] = {
     "faint glass": ("ggx", 0.1, 0.1, 1.001),
     "mirror-like glass": ("ggx", 1e-6, 1e-6, 1.5),
 }
+
+
+def principled(**numbers: float) -> Leaf:
+    """An orange material; its lobes' sharpness is that of the facets.
+
+    Burley's sum of lobes is not made to keep energy: at grazing incidence it gives back half more than came.
+    """
+    none = dict.fromkeys(
+        ("anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat"), 0.0
+    )
+    named = none | {"clearcoat_gloss": 0.0, "roughness": 0.5, "ior": 1.5, "base_color": [0.9, 0.5, 0.1]} | numbers
+    alpha = max(1e-3, named["roughness"] ** 2)
+    glass = named["spec_trans"] > 0
+    return Leaf("add_principled", (), named, glass, "ggx", (alpha, alpha), named["ior"], most=1.55)
+
+
+PRINCIPLEDS: dict[str, dict[str, float]] = {
+    "clay": {"roughness": 1.0, "sheen": 0.8, "sheen_tint": 0.5, "flatness": 0.6},
+    "gold leaf": {"metallic": 1.0, "roughness": 0.5, "anisotropic": 0.7},
+    "lacquer": {"clearcoat": 1.0, "clearcoat_gloss": 0.3, "roughness": 0.7, "spec_tint": 0.5},
+    "amber": {"spec_trans": 0.7, "roughness": 0.6, "ior": 1.4},
+    "polished": {"roughness": 0.02},
+    "everything": {
+        **{"anisotropic": 0.5, "metallic": 0.3, "spec_trans": 0.4, "spec_tint": 0.6, "sheen": 0.5, "sheen_tint": 0.3},
+        **{"flatness": 0.4, "clearcoat": 0.7, "clearcoat_gloss": 0.1, "roughness": 0.6, "ior": 0.8},
+    },
+}
 LEAVES: dict[str, Leaf] = {
-    "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), True, lossless=True),
-    "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), True, lossless=True),
+    "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), transmits=True, lossless=True),
+    "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), transmits=True, lossless=True),
     "plastic": Leaf("add_plastic", (1.49, [0.8, 0.5, 0.1], WHITE, False)),
     "deep plastic": Leaf("add_plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
     "bubble plastic": Leaf("add_plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
     "white plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
     **{name: rough_plastic(*arguments) for name, arguments in ROUGH_PLASTICS.items()},
     **{name: rough_dielectric(*arguments) for name, arguments in ROUGH_DIELECTRICS.items()},
+    **{name: principled(**numbers) for name, numbers in PRINCIPLEDS.items()},
     "white deep plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
 }
 
@@ -84,7 +116,7 @@ LEAVES: dict[str, Leaf] = {
 def scene_of(name: str) -> _core.Scene:
     builder = _core.SceneBuilder()
     leaf = LEAVES[name]
-    getattr(builder, leaf.call)(*leaf.arguments)
+    getattr(builder, leaf.call)(*leaf.arguments, **(leaf.named or {}))
     builder.set_perspective(np.eye(4), 40.0)
     builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
     return builder.build()

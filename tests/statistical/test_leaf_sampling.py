@@ -82,9 +82,14 @@ SUBJECTS = [
     *(Subject("brushed glass", theta, front) for theta, front in ((75.0, True), (50.0, False))),
     *(Subject("sandy glass", theta, front) for theta, front in ((89.0, True), (89.0, False))),
     Subject("faint glass", 30.0, True, "refracted"),
+    *(Subject(name, theta) for name in ("clay", "gold leaf", "lacquer", "amber") for theta in (30.0, 85.0)),
+    *(Subject(name, 50.0, False) for name in ("amber", "everything")),
+    *(Subject("polished", 60.0, part=part) for part in ("mirrored", "rest")),
+    Subject("everything", 60.0),
 ]
 TWINS = [
     *(Subject("frosted glass", 70.0, front) for front in (True, False)),
+    Subject("everything", 60.0),
     Subject("sharp glass", 60.0, part="refracted"),
     Subject("plastic", 60.0),
     Subject("deep plastic", 45.0),

@@ -23,6 +23,7 @@ from equaltime.scene.model import (
     NormalMap,
     Null,
     Plastic,
+    Principled,
     RoughConductor,
     RoughDielectric,
     RoughPlastic,
@@ -145,10 +146,20 @@ def _rough_plastic(builder: Builder, bsdf: RoughPlastic) -> int:
     return builder.add_rough_plastic(bsdf.distribution, bsdf.alpha, ior, diffuse, specular, bsdf.nonlinear)
 
 
+def _principled(builder: Builder, bsdf: Principled) -> int:
+    numbers = {name: number(getattr(bsdf, name)) for name in PRINCIPLED}
+    return builder.add_principled(color(bsdf.base_color), ior=bsdf.ior, **numbers)
+
+
 def _null(builder: Builder, _: Null) -> int:
     return builder.add_null()
 
 
+PRINCIPLED: Final = (
+    *("roughness", "anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness"),
+    *("clearcoat", "clearcoat_gloss"),
+)
+"""The parameters of `Principled` that are one number and may be textures."""
 Step = Callable[[Builder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
@@ -159,6 +170,7 @@ LEAVES: Final[dict[type, Step]] = {
     RoughDielectric: _rough_dielectric,
     Plastic: _plastic,
     RoughPlastic: _rough_plastic,
+    Principled: _principled,
     Null: _null,
 }
 """How each BSDF that wraps no other is added."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
@@ -48,6 +49,17 @@ class Principled(BsdfPlugin):
         if {"eta", "specular"} <= self.model_fields_set and self.eta is not None:
             raise ValueError("give either eta or specular, not both")
         return self
+
+    @property
+    def ior(self) -> float:
+        """Index of refraction of the inside relative to the outside, from ``eta`` or ``specular``.
+
+        Glass needs one that is not 1; Mitsuba takes 1.001, or a ``specular`` of a thousandth.
+        """
+        if self.eta is not None:
+            return 1.001 if self.transmits and self.eta == 1.0 else self.eta
+        specular = 1e-3 if self.transmits and self.specular == 0.0 else self.specular
+        return 2.0 / (1.0 - math.sqrt(0.08 * specular)) - 1.0
 
     @property
     def transmits(self) -> bool:
