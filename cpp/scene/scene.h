@@ -50,9 +50,10 @@ struct Scene {
   /// The same where there are instances.
   template <auto E>
   [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_instances(const Ray& ray) const noexcept;
-  /// Where the ray, in the space of a set, meets a primitive of it.
-  template <auto E>
-  [[nodiscard]] detail::Met meet(const SetOfShapes& set, const Geometries& all, const PrimitiveId& id,
+  /// Where the ray, in the space of a set, meets a primitive of it. `geometries` gives the set's own: called only where
+  /// they are looked at, because the call is not free.
+  template <auto E, class GeometriesOf>
+  [[nodiscard]] detail::Met meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
                                  const RayD& ray) const noexcept;
 
   /// Material on the side that the interaction is on; kNone where that side absorbs.
@@ -110,38 +111,41 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const no
     if (!instances.empty()) return intersect_instances<E>(ray);
   Optional<PrimitiveId> hit = accel.intersect(ray);
   if (!hit) return std::nullopt;
-  return detail::face<E>(meet<E>(top, accel.geometries(), *hit, RayD(ray)), ray);
+  const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
+  return detail::face<E>(meet<E>(top, own, *hit, RayD(ray)), ray);
 }
 
 template <auto E>
 Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept {
   const auto hit = accel.intersect_instances(ray);
   if (!hit) return std::nullopt;
-  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, accel.geometries(), hit->id, RayD(ray)), ray);
+  const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
+  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray)), ray);
   const Instance& instance = instances[hit->instance];
   const std::uint32_t group = instance.group();
+  const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
   Interaction it = detail::face<E>(
-      instance.placed(meet<E>(groups[group], accel.groups()[group], hit->id, instance.to_local(RayD(ray)))), ray);
+      instance.placed(meet<E>(groups[group], grouped, hit->id, instance.to_local(RayD(ray)))), ray);
   it.instance = hit->instance;
   return it;
 }
 
-template <auto E>
-EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, const Geometries& all, const PrimitiveId& id,
+template <auto E, class GeometriesOf>
+EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
                                          const RayD& ray) const noexcept {
   if constexpr (E.analytic_shapes) {
     const std::uint32_t i = id.primitive;
     if (id.geometry == set.mesh_count) {
       const std::uint32_t shape = sphere_shapes[set.first_sphere + i];
-      return detail::meet<E>(all.spheres[i], surfaces[shape], ray, shape);
+      return detail::meet<E>(geometries().spheres[i], surfaces[shape], ray, shape);
     }
     if (id.geometry == set.mesh_count + 1) {
       const std::uint32_t shape = disk_shapes[set.first_disk + i];
-      return detail::meet<E>(all.disks[i], surfaces[shape], ray, shape);
+      return detail::meet<E>(geometries().disks[i], surfaces[shape], ray, shape);
     }
     if (id.geometry > set.mesh_count) {
       const std::uint32_t shape = cylinder_shapes[set.first_cylinder + i];
-      return detail::meet<E>(all.cylinders[i], surfaces[shape], ray, shape);
+      return detail::meet<E>(geometries().cylinders[i], surfaces[shape], ray, shape);
     }
   }
   std::uint32_t mesh = id.geometry;

@@ -173,10 +173,14 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
         bitmap(picture(folder / "picture.png"), wrap_mode="clamp", to_uv=uv([1.5, 0.5, -0.3], [-0.3, -1.7, 0.8]))
     ),
     "a bitmap on a mesh with coordinates, PLY": lambda folder: mesh(
-        icosahedron(folder / "mesh.ply", uvs=True), painted(bitmap(picture(folder / "picture.png")))
+        icosahedron(folder / "mesh.ply", uvs=True),
+        painted(bitmap(picture(folder / "picture.png"))),
+        face_normals=True,
     ),
     "a bitmap on a mesh with coordinates, OBJ": lambda folder: mesh(
-        icosahedron(folder / "mesh.obj", uvs=True), painted(bitmap(picture(folder / "picture.png")))
+        icosahedron(folder / "mesh.obj", uvs=True),
+        painted(bitmap(picture(folder / "picture.png"))),
+        face_normals=True,
     ),
     "a bitmap on a mesh without coordinates": lambda folder: mesh(
         icosahedron(folder / "mesh.ply"), painted(bitmap(picture(folder / "picture.png")))

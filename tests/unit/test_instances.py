@@ -107,6 +107,16 @@ def test_memory_hardly_grows_with_the_number_of_instances(tmp_path: Path) -> Non
     assert memory(1000) - memory(1) < 2048 * 1000
 
 
+def test_the_file_of_a_group_is_read_once_for_the_digest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    loaded = load_dict(instances(m={"type": "obj", "filename": str(tmp_path / "m.obj")}))
+    opened: list[Path] = []
+    whole = Path.open
+    monkeypatch.setattr(Path, "open", lambda path, *how: (opened.append(path), whole(path, *how))[1])
+    assert loaded.digest != load_dict(instances()).digest
+    assert opened == [tmp_path / "m.obj"]
+
+
 def test_shapes_of_a_group_do_not_emit() -> None:
     with pytest.raises(SceneError, match="the shapes of a group cannot emit"):
         load_dict(instances(lamp={"type": "sphere", "emitter": {"type": "area"}}))

@@ -71,6 +71,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "spp": scene.spp,
         "shapes": core.shapes,
         "triangles": core.triangles,
+        **({"instances": core.instances} if core.instances else {}),
         "lights": core.lights,
         "memory_bytes": core.memory_bytes,
         "integrator": model.integrator.type,

@@ -39,6 +39,7 @@ class Assets:
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._texels: dict[tuple[str, bool], Texels] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
+        self._sums: dict[Path, str] = {}
         self._contents: dict[Path, Contents] = {}
 
     def mesh(self, shape: MeshFile) -> Mesh:
@@ -93,11 +94,13 @@ class Assets:
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:
             return self._within(path).sha256(fragment)
-        content = hashlib.sha256()
-        with path.open("rb") as file:
-            while chunk := file.read(CHUNK):
-                content.update(chunk)
-        return content.hexdigest()
+        if path not in self._sums:  # a group is asked for by each of its instances
+            content = hashlib.sha256()
+            with path.open("rb") as file:
+                while chunk := file.read(CHUNK):
+                    content.update(chunk)
+            self._sums[path] = content.hexdigest()
+        return self._sums[path]
 
     def absolute(self, filename: str) -> str:
         """Return where the file is from anywhere, with what is meant in it."""
