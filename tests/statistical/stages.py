@@ -14,13 +14,14 @@ import numpy as np
 import OpenImageIO
 
 import equaltime as et
+from equaltime.scene.model import ThinLens
 
 __all__ = ["NAMES", "SIDE", "stage"]
 
 SIDE: Final = 32
 SHIPPED: Final = Path(__file__).parents[2] / "scenes"
 METAL: Final = {"eta": [0.2, 0.9, 1.1], "k": [3.9, 2.4, 2.1]}
-NAMES: Final = ("cornell", "veach", "veach without its small light", "montelight", "glossy", "sky", "point")
+NAMES: Final = ("cornell", "veach", "veach without its small light", "montelight", "glossy", "sky", "point", "tubes")
 
 
 def stage(name: str, folder: Path) -> et.Scene:
@@ -44,6 +45,8 @@ def stage(name: str, folder: Path) -> et.Scene:
         return around(-1, floor=floor(), a=ball(-1, rough), b=ball(1, satin), **windows)
     if name == "sky":
         return around(8, floor=floor(), a=ball(-1, rough), b=ball(1, mirror), sky=sky(folder / "sky.exr"))
+    if name == "tubes":
+        return tubes(rough)
     bulb = {"type": "point", "position": [1, 1, 2], "intensity": [3, 3, 4]}
     return around(8, floor=floor(), a=ball(-1, satin), b=ball(1, glass), bulb=bulb, w=window(1.5, 1.5, [2, 2, 3]))
 
@@ -62,6 +65,39 @@ def around(max_depth: int, **objects: dict[str, Any]) -> et.Scene:
     }
     integrator = {"type": "path", "max_depth": max_depth}
     return et.load_dict({"type": "scene", "integrator": integrator, "sensor": camera, **objects})
+
+
+def tubes(bsdf: dict[str, Any]) -> et.Scene:
+    """Under two tubes of light, a spot and a sun: instances of a group, seen through a lens."""
+    tube = {"type": "cylinder", "p0": [-2, 2, 0.5], "p1": [-1, 1.5, 2], "radius": 0.5}
+    inner = {"type": "cylinder", "p0": [1.5, 0, 1], "p1": [1.5, 1.5, 1], "radius": 0.8, "flip_normals": True}
+    group = {"type": "shapegroup", "ball": {"type": "sphere", "radius": 0.6, "bsdf": bsdf}, "cube": {"type": "cube"}}
+    copies = {
+        f"copy{x}": {
+            "type": "instance",
+            "g": {"type": "ref", "id": "group"},
+            "to_world": [{"scale": [0.5, 0.7, 0.4]}, {"translate": [x, -0.4, 0]}],
+        }
+        for x in (-1, 1)
+    }
+    spot = {
+        "type": "spot",
+        "intensity": [9, 6, 3],
+        "to_world": [{"look_at": {"origin": (0, 3, 2), "target": (0, -1, 0)}}],
+    }
+    scene = around(
+        5,
+        floor=floor(),
+        group=group,
+        **copies,
+        tube=tube | {"emitter": {"type": "area", "radiance": [2, 3, 4]}},
+        inner=inner | {"emitter": {"type": "area", "radiance": [1, 2, 1]}},
+        spot=spot,
+        sun={"type": "directional", "direction": [1, -2, -1], "irradiance": [0.5, 0.5, 0.3]},
+    )
+    view = scene.model.sensor
+    lens = ThinLens(to_world=view.to_world, fov=40.0, aperture_radius=0.1, focus_distance=5.0, film=view.film)
+    return dataclasses.replace(scene, model=scene.model.model_copy(update={"sensor": lens}))
 
 
 def floor() -> dict[str, Any]:
