@@ -82,7 +82,8 @@ def test_every_kind_of_interval_holds_the_truth(name: str) -> None:
         if case.interval.trusted:
             kinds[case.kind].append(case)
     shares = {kind: coverage(found) for kind, found in kinds.items()}
-    assert all(map(right, shares.values())), shares
+    assert all(0.92 <= share <= 0.98 for share in shares.values()), shares  # some 600 cases each
+    assert right(coverage(case for found in kinds.values() for case in found))
     narrower = {kind: coverage(found, NARROW) for kind, found in kinds.items()}
     assert not right(float(np.mean(list(narrower.values())))), narrower
 
