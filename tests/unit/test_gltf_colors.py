@@ -13,11 +13,6 @@ from .gltf_files import Builder
 from .gltf_materials import bsdf, loaded, texels, textured, warnings
 
 
-@pytest.fixture(autouse=True)
-def _with_principled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: False)
-
-
 def test_vertex_colours_are_multiplied_by_the_factor_and_interpolated(tmp_path: Path) -> None:
     """Between the corners of a triangle the bitmap's bilinear interpolation is linear."""
     builder = Builder()

@@ -14,11 +14,6 @@ from .gltf_files import TRIANGLE, Builder, one_triangle
 from .gltf_materials import bsdf, principled, warnings
 
 
-@pytest.fixture(autouse=True)
-def _with_principled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: False)
-
-
 def extended(folder: Path, name: str, /, **fields: Any) -> m.Principled:
     pbr = {"metallicFactor": 0.0, "roughnessFactor": 0.5}
     return principled(folder, pbrMetallicRoughness=pbr, extensions={f"KHR_materials_{name}": fields})
@@ -118,39 +113,3 @@ def test_what_is_not_exact_is_told_with_its_materials(tmp_path: Path) -> None:
 
 def test_every_extension_that_is_read_is_written_down() -> None:
     assert {name for name in MAPPING if "materials" in name} == MATERIAL_EXTENSIONS.keys()
-
-
-# -- as long as the core has no principled BSDF ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("metallic", "parts"), [(0.0, ["diffuse", "roughconductor"]), (0.5, ["blendbsdf", "roughconductor"])]
-)
-def test_blends_stand_in_for_principled(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, metallic: float, parts: list[str]
-) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: True)
-    pbr = {"baseColorFactor": [0.5, 0.4, 0.3, 1], "metallicFactor": metallic, "roughnessFactor": 0.5}
-    builder = one_triangle(pbrMetallicRoughness=pbr)
-    found = bsdf(builder, tmp_path)
-    assert isinstance(found, m.BlendBsdf)
-    assert [part.type for part in found.bsdf] == parts
-    assert "principled is not there yet" in warnings(builder, tmp_path)
-
-
-def test_a_coat_of_a_few_per_cent_stands_in_for_clear_coat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: True)
-    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.2}}
-    found = bsdf(one_triangle(extensions=coat), tmp_path)
-    assert isinstance(found, m.BlendBsdf)
-    assert found.weight == pytest.approx(0.5 * 1.5 * 0.04)
-    assert isinstance(found.bsdf[1], m.RoughConductor)
-    assert found.bsdf[1].alpha == pytest.approx(0.04)
-
-
-def test_a_rough_conductor_stands_in_for_metal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: True)
-    pbr = {"baseColorFactor": [0.5, 0.4, 0.3, 1], "roughnessFactor": 0.5}
-    found = bsdf(one_triangle(pbrMetallicRoughness=pbr), tmp_path)
-    assert isinstance(found, m.RoughConductor)
-    assert (found.alpha, found.specular_reflectance) == (0.25, (0.5, 0.4, 0.3))

@@ -14,11 +14,6 @@ from .gltf_files import Builder, one_triangle
 from .gltf_materials import UV, bsdf, loaded, principled, texels, textured, warnings
 
 
-@pytest.fixture(autouse=True)
-def _with_principled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("equaltime.scene.gltf.materials.is_needed", lambda: False)
-
-
 def srgb(byte: int) -> float:
     value = byte / 255
     return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4

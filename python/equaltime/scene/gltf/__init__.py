@@ -25,9 +25,6 @@ emission                   `area`, from the front side only; nits are W/(m² sr)
 extensions                 see `mapping`; those of materials become parameters of `principled`, mostly
 =========================  ===========================================================================================
 
-As long as the core has no `principled`, diffuse and microfacet parts in fixed shares stand for it (see `stand_in`): no
-reflection grows towards grazing angles, and sheen and anisotropy are lost.
-
 A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=`` set them). Whatever a file asks for and does
 not get is among the scene's warnings, and ``equaltime info`` shows what becomes of its extensions. Compressed data
 (Draco, meshopt, Basis) and other extensions that a file requires are refused.

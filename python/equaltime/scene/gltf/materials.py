@@ -8,7 +8,6 @@ from typing import Final
 from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.slots import Slot
-from equaltime.scene.gltf.stand_in import coated, is_needed, share, stand_in
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
 from equaltime.scene.tree import Object, Place
@@ -39,7 +38,6 @@ class Materials:
         self._place = place
         self._bsdfs: dict[tuple[int | None, Variant], Object] = {}
         self._looks: dict[int | None, SurfaceLook] = {}
-        self._without_principled = is_needed()
 
     @property
     def bsdfs(self) -> list[Object]:
@@ -88,8 +86,7 @@ class Materials:
         if seen.unlit:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
-            make = self._stand_in if self._without_principled else self._principled
-            bsdf = make(seen, material, variant.colors, place)
+            bsdf = self._principled(seen, material, variant.colors, place)
         if "normal" in slots and not seen.unlit:
             name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
@@ -114,24 +111,6 @@ class Materials:
                 add(result, name, self._number(material, name, slot))
         return result
 
-    def _stand_in(self, seen: SurfaceLook, material: int | None, colors: str, place: Place) -> Object:
-        """Return what is rendered in place of `principled`."""
-        lost = [name for name in ("sheen", "anisotropic") if name in seen.slots]
-        message = "principled is not there yet: diffuse and metallic parts in fixed shares stand for it"
-        self._document.note(message + (f", without {' and '.join(lost)}" if lost else ""), place.path)
-        base, alpha = seen.slots["base_color"], self._number(material, "alpha", seen.slots["alpha"])
-        metallic = self._number(material, "metallic", seen.slots["metallic"])
-        bases = [self._base_color(material, base, colors, place) for _ in range(2)]
-        result = stand_in(place, share(seen.eta), bases[0], metallic, alpha, bases[1])
-        if "spec_trans" in seen.slots:
-            glass = plant("bsdf", "dielectric", place, int_ior=seen.eta, ext_ior=1.0)
-            weight = self._number(material, "spec_trans", seen.slots["spec_trans"])
-            result = self._blend(weight, result, glass, place)
-        if "coat" in seen.slots:
-            weight, alpha = (self._number(material, name, seen.slots[name]) for name in ("coat", "coat_alpha"))
-            result = coated(place, result, weight, alpha)
-        return result
-
     def _base_color(self, material: int | None, slot: Slot, colors: str, place: Place) -> object:
         if colors:
             name = f"{self._document.name}#{colors}"
@@ -142,13 +121,10 @@ class Materials:
         """Return what lets a part of the light pass straight on, dyed by the base colour."""
         color = self._color(material, "base_color", seen.slots["base_color"])
         glass = plant("bsdf", "thindielectric", place, int_ior=seen.eta, ext_ior=1.0, specular_transmittance=color)
-        return self._blend(self._number(material, "transmission", seen.slots["transmission"]), bsdf, glass, place)
-
-    @staticmethod
-    def _blend(weight: object, first: Object, second: Object, place: Place) -> Object:
+        weight = self._number(material, "transmission", seen.slots["transmission"])
         result = plant("bsdf", "blendbsdf", place, weight=weight)
-        add(result, None, first)
-        add(result, None, second)
+        add(result, None, bsdf)
+        add(result, None, glass)
         return result
 
     def _number(self, material: int | None, name: str, slot: Slot) -> object:

@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.slots import ALPHA, Slot, TextureUse, texture_use
-from equaltime.scene.gltf.stand_in import share
 
 __all__ = ["SurfaceLook", "look"]
 
 DEFAULT_IOR = 1.5
 RED, GREEN, BLUE = (0,), (1,), (2,)
 DIELECTRIC_F0 = 0.04
-LEAST_ALPHA = 1e-3
 INFINITE_IOR = 1000.0
 """Stands for the index that KHR_materials_ior writes as 0, which reflects everything."""
 
@@ -60,7 +58,7 @@ def look(material: Any) -> SurfaceLook:
     """Return the look of a `pygltflib.Material`, or of none."""
     if material is None:
         one = Slot((1.0,))
-        plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one, "alpha": one}
+        plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one}
         return SurfaceLook(plain, DEFAULT_IOR, False, False, 0)
     reading = _Reading(material)
     _base(reading)
@@ -70,7 +68,6 @@ def look(material: Any) -> SurfaceLook:
     _layers(reading)
     _anisotropy(reading)
     _emission(reading)
-    reading.slots["alpha"] = _alpha(reading.slots["roughness"])
     return SurfaceLook(
         reading.slots,
         eta,
@@ -79,17 +76,6 @@ def look(material: Any) -> SurfaceLook:
         _uv_set(reading),
         tuple(reading.notes),
     )
-
-
-def _alpha(roughness: Slot) -> Slot:
-    """Return the alpha of a roughness, its square; a mirror is a little rough."""
-    inner = roughness.curve
-
-    def curve(values: NDArray[Any]) -> NDArray[Any]:
-        alpha: NDArray[Any] = np.maximum(np.square(values if inner is None else inner(values)), LEAST_ALPHA)
-        return alpha
-
-    return replace(roughness, curve=curve)
 
 
 def _base(reading: _Reading) -> None:
@@ -221,8 +207,6 @@ def _layers(reading: _Reading) -> None:
         )
         amount = Slot((coat["clearcoatFactor"],), texture_use(coat.get("clearcoatTexture")), RED)
         reading.slots |= {"clearcoat": amount, "clearcoat_gloss": rough}
-        part = Slot((amount.factor[0] * share(DEFAULT_IOR),), amount.texture, RED)
-        reading.slots |= {"coat": part, "coat_alpha": _alpha(replace(rough, curve=None))}
         reading.notes.append("the clear coat is principled's: a quarter as strong, with roughness up to 0.32")
         if "clearcoatNormalTexture" in coat:
             reading.notes.append("the clear coat has the normals of what it covers, not its own")
