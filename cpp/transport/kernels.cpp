@@ -56,7 +56,7 @@ KernelRow row() {
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects = [] {
   Effects e = kAllEffects;
-  e.anisotropy = e.normal_maps = e.masks = e.lens = false;
+  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = false;
   return e;
 }();
 
@@ -67,6 +67,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{.smooth_normals = true, .environment = true}>(),
       row<Effects{.analytic_shapes = true}>(),
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
+      row<Effects{.smooth_normals = true, .rough_conductors = true, .specular = true}>(),
       row<kCommonEffects>(),
       row<kAllEffects>(),
   };
