@@ -62,8 +62,7 @@ inline constexpr const char* kBsdfParameterNames[] = {"reflectance",
                                                       "weight"};
 
 [[nodiscard]] constexpr bool is_number(BsdfParameter p) noexcept {
-  return p == BsdfParameter::alpha || p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v ||
-         p == BsdfParameter::weight;
+  return (p >= BsdfParameter::alpha && p <= BsdfParameter::alpha_v) || p >= BsdfParameter::roughness;
 }
 
 /// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
