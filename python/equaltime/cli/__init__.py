@@ -90,3 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Python flushes stdout at exit, and would complain again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    finally:
+        # Python ends as if killed by Ctrl-C if one ever passed through an exec of text, as in a late import, though it
+        # was caught: the next exec makes it forget.
+        exec("")
