@@ -75,17 +75,8 @@ class Session:
         If ``path`` is given, what is done so far is saved there every so many seconds. After Ctrl-C the result is what
         was finished; raises `KeyboardInterrupt` if that is nothing, and `NonFiniteSample` with the result so far.
         """
-        saved_at = 0.0
-        for _ in self.passes:
-            if pass_ended is not None:
-                pass_ended(self)
-            before = self.passes.seconds
-            if path is not None and before - saved_at >= every:
-                self.result("unfinished").save(path)
-                saved_at = self.passes.seconds
-                self._saving += saved_at - before
-        seconds, stopped_by = self.passes.seconds, self.passes.stopped_by
-        assert stopped_by is not None
+        stopped_by = self._run_passes(path, every, pass_ended)
+        seconds = self.passes.seconds
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
         while True:
@@ -93,6 +84,22 @@ class Session:
                 return self.result(stopped_by, seconds)
             except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
                 stopped_by = "interrupt"
+
+    def _run_passes(self, path: Path | None, every: float, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
+        saved_at = 0.0
+        try:
+            for _ in self.passes:
+                if pass_ended is not None:
+                    pass_ended(self)
+                before = self.passes.seconds
+                if path is not None and before - saved_at >= every:
+                    self.result("unfinished").save(path)
+                    saved_at = self.passes.seconds
+                    self._saving += saved_at - before
+        except KeyboardInterrupt:  # between two passes, such as while saving
+            return "interrupt"
+        assert self.passes.stopped_by is not None
+        return self.passes.stopped_by
 
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""

@@ -198,8 +198,10 @@ def test_names_and_signs_that_the_terminal_cannot_show_are_escaped(scene: Path, 
 def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.exr"
     command = [sys.executable, "-m", "equaltime", "render", str(scene), "-o", str(output), "--time", "1h", "--json"]
-    process = subprocess.Popen([*command, "--size", "800x800"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    time.sleep(3.0)
+    often = ["--size", "800x800", "--checkpoint", "100ms"]
+    process = subprocess.Popen([*command, *often], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    while not output.exists() and process.poll() is None:  # until it renders, however slow the machine is
+        time.sleep(0.05)
     for _ in range(4):
         process.send_signal(signal.SIGINT)
         time.sleep(0.1)
