@@ -60,7 +60,7 @@ class Looks:
         self.last = error(1.0 - 2.0 * wrong)
         excess = self.last.high / target
         law = _LIKELY_LAW if excess < _NEAR else _FASTEST_LAW
-        growth = excess ** (1.0 / law) if math.isfinite(excess) else _GROWTH
+        growth = min(excess, _LONGEST_JUMP) ** (1.0 / law) if math.isfinite(excess) else _GROWTH
         self.next = _even(samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
         return self.last.high <= target
 

@@ -98,17 +98,12 @@ def read(path: str | os.PathLike[str]) -> Picture:
     ImageError
         If the file is missing, is no image, or is damaged.
     """
-    source = oiio.ImageInput.open(os.fspath(path))
-    if source is None:
-        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
-    try:
+    with _opened(path) as source:
         spec = source.spec()
         pixels = source.read_image("float")
         if pixels is None:
             raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
         record = _parse_record(spec.getattribute(RECORD), path)
-    finally:
-        source.close()
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
     return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record)
@@ -122,18 +117,13 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     ImageError
         If the file is missing, is no image, or is damaged.
     """
-    source = oiio.ImageInput.open(os.fspath(path))
-    if source is None:
-        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
-    try:
+    with _opened(path) as source:
         if not source.seek_subimage(1, 0) or source.spec().getattribute("oiio:subimagename") != _MOMENTS:
             return None
         spec = source.spec()
         pixels = source.read_image(1, 0, 0, spec.nchannels, "uint")
         if pixels is None:
             raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
-    finally:
-        source.close()
     # EXR keeps channels in alphabetical order
     place = {name: i for i, name in enumerate(spec.channelnames)}
     names = words.channel_names(spec.nchannels // words.WORDS)
@@ -234,6 +224,18 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
         raise ImageError(f"{path}: {error.strerror or error}") from error
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
+    try:
+        yield source
+    finally:
+        source.close()
 
 
 @contextmanager

@@ -14,10 +14,10 @@ from equaltime.error_estimate import REFERENCE_DOUBT, Estimate
 __all__ = ["Law", "fit"]
 
 _Z95 = 1.960
-# Exponent of the error over the decades beyond a pilot, by sampler: mean and standard deviation over the shipped
-# scenes. Independent samples have ½ exactly, but for the finite sample of the pilot.
+# What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
+# samples have ½ exactly, but for the finite sample of the pilot; the others are assumed, between ½ and the ¾ of edges.
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.52, 0.03), "sobol": (0.54, 0.04)}
-# Of the logarithm of the speed, from the pilot to the end, on a machine whose load stays the same.
+# Of the logarithm of the speed, from the pilot to the end, on a machine whose load stays the same: assumed.
 _SPEED_DOUBT = 0.03
 _MOST_SAMPLES = 2.0**40
 
@@ -41,9 +41,9 @@ class Law:
 
     def error_at(self, samples: float) -> Estimate:
         """Return the error after ``samples`` a pixel."""
-        octaves = math.log(samples / self.samples)
-        doubt = math.hypot(self.log_error_doubt, self.exponent_doubt * octaves)
-        return _interval(self.error * math.exp(-self.exponent * octaves), doubt)
+        growth = math.log(samples / self.samples)
+        doubt = math.hypot(self.log_error_doubt, self.exponent_doubt * growth)
+        return _interval(self.error * math.exp(-self.exponent * growth), doubt)
 
     def samples_until(self, error: float) -> Estimate:
         """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks."""
@@ -93,10 +93,10 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
     doubt = math.log(errors[last].high / errors[last].value) / _Z95
     exponent, spread = _EXPONENTS[sampler]
     if first < last:
-        octaves = math.log(last / first)
-        seen = math.log(errors[first].value / errors[last].value) / octaves
-        # Twice: the estimate of the error at the end is made from the same samples, but the law bends too.
-        weight = spread**2 / (spread**2 + (2.0 * doubt / octaves) ** 2 + spread**2)
+        growth = math.log(last / first)
+        seen = math.log(errors[first].value / errors[last].value) / growth
+        # What is seen is in doubt by the errors at both ends, and, since the law bends, for what lies beyond them too.
+        weight = spread**2 / (2.0 * spread**2 + (2.0 * doubt / growth) ** 2)
         exponent += weight * (min(max(seen, 0.3), 1.0) - exponent)
         spread *= math.sqrt(1.0 - weight)
     rate = (seconds[last] - seconds.get(first, 0.0)) / (last - first) if first < last else seconds[last] / last

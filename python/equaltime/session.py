@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from equaltime import _core
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.errors import NonFiniteSample, Problem, RenderError, SceneError
+from equaltime.errors import ImageError, NonFiniteSample, Problem, RenderError, SceneError
 from equaltime.images import Window
 from equaltime.passes import Passes, ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
@@ -93,7 +94,8 @@ class Session:
                     pass_ended(self)
                 before = self.passes.seconds
                 if path is not None and before - saved_at >= every:
-                    self.result("unfinished").save(path)
+                    with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
+                        self.result("unfinished").save(path)
                     saved_at = self.passes.seconds
                     self._saving += saved_at - before
         except KeyboardInterrupt:  # between two passes, such as while saving

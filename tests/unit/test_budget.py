@@ -46,6 +46,12 @@ def test_an_unknown_error_is_looked_at_again_and_not_taken_for_none() -> None:
     assert FIRST_LOOK < looks.next <= 2 * FIRST_LOOK
 
 
+def test_an_error_beyond_all_bounds_is_looked_at_again() -> None:
+    looks = Looks()
+    assert not looks.look(lambda _: Estimate(1e300, 1e299, 1e301), looks.next, 1e-3)
+    assert looks.next == 8 * FIRST_LOOK
+
+
 def test_a_render_that_is_taken_up_goes_on_with_its_looks() -> None:
     whole = looked(falling(0.55), 0.01)
     taken_up = Looks(whole.made[:3])

@@ -198,3 +198,8 @@ def test_resume_begins_anew_where_there_is_no_file(tmp_path: Path) -> None:
     output = tmp_path / "a.exr"
     done = subprocess.run(command(output, "--spp", "4", "--resume", "--json"), check=True, capture_output=True)
     assert json.loads(done.stdout)["spp"] == 4
+
+
+def test_a_checkpoint_that_cannot_be_written_does_not_end_the_render(scene: et.Scene, tmp_path: Path) -> None:
+    result = et.render(scene, spp=8, checkpoint=tmp_path / "no such folder" / "a.exr", checkpoint_every=1e-9)
+    assert (result.spp, result.stopped_by) == (8, "spp")
