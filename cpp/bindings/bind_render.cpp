@@ -32,9 +32,9 @@ void set(T& target, const std::map<std::string, T>& words, const std::optional<s
 /// None stands for what has no meaning with the rest, such as the heuristic of a technique that needs no weights.
 using Word = std::optional<std::string>;
 
-Settings make_settings(const Word& technique, const Word& heuristic, const Word& lights, const Word& roulette,
-                       std::optional<int> roulette_depth, std::optional<float> survival, int truncate,
-                       const Word& sampler, int max_depth) {
+Settings make_settings(const Word& technique, const Word& heuristic, const Word& lights, const Word& environment,
+                       const Word& roulette, std::optional<int> roulette_depth, std::optional<float> survival,
+                       int truncate, const Word& sampler, int max_depth) {
   Settings s;
   set(s.technique,
       {{"uniform", Technique::uniform},
@@ -47,6 +47,10 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
   set(s.lights,
       {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}, {"tree", LightSelection::tree}}, lights,
       "lights");
+  set(s.environment, {{"plain", EnvironmentSampling::plain}, {"compensated", EnvironmentSampling::compensated}},
+      environment, "environment");
+  if (s.environment == EnvironmentSampling::compensated && s.technique < Technique::mis)
+    throw py::value_error("a compensated environment needs BSDF sampling beside it: mis or mixture");
   set(s.roulette,
       {{"none", Roulette::none},
        {"constant", Roulette::constant},
@@ -114,8 +118,8 @@ void bind_render(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
   py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
       .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
-           "lights"_a = "power", "roulette"_a = "throughput", "roulette_depth"_a = 5, "survival"_a = 0.75,
-           "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
+           "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
+           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates) {

@@ -89,14 +89,26 @@ py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, con
                   "delta"_a = delta, "radiance_scale"_a = scale);
 }
 
-LightSelection selection(const Scene& scene, const std::string& name) {
-  require(name == "uniform" || name == "power" || name == "tree",
+/// How lights are sampled, by name.
+struct LightChoice {
+  LightSelection lights;
+  EnvironmentSampling environment;
+};
+
+EnvironmentSampling environment_sampling(const std::string& name) {
+  require(name == "plain" || name == "compensated", "an environment is sampled \"plain\" or \"compensated\"");
+  return name == "plain" ? EnvironmentSampling::plain : EnvironmentSampling::compensated;
+}
+
+LightChoice choice(const Scene& scene, const std::string& lights, const std::string& environment) {
+  require(lights == "uniform" || lights == "power" || lights == "tree",
           "lights are picked by \"uniform\", \"power\" or \"tree\"");
-  const LightSelection select = name == "uniform" ? LightSelection::uniform
-                                : name == "power" ? LightSelection::power
-                                                  : LightSelection::tree;
-  scene.lights.prepare(select);
-  return select;
+  const LightSelection select = lights == "uniform" ? LightSelection::uniform
+                                : lights == "power" ? LightSelection::power
+                                                    : LightSelection::tree;
+  const EnvironmentSampling sampling = environment_sampling(environment);
+  scene.lights.prepare(select, sampling);
+  return {select, sampling};
 }
 
 /// Points that gather light, in the scene's own space: opaque where they have a normal.
@@ -118,14 +130,15 @@ struct Receivers {
 
 /// As a path does at bounce 0: `seed` and the row make the numbers.
 py::dict sample_lights(const Scene& scene, const std::string& lights, const Array& places, std::uint64_t seed,
-                       const std::optional<Array>& normals) {
-  const LightSelection select = selection(scene, lights);
+                       const std::optional<Array>& normals, const std::string& environment) {
+  const LightChoice by = choice(scene, lights, environment);
   const Receivers receivers(scene, places, normals);
   Columns out(receivers.size);
   const double scale = scene.normalization.world_radiance_scale();
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
-    const auto s = scene.lights.sample<kAllEffects>(select, receivers[i], sampler, 0, sampler.vertex(0).light_point);
+    const auto s = scene.lights.sample<kAllEffects>(by.lights, by.environment, receivers[i], sampler, 0,
+                                                    sampler.vertex(0).light_point);
     if (s) out.set(i, s->wi, scene.radiance_of(*s) * static_cast<float>(scale), s->pdf);
   }
   return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
@@ -133,8 +146,8 @@ py::dict sample_lights(const Scene& scene, const std::string& lights, const Arra
 
 /// What a ray from each receiver meets of the lights, and the density of `sample_lights` for its direction.
 py::dict eval_lights(const Scene& scene, const std::string& lights, const Array& places, const Array& wi,
-                     const std::optional<Array>& normals) {
-  const LightSelection select = selection(scene, lights);
+                     const std::optional<Array>& normals, const std::string& environment) {
+  const LightChoice by = choice(scene, lights, environment);
   const Receivers receivers(scene, places, normals);
   require(count(wi, 3, "wi") == receivers.size, "as many wi as receivers");
   Columns out(receivers.size);
@@ -145,10 +158,10 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
     const auto it = scene.intersect<kAllEffects>({receiver.p, d});
     if (!it) {
       if (!scene.lights.environment()) continue;
-      const LightValue v = scene.lights.environment_towards(select, receiver, d);
+      const LightValue v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);
       out.set(i, d, v.radiance * scale, v.pdf);
     } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
-      const float pdf = scene.lights.area_pdf<kAllEffects>(select, scene.light_of(*it), receiver, d, it->anchor.p);
+      const float pdf = scene.lights.area_pdf<kAllEffects>(by.lights, scene.light_of(*it), receiver, d, it->anchor.p);
       out.set(i, d, scene.radiance<kAllEffects>(*it) * scale, pdf);
     }
   }
@@ -157,7 +170,9 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
 
 /// Density at wi of the directions that one-sample MIS draws towards an area light or the environment, without its
 /// pick; -1 where there are none.
-py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light, const Array& places, const Array& wi) {
+py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light, const Array& places, const Array& wi,
+                                        const std::string& environment) {
+  const EnvironmentSampling sampling = choice(scene, "uniform", environment).environment;
   const std::optional<Array> no_normals;
   const Receivers receivers(scene, places, no_normals);
   require(count(wi, 3, "wi") == receivers.size, "as many wi as receivers");
@@ -165,7 +180,8 @@ py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light,
   py::array_t<double> out(receivers.size);
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const bool drawn = scene.lights.has_directions<kAllEffects>(light, receivers[i]);
-    out.mutable_at(i) = drawn ? scene.lights.pdf_towards<kAllEffects>(light, receivers[i], row(wi, i)) : -1.0F;
+    out.mutable_at(i) =
+        drawn ? scene.lights.pdf_towards<kAllEffects>(light, sampling, receivers[i], row(wi, i)) : -1.0F;
   }
   return out;
 }
@@ -226,9 +242,12 @@ void bind_sampling(py::module_& m) {
   py::module_ parts = m.def_submodule("parts", "The parts of the estimator by themselves, over arrays, for tests.");
   parts.def("eval_bsdf", &eval_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "wi"_a, "front"_a = true);
   parts.def("sample_bsdf", &sample_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
-  parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none());
-  parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none());
-  parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a);
+  parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none(),
+            "environment"_a = "plain");
+  parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none(),
+            "environment"_a = "plain");
+  parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a,
+            "environment"_a = "plain");
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);

@@ -23,17 +23,28 @@ ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double 
   z_axis_ = Vec3f(normalize(d.to_world.column(2)));
   for (std::uint32_t row = 0; row <= rows_; ++row)
     polar_cosine_.push_back(std::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
+  cells_ = OrderedTable2D(weights(0), width_);
+}
+
+std::vector<double> ImageEnvironment::weights(double floor) const {
   std::vector<double> weights;
   weights.reserve(std::size_t{rows_} * width_);
-  for (std::uint32_t row = 0; row < rows_; ++row) {
-    const double solid_angle = (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * kPiD / static_cast<double>(width_);
+  for (std::uint32_t row = 0; row < rows_; ++row)
     for (std::uint32_t column = 0; column < width_; ++column) {
       const Spectrum corners =
           texel(row, column) + texel(row, column + 1) + texel(row + 1, column) + texel(row + 1, column + 1);
-      weights.push_back(static_cast<double>(corners.mean()) * 0.25 * solid_angle);
+      weights.push_back(std::max(0.0, static_cast<double>(corners.mean()) * 0.25 - floor) * solid_angle(row));
     }
-  }
-  cells_ = OrderedTable2D(weights, width_);
+  return weights;
+}
+
+void ImageEnvironment::prepare(EnvironmentSampling sampling) const {
+  if (sampling == EnvironmentSampling::plain) return;
+  std::call_once(excess_->once, [this] {
+    excess_->table = OrderedTable2D(weights(total() / (4 * kPiD)), width_);
+    const bool any = excess_->table.total() > 0;  // else it is even, and sampled as it is
+    excess_->made.store(any ? &excess_->table : &cells_, std::memory_order_release);
+  });
 }
 
 Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
@@ -42,13 +53,14 @@ Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
   return top * (1 - c.down) + bottom * c.down;
 }
 
-float ImageEnvironment::pdf(const Cell& c) const noexcept {
+float ImageEnvironment::pdf(const Cell& c, const OrderedTable2D& cells) const noexcept {
   const double range = polar_cosine_[c.row] - polar_cosine_[c.row + 1];
-  return static_cast<float>(cells_.pmf(c.row, c.column) * static_cast<double>(width_) / (2 * kPiD * range));
+  return static_cast<float>(cells.pmf(c.row, c.column) * static_cast<double>(width_) / (2 * kPiD * range));
 }
 
-EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
-  const auto [row, column] = cells_.choose(u.x, u.y);
+EnvironmentSample ImageEnvironment::sample(Point2d u, EnvironmentSampling sampling) const noexcept {
+  const OrderedTable2D& cells = table(sampling);
+  const auto [row, column] = cells.choose(u.x, u.y);
   const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
   const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
   const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest + 0.5) / static_cast<double>(width_);
@@ -57,7 +69,7 @@ EnvironmentSample ImageEnvironment::sample(Point2d u) const noexcept {
                   static_cast<float>(column.rest)};
   const auto x = static_cast<float>(std::sin(phi) * sine), z = static_cast<float>(-std::cos(phi) * sine);
   const Vec3f wi = x_axis_ * x + y_axis_ * static_cast<float>(cosine) + z_axis_ * z;
-  return {wi, {interpolated(cell), pdf(cell)}};
+  return {wi, {interpolated(cell), pdf(cell, cells)}};
 }
 
 ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcept {
@@ -72,9 +84,9 @@ ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcep
   return {r, c, static_cast<float>(std::min(row - r, 1.0)), static_cast<float>(std::min(column - c, 1.0))};
 }
 
-LightValue ImageEnvironment::eval(Vec3f wi) const noexcept {
+LightValue ImageEnvironment::eval(Vec3f wi, EnvironmentSampling sampling) const noexcept {
   const Cell cell = cell_towards({dot(wi, x_axis_), dot(wi, y_axis_), dot(wi, z_axis_)});
-  return {interpolated(cell), pdf(cell)};
+  return {interpolated(cell), pdf(cell, table(sampling))};
 }
 
 }  // namespace equaltime

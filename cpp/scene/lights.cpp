@@ -49,15 +49,17 @@ Optional<LightSample> Lights::sample_delta(const LightPick& pick, Vec3f receiver
   return std::get_if<PointLight>(&light)->sample(receiver, pick.pmf);
 }
 
-Optional<LightSample> Lights::sample_environment(const Sampler& sampler, std::uint32_t bounce,
-                                                 float pmf) const noexcept {
+Optional<LightSample> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                 std::uint32_t bounce, float pmf) const noexcept {
   const Point2d u = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
-  const EnvironmentSample e = std::visit([&](const auto& env) noexcept { return env.sample(u); }, *environment_);
+  const EnvironmentSample e =
+      std::visit([&](const auto& env) noexcept { return env.sample(u, sampling); }, *environment_);
   if (!(e.value.pdf > 0)) return std::nullopt;
   return LightSample{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};
 }
 
-void Lights::prepare(LightSelection selection) const {
+void Lights::prepare(LightSelection selection, EnvironmentSampling environment) const {
+  if (environment_) std::visit([environment](const auto& e) { e.prepare(environment); }, *environment_);
   if (selection != LightSelection::tree) return;
   std::call_once(lazy_tree_->once, [this] {
     std::vector<EmitterBounds> bounds;

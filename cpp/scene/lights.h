@@ -56,31 +56,32 @@ class Lights {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
-  void prepare(LightSelection selection) const;
+  void prepare(LightSelection selection, EnvironmentSampling environment) const;
 
   /// One light, picked, then sampled at u as seen from the receiver; pdf includes the pick. Nothing if that light shows
   /// the receiver no front, which is a sample of value 0.
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, const Receiver& receiver,
-                                                              const Sampler& sampler, std::uint32_t bounce,
-                                                              Point2f u) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, EnvironmentSampling environment,
+                                                              const Receiver& receiver, const Sampler& sampler,
+                                                              std::uint32_t bounce, Point2f u) const noexcept {
     const auto picked = pick(selection, receiver, sampler, bounce);
-    return picked ? sample<E>(*picked, receiver, sampler, bounce, u) : std::nullopt;
+    return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u) : std::nullopt;
   }
   /// The two steps of it. Nothing is picked where no light may reach the receiver.
   [[nodiscard]] EQUALTIME_INLINE Optional<LightPick> pick(LightSelection selection, const Receiver& receiver,
                                                           const Sampler& sampler, std::uint32_t bounce) const noexcept;
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, const Receiver& receiver,
-                                                              const Sampler& sampler, std::uint32_t bounce,
-                                                              Point2f u) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, EnvironmentSampling environment,
+                                                              const Receiver& receiver, const Sampler& sampler,
+                                                              std::uint32_t bounce, Point2f u) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <auto E>
   [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver) const noexcept;
   /// Density of those directions at wi, whatever stands before the light; no pick is in it.
   template <auto E>
-  [[nodiscard]] float pdf_towards(std::uint32_t light, const Receiver& receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] float pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
+                                  Vec3f wi) const noexcept;
 
   /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
   template <auto E>
@@ -91,17 +92,17 @@ class Lights {
   }
 
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
-  [[nodiscard]] LightValue environment_towards(LightSelection selection, const Receiver& receiver,
-                                               Vec3f wi) const noexcept {
-    LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi); }, *environment_);
+  [[nodiscard]] LightValue environment_towards(LightSelection selection, EnvironmentSampling sampling,
+                                               const Receiver& receiver, Vec3f wi) const noexcept {
+    LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
     value.pdf *= pick_pmf(selection, size_ - 1, receiver);
     return value;
   }
 
  private:
   [[nodiscard]] Optional<LightSample> sample_delta(const LightPick& pick, Vec3f receiver) const noexcept;
-  [[nodiscard]] Optional<LightSample> sample_environment(const Sampler& sampler, std::uint32_t bounce,
-                                                         float pmf) const noexcept;
+  [[nodiscard]] Optional<LightSample> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                         std::uint32_t bounce, float pmf) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
                                                 const Receiver& receiver) const noexcept {
     if (selection == LightSelection::tree) return tree_pmf(light, receiver);
@@ -139,10 +140,11 @@ EQUALTIME_INLINE Optional<LightPick> Lights::pick(LightSelection selection, cons
 }
 
 template <auto E>
-EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, const Receiver& receiver, const Sampler& sampler,
+EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, EnvironmentSampling environment,
+                                                      const Receiver& receiver, const Sampler& sampler,
                                                       std::uint32_t bounce, Point2f u) const noexcept {
   if constexpr (E.environment)
-    if (pick.light >= environment_begin_) return sample_environment(sampler, bounce, pick.pmf);
+    if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
     if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
   auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
@@ -157,10 +159,11 @@ bool Lights::has_directions(std::uint32_t light, const Receiver& receiver) const
 }
 
 template <auto E>
-float Lights::pdf_towards(std::uint32_t light, const Receiver& receiver, Vec3f wi) const noexcept {
+float Lights::pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
+                          Vec3f wi) const noexcept {
   if constexpr (E.environment)
     if (light >= environment_begin_)
-      return std::visit([&](const auto& e) noexcept { return e.eval(wi).pdf; }, *environment_);
+      return std::visit([&](const auto& e) noexcept { return e.eval(wi, environment).pdf; }, *environment_);
   return visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
 }
 

@@ -54,7 +54,8 @@ template <Effects E>
                                const Arrival& made) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
-    const LightValue value = scene.lights.environment_towards(settings.lights, made.from, ray.direction);
+    const LightValue value =
+        scene.lights.environment_towards(settings.lights, settings.environment, made.from, ray.direction);
     return value.radiance * emitter_weight(settings, made, scene.lights.size() - 1, value.pdf);
   }
   return {};
@@ -85,7 +86,8 @@ template <Effects E, class Probe>
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
-  auto light = scene.lights.sample<E>(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce, u);
+  auto light =
+      scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u);
   if (!light || (!aims && !light->delta)) return {};
   return light_along<E>(scene, settings, it, bsdf, *light, bounce, probe);
 }

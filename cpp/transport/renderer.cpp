@@ -62,7 +62,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       kernel_(choose_kernel(derive_effects(*scene_))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
-  scene_->lights.prepare(settings_.lights);
+  scene_->lights.prepare(settings_.lights, settings_.environment);
 }
 
 std::vector<PixelBlock> Renderer::blocks() const {

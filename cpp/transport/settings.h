@@ -27,6 +27,7 @@ struct Settings {
   Technique technique = Technique::mis;
   Heuristic heuristic = Heuristic::power;  // of mis
   LightSelection lights = LightSelection::power;
+  EnvironmentSampling environment = EnvironmentSampling::plain;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::sobol;
   float survival = 0.75F;           // of the constant roulette, in (0, 1)

@@ -27,7 +27,8 @@ template <Effects E, class Probe>
   const bool lights_turn = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
   Vertex vertex;
   if (lights_turn && has_directions) {
-    const auto light = scene.lights.sample<E>(LightPick{picked->light, 1}, receiver, sampler, bounce, u.light_point);
+    const auto light = scene.lights.sample<E>(LightPick{picked->light, 1}, settings.environment, receiver, sampler,
+                                              bounce, u.light_point);
     if (!light) return vertex;
     const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
@@ -36,14 +37,16 @@ template <Effects E, class Probe>
     return vertex;
   }
   if (picked && !has_directions) {
-    const auto point = scene.lights.sample<E>(*picked, receiver, sampler, bounce, u.light_point);
+    const auto point = scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point);
     if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, *point, bounce, probe);
   }
   auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
   if (!scattered) return vertex;
   float light_pdf = scattered->pdf;  // where both turns are the BSDF's
   if (has_directions) {
-    light_pdf = scattered->delta ? 0.0F : scene.lights.pdf_towards<E>(picked->light, receiver, scattered->wi);
+    light_pdf = scattered->delta
+                    ? 0.0F
+                    : scene.lights.pdf_towards<E>(picked->light, settings.environment, receiver, scattered->wi);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
   vertex.scattered = scattered;

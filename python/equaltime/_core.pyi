@@ -225,6 +225,7 @@ class Settings:
         technique: Literal["uniform", "bsdf", "light", "mis", "mixture"] = "mis",
         heuristic: Literal["balance", "power"] | None = "power",
         lights: Literal["uniform", "power", "tree"] = "power",
+        environment: Literal["plain", "compensated"] | None = "plain",
         roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput",
         roulette_depth: int | None = 5,
         survival: float | None = 0.75,

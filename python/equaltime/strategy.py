@@ -51,6 +51,9 @@ class Strategy(BaseModel):
     """How a light source is picked: all alike; in proportion to the power that it emits; or by a tree of lights, in
     proportion to a bound of what it may send to the point, which takes longer the more lights there are (Conty Estevez
     & Kulla 2018, without splitting)."""
+    environment: Literal["plain", "compensated"] | None = None
+    """How directions of an image of the sky are drawn: by radiance (``plain``, unless given); or by what exceeds its
+    mean, leaving the rest to the BSDF (``compensated``: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
     roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput. Unbiased."""
@@ -152,6 +155,9 @@ class _Condition:
 
 _CONDITIONS: Mapping[str, _Condition] = {
     "heuristic": _Condition("technique", ("mis",), "power", "only mis weights the samples of two techniques"),
+    "environment": _Condition(
+        "technique", ("mis", "mixture"), "plain", "the BSDF's rays find what it leaves out"
+    ),
     "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }

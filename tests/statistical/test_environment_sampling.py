@@ -84,16 +84,21 @@ SUBJECTS = [
     Subject("black rows and columns", with_black_rows(13, 24), TILTED),
     Subject("many texels", plain(129, 256), UPRIGHT, 30.0),
 ]
-EACH = share(LEVEL, len(SUBJECTS) + 1)
+EACH = share(LEVEL, 2 * len(SUBJECTS) + 1)
 
 
 class Trial:
-    def __init__(self, subject: Subject, scene: _core.Scene | None = None, samples: int = SAMPLES) -> None:
+    def __init__(
+        self, subject: Subject, scene: _core.Scene | None = None, samples: int = SAMPLES, sampling: str = "plain"
+    ) -> None:
         self.chart, self.samples, self.scene = subject.chart, samples, scene or subject.scene
-        self.drawn = parts.sample_lights(self.scene, "power", np.broadcast_to(PLACE, (samples, 3)), 1)
+        self.sampling = sampling
+        places = np.broadcast_to(PLACE, (samples, 3))
+        self.drawn = parts.sample_lights(self.scene, "power", places, 1, environment=sampling)
 
     def eval(self, wi: Array) -> dict[str, Array]:
-        value: dict[str, Array] = parts.eval_lights(self.scene, "power", np.broadcast_to(PLACE, wi.shape), wi)
+        places = np.broadcast_to(PLACE, wi.shape)
+        value: dict[str, Array] = parts.eval_lights(self.scene, "power", places, wi, environment=self.sampling)
         return value
 
     @property
@@ -105,9 +110,10 @@ class Trial:
         return Histogram.of(self.chart, self.drawn["wi"][self.drawn["valid"]], self.samples)
 
 
+@pytest.mark.parametrize("sampling", ["plain", "compensated"])
 @pytest.mark.parametrize("subject", SUBJECTS, ids=str)
-def test_directions_are_drawn_with_the_stated_density(subject: Subject) -> None:
-    trial = Trial(subject)
+def test_directions_are_drawn_with_the_stated_density(subject: Subject, sampling: str) -> None:
+    trial = Trial(subject, sampling=sampling)
     assert trial.drawn["valid"].all()
     histogram = trial.histogram
     assert histogram.p(trial.masses) > EACH, histogram.looks
@@ -159,6 +165,25 @@ def test_samples_carry_the_radiance_and_density_of_their_direction(subject: Subj
     expected = met["radiance"] / met["pdf"][:, None]
     share_off = (np.abs(estimates - expected) > 1e-3 * np.abs(expected)).any(axis=1).mean()
     assert share_off < 1e-3
+
+
+def test_a_compensated_density_is_what_exceeds_the_mean_and_nothing_elsewhere() -> None:
+    """Cell by cell, by the mean of its corners, as the plain density has it too."""
+    subject = next(s for s in SUBJECTS if s.name == "few texels, tilted, dim")
+    wi = subject.chart.directions(np.random.default_rng(3).random((20_000, 2)))[0]
+    plain, compensated = (Trial(subject, samples=1, sampling=s).eval(wi)["pdf"] for s in ("plain", "compensated"))
+    even = 1 / (4 * np.pi)
+    assert (compensated[plain < 0.999 * even] == 0).all()
+    above = plain > 1.001 * even
+    ratio = compensated[above] / (plain[above] - even)
+    assert 0.2 < above.mean() < 0.8
+    assert ratio.std() < 1e-3 * ratio.mean()
+    assert ratio.mean() > 1.5, "the twin: no more than before"
+
+
+def test_an_even_sky_is_compensated_by_nothing() -> None:
+    even = Trial(Subject("even", np.ones((4, 8, 3)), TILTED), samples=1000, sampling="compensated")
+    assert even.drawn["pdf"] == pytest.approx(1 / (4 * np.pi), rel=1e-6)
 
 
 def test_all_radiance_lies_where_the_density_is_positive() -> None:

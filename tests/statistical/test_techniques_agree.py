@@ -41,6 +41,8 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "stratified": {"sampler": "stratified"},
     "naive": {"technique": "uniform", "lights": "uniform", "roulette": "albedo", "sampler": "independent"},
     "mixture": {"technique": "mixture"},
+    "compensated": {"environment": "compensated"},
+    "mixture, compensated": {"technique": "mixture", "environment": "compensated"},
     "mixture, lights alike": {"technique": "mixture", "lights": "uniform", "sampler": "independent"},
 }
 NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith(("bsdf", "uniform", "naive")))

@@ -109,7 +109,9 @@ def render(
 
     * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
 
-    * lights=uniform|power|tree, sampler=independent|stratified|sobol
+    * lights=uniform|power|tree, environment=plain|compensated (of mis and mixture)
+
+    * sampler=independent|stratified|sobol
 
     * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
 
