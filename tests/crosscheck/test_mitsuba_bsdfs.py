@@ -38,8 +38,9 @@ REFRACTION = 1e-3
 """The same; and where facets are seen edge-on their cosines, and with them the smallest of values, are rounding."""
 TINTED = 1e-3
 """The same for the sum of all lobes of the principled model."""
-COAT = 2e-2
-"""Mitsuba forms the sharpest coat's distribution from a cosine, which cancels (case S13)."""
+COAT = 4 * 2.0**-24 / 1e-6
+"""Mitsuba forms the sharpest coat's distribution, of alpha = 0.001, as 1 / (1 - (1 - alpha^2) cos^2): at the peak four
+roundings of 1 are left over alpha^2 (case S13; which of them happen depends on its variant)."""
 
 
 @dataclass(frozen=True)
