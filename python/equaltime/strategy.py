@@ -47,13 +47,13 @@ class Strategy(BaseModel):
     a point sees, the weights of ``mixture`` double with every bounce."""
     heuristic: Literal["balance", "power"] | None = None
     """Weights of the combination; ``power`` unless given. None but for ``mis``."""
-    lights: Literal["uniform", "power", "tree"] = "power"
+    lights: Literal["uniform", "power", "tree"] = "tree"
     """How a light source is picked: all alike; in proportion to the power that it emits; or by a tree of lights, in
     proportion to a bound of what it may send to the point, which takes longer the more lights there are (Conty Estevez
     & Kulla 2018, without splitting)."""
     environment: Literal["plain", "compensated"] | None = None
-    """How directions of an image of the sky are drawn: by radiance (``plain``, unless given); or by what exceeds its
-    mean, leaving the rest to the BSDF (``compensated``: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
+    """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving the
+    rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
     roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput. Unbiased."""
@@ -155,9 +155,7 @@ class _Condition:
 
 _CONDITIONS: Mapping[str, _Condition] = {
     "heuristic": _Condition("technique", ("mis",), "power", "only mis weights the samples of two techniques"),
-    "environment": _Condition(
-        "technique", ("mis", "mixture"), "plain", "the BSDF's rays find what it leaves out"
-    ),
+    "environment": _Condition("technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"),
     "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
@@ -188,7 +186,14 @@ def _words(key: str) -> tuple[str, ...]:
 
 PRESETS: Mapping[str, Strategy] = {
     "best": Strategy(),
-    "mis": Strategy(technique="mis", heuristic="balance", lights="uniform", roulette="none", sampler="independent"),
+    "mis": Strategy(
+        technique="mis",
+        heuristic="balance",
+        lights="uniform",
+        environment="plain",
+        roulette="none",
+        sampler="independent",
+    ),
     "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent"),
     "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent"),
     "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent"),
