@@ -122,11 +122,12 @@ void bind_render(py::module_& m) {
            "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                       std::uint32_t tile, std::uint32_t replicates) {
+                       std::uint32_t tile, std::uint32_t replicates, bool full_kernel) {
              return std::make_unique<Renderer>(std::move(scene), settings,
-                                               RenderOptions{seed, threads, tile, replicates});
+                                               RenderOptions{seed, threads, tile, replicates, full_kernel});
            }),
-           "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2)
+           "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2,
+           "full_kernel"_a = false)
       .def(
           "advance",
           [](Renderer& r, std::uint64_t samples, std::optional<double> seconds,

@@ -12,6 +12,7 @@ void bind_meshes(pybind11::module_& m);    // mesh files
 void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
 void bind_render(pybind11::module_& m);    // Settings, Renderer, build information
 void bind_sampling(pybind11::module_& m);  // samplers and densities, for tests
+void bind_split(pybind11::module_& m);     // where light comes from
 void bind_bsdfs(pybind11::class_<SceneDescription>& builder);
 void bind_textures(pybind11::class_<SceneDescription>& builder);
 

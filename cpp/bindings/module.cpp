@@ -10,4 +10,5 @@ PYBIND11_MODULE(_core, m) {
   equaltime::bind_scene(m);
   equaltime::bind_render(m);
   equaltime::bind_sampling(m);
+  equaltime::bind_split(m);
 }

@@ -43,7 +43,6 @@ class Builder {
   SetOfShapes add_set(std::vector<ShapeDescription>& shapes);
   void add_groups();
   void add_mesh(std::size_t shape, TriangleMesh mesh);
-  [[nodiscard]] bool needs_tangents(const SurfaceDescription& d) const noexcept;
   Lights make_lights();
   std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top) const;
 
@@ -69,7 +68,9 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     if (!bsdf) continue;
     if (*bsdf >= materials_.size()) fail(surfaces_.size(), "BSDF index out of range");
     surface.bsdf[side] = folded(materials_, *bsdf);
-    surface.textured = surface.textured || materials_[surface.bsdf[side]].textured;
+    const Material& material = materials_[surface.bsdf[side]];
+    surface.textured = surface.textured || material.textured;
+    surface.tangential = surface.tangential || material.anisotropic;
   }
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
   for (const auto& [shape, texture] : description_.emissions)
@@ -77,11 +78,6 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
-}
-
-bool Builder::needs_tangents(const SurfaceDescription& d) const noexcept {
-  const auto anisotropic = [&](std::optional<std::uint32_t> bsdf) { return bsdf && materials_[*bsdf].anisotropic; };
-  return anisotropic(d.front) || anisotropic(d.back);
 }
 
 void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
@@ -100,7 +96,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
-  if (needs_tangents(mesh.surface)) surface.tangents = triangle_tangents(out, mesh.uvs);
+  if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
   if (surface.textured) surface.uvs = float_uvs(index, mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
@@ -118,7 +114,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
   if (surface.textured) surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  if (needs_tangents(r.surface)) surface.tangents.assign(2, to_float(edge_x));
+  if (surface.tangential) surface.tangents.assign(2, to_float(edge_x));
   if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     area_lights_.add_triangles(index, out, surface, flipped);
   } else if (!surface.radiance.is_black()) {

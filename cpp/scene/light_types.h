@@ -28,7 +28,7 @@ struct LightSample {
   SurfaceAnchor target;   // its normal towards the receiver
   bool infinite = false;  // the light is a direction: target has no meaning
   bool delta = false;     // no other technique can find it
-  std::uint32_t light = 0;  // of an area light: its number
+  std::uint32_t light = 0;  // its number, but for the environment
 };
 
 /// Radiance and density of a light that a scattered ray has met.

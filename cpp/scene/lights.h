@@ -50,6 +50,10 @@ class Lights {
          double scene_radius);
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// The number of the environment, if there is one.
+  [[nodiscard]] std::uint32_t last() const noexcept { return size_ - 1; }
+  /// The number of the first that no ray meets: points, spots and directions.
+  [[nodiscard]] std::uint32_t first_delta() const noexcept { return deltas_begin_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
   [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
@@ -146,7 +150,12 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
-    if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
+    if (pick.light >= deltas_begin_) {
+      auto sample = sample_delta(pick, receiver.p);
+      if constexpr (E.textures)
+        if (sample) sample->light = pick.light;
+      return sample;
+    }
   auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
   if constexpr (E.textures) sample->light = pick.light;
   return sample;

@@ -42,8 +42,10 @@ float Material::weight_at(const std::vector<Texture>& textures, Point2f uv) cons
 
 std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
   const Material& m = materials[index];
-  const bool one = m.kind == Material::Kind::mixture && m.bindings.empty() && (m.weight <= 0 || m.weight >= 1);
-  return one ? folded(materials, m.parts[m.weight >= 1 ? 1 : 0]) : index;
+  if (m.kind != Material::Kind::mixture) return index;
+  const bool decided = m.bindings.empty() && (m.weight <= 0 || m.weight >= 1);
+  if (!decided && m.parts[0] != m.parts[1]) return index;
+  return folded(materials, m.parts[decided && m.weight >= 1 ? 1 : 0]);
 }
 
 namespace {
@@ -68,6 +70,14 @@ void bind(Material& material, BsdfParameter parameter, std::uint32_t index, cons
   } else {
     set(material.bsdf, parameter, value_for(parameter, texture, {0, 0}));
   }
+}
+
+/// Whether a bump or normal map leaves every normal as it is. The grey of 128 of 255 in maps of bytes is not quite
+/// flat: it leans by a third of a degree.
+bool is_flat(const BendDescription& b, const Texture& texture) noexcept {
+  const auto color = constant(texture);
+  if (b.bump) return b.scale == 0 || color;
+  return color && 2 * color->r - 1 == 0 && 2 * color->g - 1 == 0 && 2 * color->b - 1 > 0;
 }
 
 /// What a material takes from its parts, which come before it.
@@ -101,6 +111,7 @@ std::vector<Material> make_materials(const SceneDescription& description, const 
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");
     if (b.texture >= textures.size())
       throw std::invalid_argument("no texture " + std::to_string(b.texture) + " to bend by");
+    if (is_flat(b, textures[b.texture])) continue;
     const auto scale = static_cast<float>(b.scale * length_scale);
     materials[b.bsdf].bend = Bend{b.texture, b.bump, b.flip_invalid, b.shadowing, b.turned, scale};
   }

@@ -71,7 +71,9 @@ template <auto E>
   const Vec3d n = normalize(ray.origin + ray.direction * t - sphere.center);
   const Vec3d p = sphere.center + n * sphere.radius;
   const Vec3f nf(n);
-  Met met{p, n, point_offset(Vec3f(p), nf), nf, cross(surface.pole, nf), shape, 0, surface.flipped, false, {}};
+  Met met{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.anisotropy)
+    if (surface.tangential) met.tangent = cross(surface.pole, nf);
   if constexpr (E.textures)
     if (surface.textured) met.place = sphere_uv(surface, nf);
   return met;
@@ -83,8 +85,10 @@ template <auto E>
   const double slope = dot(disk.normal, ray.direction);
   const double t = slope != 0 ? dot(disk.normal, disk.center - ray.origin) / slope : nearest(ray, disk.center);
   const Vec3d p = ray.origin + ray.direction * t;
-  const Vec3f nf(disk.normal), radial(p - disk.center);
-  Met met{p, disk.normal, point_offset(Vec3f(p), nf), nf, radial, shape, 0, surface.flipped, false, {}};
+  const Vec3f nf(disk.normal);
+  Met met{p, disk.normal, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.anisotropy)
+    if (surface.tangential) met.tangent = Vec3f(p - disk.center);
   if constexpr (E.textures)
     if (surface.textured) met.place = disk_uv(disk, p);
   return met;
@@ -99,8 +103,10 @@ template <auto E>
   const double height = hit ? dot(r, cylinder.axis) : std::clamp(dot(r, cylinder.axis), 0.0, cylinder.length);
   const Vec3d n = normalize(r - cylinder.axis * dot(r, cylinder.axis));
   const Vec3d p = cylinder.base + cylinder.axis * height + n * cylinder.radius;
-  const Vec3f nf(n), around(cross(cylinder.axis, n));
-  Met met{p, n, point_offset(Vec3f(p), nf), nf, around, shape, 0, surface.flipped, false, {}};
+  const Vec3f nf(n);
+  Met met{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.anisotropy)
+    if (surface.tangential) met.tangent = Vec3f(cross(cylinder.axis, n));
   if constexpr (E.textures)
     if (surface.textured) met.place = cylinder_uv(surface, nf, height / cylinder.length);
   return met;

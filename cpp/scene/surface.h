@@ -62,6 +62,7 @@ struct Surface {
   std::vector<Vec3f> tangents;             // one a triangle if a BSDF is anisotropic, or none (meshes)
   SurfaceKind kind = SurfaceKind::mesh;
   bool textured = false;       // a texture looks at where on the surface a point is
+  bool tangential = false;     // a BSDF looks at the azimuth of directions
   std::uint32_t mesh = kNone;  // its number among the scene's meshes, if it is one
   std::vector<Point2f> uvs;    // one a vertex, or none; of textured meshes only
   // Of spheres, cylinders and disks: the axis round which azimuth is counted, as long as a cylinder; across it, where

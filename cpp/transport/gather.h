@@ -72,6 +72,7 @@ template <Effects E, class Probe>
   const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
   if constexpr (E.textures) radiance = scene.radiance_of(light);
+  probe.aims(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   const int crossings = settings.max_depth - static_cast<int>(bounce) - 2;
   const float share = unblocked<E>(scene, it, above, light, crossings, probe);

@@ -1,15 +1,13 @@
 #include "transport/limit.h"
 
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
 #include <stdexcept>
 #include <thread>
+
+#include "transport/threads.h"
 
 namespace equaltime {
 
@@ -135,12 +133,7 @@ class LimitRun {
         if (!work(i)) enough = true;
       }
     };
-    const unsigned threads = renderer_.threads();
-    const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-    const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism,
-                                          std::max<std::size_t>(allowed, threads));
-    tbb::task_arena arena(static_cast<int>(threads));
-    arena.execute([&] { tbb::parallel_for(0U, threads, worker, tbb::simple_partitioner{}); });
+    on_threads(renderer_.threads(), worker);
     if (error) std::rethrow_exception(error);
     return std::min(next.load(), end);
   }

@@ -20,8 +20,8 @@ template <Effects E, class Probe>
     const auto bounce = static_cast<std::uint32_t>(depth - 1);
     VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
     auto it = probe.template intersect<E>(scene, ray);
-    if (!it) return L + beta * escaped<E>(scene, settings, ray, made);
-    L += beta * emitted<E>(scene, settings, *it, made);
+    if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
+    L += probe.met(beta * emitted<E>(scene, settings, *it, made), scene.light_of(*it), depth);
     std::uint32_t material = scene.material(*it);
     if (depth >= settings.max_depth || material == kNone) return L;
     if constexpr (E.masks) {
@@ -33,17 +33,19 @@ template <Effects E, class Probe>
     }
     std::optional<Bsdf> own;
     const Bsdf* bsdf = &scene.bsdf<E>(material, *it, own);
+    probe.scatters(*bsdf);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
     } else if (is_uncommon(settings.technique)) [[unlikely]] {
       const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, sampler, bounce, u, probe);
-      L += beta * vertex.direct;
+      L += probe.lit(beta * vertex.direct, depth + 1);
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      L += beta * direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
+      const Spectrum direct = direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
+      L += probe.lit(beta * direct, depth + 1);
     }
     if (!scattered) return L;
     beta *= scattered->weight;

@@ -1,9 +1,6 @@
 #include "transport/renderer.h"
 
-#include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +9,8 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+
+#include "transport/threads.h"
 
 namespace equaltime {
 
@@ -59,7 +58,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       settings_(settings),
       options_(options),
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
-      kernel_(choose_kernel(derive_effects(*scene_))),
+      kernel_(choose_kernel(options.full_kernel ? kAllEffects : derive_effects(*scene_))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
   scene_->lights.prepare(settings_.lights, settings_.environment);
@@ -132,12 +131,7 @@ void Renderer::run_pass(Stop& stop) {
     for (const NonFinite& n : nonfinite)
       if (nonfinite_.size() < kLoggedNonFinite) nonfinite_.push_back(n);
   };
-  // A count above the machine's own is honoured, so that determinism over threads can be shown anywhere.
-  const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism,
-                                        std::max<std::size_t>(allowed, threads_));
-  tbb::task_arena arena(static_cast<int>(threads_));
-  arena.execute([&] { tbb::parallel_for(0U, threads_, work, tbb::simple_partitioner{}); });
+  on_threads(threads_, work);
   next_block_ = std::min(next.load(), blocks_.size());
 }
 

@@ -236,7 +236,14 @@ class Settings:
 
 class Renderer:
     def __init__(
-        self, scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, tile: int = 16, replicates: int = 2
+        self,
+        scene: Scene,
+        settings: Settings,
+        seed: int = 0,
+        threads: int = 0,
+        tile: int = 16,
+        replicates: int = 2,
+        full_kernel: bool = False,
     ) -> None: ...
     def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool: ...
     def take_up(self, *, paths: int, rays: int, shadow_rays: int) -> None: ...
@@ -250,3 +257,7 @@ class Renderer:
     def kernel(self) -> str: ...
     @property
     def threads(self) -> int: ...
+
+def split_light(
+    scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1, replicates: int = 2
+) -> tuple[list[tuple[str, str]], NDArray[np.float64]]: ...

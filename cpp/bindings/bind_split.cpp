@@ -1,0 +1,45 @@
+// Where the light of an image comes from.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include "bindings/bindings.h"
+#include "transport/split.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+/// Lets Python handle signals; called with the GIL released.
+void check_signals() {
+  const py::gil_scoped_acquire acquire;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
+                std::uint64_t samples, std::uint32_t replicates) {
+  if (samples == 0) throw py::value_error("samples must be at least 1");
+  const auto measured = [&] {
+    const py::gil_scoped_release release;
+    return std::make_unique<Split>(split_light(std::move(scene), settings,
+                                               {.seed = seed, .threads = threads, .replicates = replicates}, samples,
+                                               check_signals));
+  }();
+  py::list names;
+  for (const auto& [kind, what] : measured->parts.names()) names.append(py::make_tuple(kind, what));
+  const std::size_t shape[] = {measured->height, measured->width, measured->parts.count(), 3};
+  return py::make_tuple(names, py::array_t<double>(shape, measured->means.data()));
+}
+
+}  // namespace
+
+void bind_split(py::module_& m) {
+  m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
+        "replicates"_a = 2,
+        "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
+        "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
+}
+
+}  // namespace equaltime

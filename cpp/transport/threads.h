@@ -1,0 +1,22 @@
+// Runs one worker on each of a number of threads, and waits for all of them.
+#pragma once
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+namespace equaltime {
+
+/// A count above the machine's own is honoured, so that determinism over threads can be shown anywhere.
+template <class Worker>
+void on_threads(unsigned threads, const Worker& worker) {
+  const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism,
+                                        std::max<std::size_t>(allowed, threads));
+  tbb::task_arena arena(static_cast<int>(threads));
+  arena.execute([&] { tbb::parallel_for(0U, threads, worker, tbb::simple_partitioner{}); });
+}
+
+}  // namespace equaltime
