@@ -22,8 +22,10 @@ from importlib.metadata import version
 from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
 from equaltime.compare import compare
 from equaltime.cost import cost
+from equaltime.effects import PriceList, effects
 from equaltime.error_estimate import Estimate
 from equaltime.errors import (
+    EffectError,
     EqualtimeError,
     ExperimentError,
     ImageError,
@@ -44,12 +46,14 @@ from equaltime.scene import Scene, load, load_dict
 from equaltime.strategy import Strategy
 
 __all__ = [
+    "EffectError",
     "EqualtimeError",
     "Estimate",
     "ExperimentError",
     "ImageError",
     "NonFiniteSample",
     "PeerError",
+    "PriceList",
     "Problem",
     "Progress",
     "Progressive",
@@ -64,6 +68,7 @@ __all__ = [
     "__version__",
     "compare",
     "cost",
+    "effects",
     "load",
     "load_dict",
     "merge",

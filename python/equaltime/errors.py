@@ -5,6 +5,7 @@
     EqualtimeError
     ├── SceneError          a scene cannot be read; carries every problem that was found
     ├── StrategyError       a strategy that does not exist or makes no sense
+    ├── EffectError         an effect that does not exist, or that cannot be left out
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
     ├── ImageError          an image file cannot be read or written
     └── RenderError
@@ -17,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 __all__ = [
+    "EffectError",
     "EqualtimeError",
     "ExperimentError",
     "ImageError",
@@ -52,6 +54,10 @@ class SceneError(EqualtimeError):
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
         super().__init__("\n".join(map(str, problems)))
+
+
+class EffectError(EqualtimeError):
+    """An effect that does not exist, or cannot be left out of a scene, with those that can."""
 
 
 class StrategyError(EqualtimeError):

@@ -171,6 +171,12 @@ def write_render(
     write(path, "openexr", parts, window)
 
 
+def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
+    """Write an image (H, W, 3) alone to an EXR file, whole or not at all; raises `ImageError`."""
+    attributes = {"compression": "zip", "oiio:ColorSpace": "lin_rec709", "ImageDescription": description}
+    write(path, "openexr", [Part(CHANNELS[:3], np.asarray(image, np.float32), attributes)])
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8, written as they are."""

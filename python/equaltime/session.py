@@ -7,6 +7,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from equaltime import _core
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
@@ -18,7 +21,7 @@ from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Session", "make_renderer", "origin_of"]
+__all__ = ["Session", "make_renderer", "origin_of", "split_light"]
 
 _REPLICATES = 2
 _BYTES_PER_MOMENTS = 56
@@ -157,15 +160,27 @@ def origin_of(scene: Scene, strategy: str, biased: bool, seed: int, replicates: 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
-    settings = _core.Settings(
-        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
-    )
+    settings = _settings(scene, strategy)
     _check_memory(scene)
     try:
         return _core.Renderer(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
+
+
+def split_light(
+    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
+) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:
+    """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3)."""
+    settings = _settings(scene, strategy)
+    return _core.split_light(scene.core, settings, seed, threads, samples, replicates=_REPLICATES)
+
+
+def _settings(scene: Scene, strategy: Strategy) -> _core.Settings:
+    return _core.Settings(
+        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
+    )
 
 
 def _check_memory(scene: Scene) -> None:

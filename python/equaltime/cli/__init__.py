@@ -20,6 +20,7 @@ from equaltime.cli.bench import bench
 from equaltime.cli.compare import compare
 from equaltime.cli.convert import convert
 from equaltime.cli.cost import cost
+from equaltime.cli.effects import effects
 from equaltime.cli.info import info
 from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
@@ -32,7 +33,7 @@ from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, compare, merge, info, convert, schema, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, effects, compare, merge, info, convert, schema, bench)
 
 app = typer.Typer(
     name="equaltime",

@@ -22,7 +22,7 @@ from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
-__all__ = ["bench"]
+__all__ = ["bench", "share_bar"]
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
@@ -94,7 +94,7 @@ def bench(
     ]
     for scene in loaded:
         print_warnings(scene)
-    with _progress() as progress:
+    with share_bar() as progress:
         report = measure(loaded, threads, repeats, spp, chosen, progress)
     if as_json:
         print(json.dumps(report.as_dict(), indent=2))
@@ -104,7 +104,7 @@ def bench(
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[float], object] | None]:
+def share_bar() -> Iterator[Callable[[float], object] | None]:
     """Show a bar for as long as the context lasts; give None if nobody would see it."""
     console = Console(stderr=True)
     if not console.is_terminal:

@@ -22,6 +22,7 @@ from equaltime.scene.compile_emitters import add_emitter
 from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
+from equaltime.scene.inert import shown
 from equaltime.scene.model import OUTPUTS, Aov, Integrator, SceneModel
 from equaltime.scene.unsupported import Unsupported
 
@@ -37,8 +38,8 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
     shapes = Shapes(builder, assets, materials, textures)
-    for shape in model.shapes:
-        shapes.add(shape)
+    for number in shown(model):
+        shapes.add(model.shapes[number])
     for emitter in model.emitters:
         add_emitter(builder, emitter, assets, textures)
     set_sensor(builder, model.sensor)

@@ -17,10 +17,13 @@ class Places:
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
         self.shapes = shapes
         self._parts = tuple(parts)
+        self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
         """Return where `part`, or the first that is equal to it, stands; None if it was made later."""
-        return next((place for known, place in self._parts if known is part or known == part), None)
+        if (place := self._known.get(id(part))) is not None:
+            return place
+        return next((place for known, place in self._parts if known == part), None)
 
 
 NOWHERE: Final = Places((), ())

@@ -9,21 +9,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Final, TypeVar
-
-from pydantic import ValidationError
+from typing import Any, Final
 
 from equaltime import _core
 from equaltime.errors import Problem, SceneError
 from equaltime.scene import export, geometry
 from equaltime.scene.assets import Assets
+from equaltime.scene.changes import changed, deep
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
-from equaltime.scene.model import Aov, Bitmap, EnvMap, Integrator, MeshFile, Moment, Plugin, SceneModel, Solid
-from equaltime.scene.model import Path as PathIntegrator
+from equaltime.scene.inert import shown
+from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.search import Search
@@ -31,12 +30,9 @@ from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import Object, Report
 from equaltime.scene.unsupported import Unsupported
-from equaltime.scene.validate import explain
 from equaltime.scene.xml_reader import read_xml
 
 __all__ = ["Scene", "load", "load_dict", "load_file"]
-
-P = TypeVar("P", bound=Plugin)
 
 Reader = Callable[[str, bytes, Mapping[str, object], Report, Search], Object | None]
 
@@ -144,9 +140,18 @@ class Scene:
     def _problem(self, message: str) -> Problem:
         """Return the core's complaint with the place of the shape that it is about, if it is about one."""
         about = _SHAPE.match(message)
-        if about and int(about[1]) < len(self._places.shapes):
-            return Problem(str(self._places.shapes[int(about[1])]), about[2])
+        built = shown(self.model)
+        if about and int(about[1]) < len(built) <= len(self._places.shapes):
+            return Problem(str(self._places.shapes[built[int(about[1])]]), about[2])
         return Problem(str(self.source or ""), message)
+
+    def place_of(self, part: Plugin) -> str:
+        """Return where a part of the model stands in its file; empty if nobody wrote it."""
+        return str(self._places.of(part) or "")
+
+    def replaced(self, model: SceneModel) -> Scene:
+        """Return the scene with another description of the same files."""
+        return dataclasses.replace(self, model=model, _seconds={"load": self._seconds.get("load", 0.0)})
 
     def with_(
         self,
@@ -168,11 +173,10 @@ class Scene:
             names = ("crop_offset_x", "crop_offset_y", "crop_width", "crop_height")
             changes |= dict(zip(names, crop, strict=True))
         if changes:
-            model = _changed(model, sensor=_changed(model.sensor, film=_changed(film, **changes)))
+            model = changed(model, sensor=changed(model.sensor, film=changed(film, **changes)))
         if max_depth is not None:
-            model = _changed(model, integrator=_deep(model.integrator, max_depth))
-        seconds = {"load": self._seconds.get("load", 0.0)}
-        return dataclasses.replace(self, model=model, _seconds=seconds)
+            model = changed(model, integrator=deep(model.integrator, max_depth))
+        return self.replaced(model)
 
 
 def load(path: str | Path, /, *, substitute: bool = False, **defines: object) -> Scene:
@@ -276,19 +280,3 @@ def _check_part(part: Plugin, assets: Assets) -> Iterator[str]:
         assets.image(part)
     elif isinstance(part, Bitmap):
         assets.texture(part)
-
-
-def _deep(integrator: Integrator, max_depth: int) -> Integrator:
-    """Return `integrator` with paths of another length; one that knows no depth becomes one that does."""
-    if isinstance(integrator, Moment | Aov) and integrator.integrators:
-        return _changed(integrator, integrators=(_deep(integrator.integrators[0], max_depth),))
-    return _changed(integrator if isinstance(integrator, PathIntegrator) else PathIntegrator(), max_depth=max_depth)
-
-
-def _changed(plugin: P, **changes: object) -> P:
-    """Return `plugin` with some parameters changed; a mistake raises SceneError."""
-    try:
-        return plugin.replace(**changes)
-    except ValidationError as error:
-        problems = (Problem(name, message) for name, message in explain(type(plugin), error).items())
-        raise SceneError(tuple(problems)) from error

@@ -1,0 +1,140 @@
+"""``equaltime effects``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from equaltime import images, preview
+from equaltime.cli.arguments import parse_definitions
+from equaltime.cli.bench import share_bar
+from equaltime.cli.messages import percent, print_warnings
+from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
+from equaltime.cost.statistics import Interval
+from equaltime.effects import Price, PriceList
+from equaltime.effects import effects as measure_effects
+from equaltime.scene import load_file
+
+__all__ = ["effects"]
+
+_MOST_REASONS = 3
+_SHARES = {
+    "length": "by the length of the path (2: direct light)",
+    "way": "by how the light was found",
+    "bsdf": "by the last surface that scattered it",
+    "light": "by the light",
+}
+_WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
+
+
+def effects(
+    scene: SceneFile,
+    quick: Annotated[bool, typer.Option("--quick", help="A first look, in seconds.")] = False,
+    size: Size = None,
+    max_depth: MaxDepth = None,
+    strategy: StrategyWords = "best",
+    seed: Seed = 0,
+    threads: Threads = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            show_default=False,
+            help="Folder for pictures of what changes without each effect: without-EFFECT.exr, the image without it "
+            "less the image, and .png, its absolute value.",
+        ),
+    ] = None,
+    define: Define = None,
+    substitute: Substitute = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Tell what a scene calls for, and what each effect costs: in time, in noise, in memory.
+
+    The scene is rendered in turn with and without each effect that can be left out, on a film made smaller. What it
+    does not call for is free.
+
+    For instance: `equaltime effects scene.toml --quick`
+    """
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    print_warnings(loaded)
+    loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
+    with share_bar() as progress:
+        found = measure_effects(loaded, quick, size, strategy, seed, threads, progress)
+    if output is not None:
+        _write_differences(found, output)
+    if as_json:
+        print(json.dumps(found.as_dict(), indent=2))
+    else:
+        _print(found)
+    return 0
+
+
+def _write_differences(found: PriceList, folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for price in found.prices:
+        if price.difference is None:
+            continue
+        name = f"without-{price.kind.name}"
+        images.write_exr(folder / f"{name}.exr", price.difference, name)
+        preview.write_png(folder / f"{name}.png", np.abs(price.difference), name)
+
+
+def _print(found: PriceList) -> None:
+    console = Console(highlight=False)
+    table = Table(box=None, pad_edge=False)
+    table.add_column("effect", no_wrap=True)
+    for heading in ("time", "variance", "memory", "error without it", "instead"):
+        table.add_column(heading, justify="left" if heading == "instead" else "right", no_wrap=True)
+    for price in found.prices:
+        table.add_row(*_cells(price))
+    console.print(table)
+    for price in found.prices:
+        reasons = [str(reason) for reason in price.reasons[:_MOST_REASONS]]
+        more = len(price.reasons) - len(reasons)
+        words = "; ".join(reasons) + (f"; and {more:,} more" if more else "")
+        console.print(f"{price.kind.name}: {price.kind.title}, for {words}", soft_wrap=True, markup=False)
+    console.print(f"free, since nothing calls for them: {', '.join(found.free)}", soft_wrap=True)
+    for kind, title in _SHARES.items():
+        if len(found.shares[kind]) > 1:
+            console.print(f"variance {title}: {'; '.join(_shares(found.shares[kind]))}", soft_wrap=True, markup=False)
+    if found.truncated:
+        cut = "; ".join(f"{depth}: {_brief(error)}" for depth, error in found.truncated.items())
+        console.print(f"error of paths cut at depth {cut}", soft_wrap=True, markup=False)
+    width, height = found.size
+    measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
+    console.print(f"shares and errors with their 95 % intervals, from {measured}", style="dim", soft_wrap=True)
+
+
+def _cells(price: Price) -> tuple[str, ...]:
+    return (
+        price.kind.name,
+        _brief(price.time),
+        _brief(price.variance),
+        "" if price.memory is None else f"{price.memory / 1e6:.3g} MB",
+        _brief(price.change),
+        price.instead or "cannot be left out",
+    )
+
+
+def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
+    """Iterate over the parts, the largest first, but for lengths of paths, which have their order."""
+    lengths = all(what.split()[0].isdigit() for what in shares)
+    ordered = shares.items() if lengths else sorted(shares.items(), key=lambda item: -item[1].value)
+    for what, share in ordered:
+        yield f"{_WAYS.get(what, what)} {_brief(share)}"
+
+
+def _brief(interval: Interval | None) -> str:
+    if interval is None:
+        return ""
+    half = 0.5 * (interval.high - interval.low)
+    return f"{percent(interval.value)} ±{100.0 * half:.2g}"

@@ -1,0 +1,112 @@
+"""The effects by name: what each is, which element of a scene calls for it, and what stands for it if it is left out.
+
+The names that the core knows (`_core.Scene.effects`) are what kernels are chosen by; whether a scene calls for one of
+them is the core's word. Others, which have no code of their own in a kernel, are told by the description alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from equaltime.scene.model import (
+    Aov,
+    Area,
+    BlendBsdf,
+    BumpMap,
+    Conductor,
+    Constant,
+    Cylinder,
+    Depth,
+    Dielectric,
+    Directional,
+    Disk,
+    EnvMap,
+    Instance,
+    Mask,
+    Medium,
+    MeshFile,
+    NormalMap,
+    Null,
+    Orthographic,
+    Plastic,
+    Plugin,
+    Point,
+    Principled,
+    RoughConductor,
+    RoughDielectric,
+    Sphere,
+    Spot,
+    TexturePlugin,
+    ThinLens,
+)
+
+__all__ = ["KINDS", "Kind", "kind_of"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is to be known of an effect whatever the scene."""
+
+    name: str
+    title: str
+    calls: Callable[[Plugin], bool]
+    """Whether a node of a scene calls for it, unless it is inert."""
+    instead: str | None = None
+    """What stands for it where it is left out; None if it cannot be."""
+    bsdfs: tuple[str, ...] = ()
+    """The BSDFs, in the core's words, whose light is the effect's."""
+
+
+def _is_anisotropic(node: Plugin) -> bool:
+    if isinstance(node, Principled):
+        return node.anisotropic != 0.0
+    return isinstance(node, RoughConductor | RoughDielectric) and node.alphas[0] != node.alphas[1]
+
+
+def _is_specular(node: Plugin) -> bool:
+    return isinstance(node, Conductor | Dielectric) and not isinstance(node, RoughConductor | RoughDielectric)
+
+
+def _shines(node: Plugin) -> bool:
+    return isinstance(node, Area | Point | Spot | Directional | Constant | EnvMap)
+
+
+def _one_of(*types: type[Plugin]) -> Callable[[Plugin], bool]:
+    return lambda node: isinstance(node, types)
+
+
+KINDS: Final[Mapping[str, Kind]] = {
+    kind.name: kind
+    for kind in (
+        Kind("analytic_shapes", "spheres, disks and cylinders", _one_of(Sphere, Disk, Cylinder)),
+        Kind(
+            "smooth_normals",
+            "normals interpolated over meshes",
+            lambda node: isinstance(node, MeshFile) and not node.face_normals,
+        ),
+        Kind("rough_conductors", "rough metals", _one_of(RoughConductor), bsdfs=("roughconductor",)),
+        Kind("anisotropy", "roughness that differs with the direction", _is_anisotropic),
+        Kind("specular", "mirrors and clear glass", _is_specular, bsdfs=("conductor", "dielectric", "thindielectric")),
+        Kind("layered", "plastics", _one_of(Plastic), bsdfs=("plastic", "roughplastic")),
+        Kind("rough_dielectrics", "frosted glass", _one_of(RoughDielectric), bsdfs=("roughdielectric",)),
+        Kind("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
+        Kind("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
+        Kind("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
+        Kind("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic), "a pinhole"),
+        Kind("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
+        Kind("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
+        Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
+        Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
+        Kind("media", "what fills the space", _one_of(Medium), "vacuum"),
+        Kind("many_lights", "a choice among lights", _shines),
+        Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
+        Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),
+    )
+}
+
+
+def kind_of(name: str) -> Kind:
+    """Return the effect of that name; one that only the core knows has no reasons."""
+    return KINDS.get(name) or Kind(name, name.replace("_", " "), lambda _: False)

@@ -1,0 +1,110 @@
+"""Which part of an image's light makes its noise.
+
+The core adds up every contribution to a path by what brought it (`_core.split_light`): by the length of the path, by
+how the light was found, by the last BSDF that scattered it, by the light. The share of a part in the variance is
+``Cov(part, whole) / Var(whole)``: the shares of all parts of one kind sum to 1, and one that undoes the noise of others
+has a negative share. Covariances are those of whole images over independent seeds, so that they hold for the sampler
+that was asked for, summed over pixels, each over its denominator in the error's definition: shares of error².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.cost.metrics import Reference
+from equaltime.cost.statistics import Interval
+from equaltime.effects.pairs import change_of, products, share_of
+from equaltime.scene import Scene
+from equaltime.scene.inert import is_inert, shown
+from equaltime.scene.model import Directional, Point, Spot
+from equaltime.session import split_light
+from equaltime.strategy import Strategy
+
+__all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts"]
+
+Floats = NDArray[np.float64]
+
+KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
+LONGEST: Final = 16
+"""From where on all lengths are one part."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Products of the parts of some images, over pairs of independent seeds."""
+
+    names: tuple[tuple[str, str], ...]
+    """(kind, what)"""
+    with_whole: Floats
+    """(parts, K, K)"""
+    whole: Floats
+    """(K, K)"""
+    tails: Floats
+    """(LONGEST, K, K): of what paths longer than 1, 2, … bring, with itself."""
+
+    def shares(self, kind: str) -> dict[str, Interval]:
+        """Return the shares of all parts of a kind that brought anything."""
+        parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
+        return {what: share_of(part, self.whole) for what, part in parts if part.any()}
+
+    def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
+        """Return the share of some parts of a kind together."""
+        numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
+        return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
+
+    def truncated(self) -> dict[int, Interval]:
+        """Return the error of cutting paths at each depth, as far as it is more than nothing."""
+        return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
+
+
+def measure_parts(
+    scene: Scene,
+    strategy: Strategy,
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Parts:
+    """Take ``repeats`` independent images of the scene apart; what paths bring is the same as in a render."""
+    names: list[tuple[str, str]] = []
+    images: list[Floats] = []
+    for repeat in range(repeats):
+        names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
+        images.append(np.moveaxis(parts, 2, 0))  # (parts, H, W, 3)
+        if progress is not None:
+            progress((repeat + 1) / repeats)
+    stack = np.stack(images, axis=1)  # (parts, K, H, W, 3)
+    lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
+    whole = stack[lengths].sum(axis=0)
+    denominator = Reference.of_images(whole).denominator
+    tails = np.cumsum(stack[lengths][::-1], axis=0)[::-1]
+    nothing = np.zeros((1, repeats, repeats))
+    return Parts(
+        names=tuple(_named(names, scene)),
+        with_whole=np.stack([products(part, whole, denominator) for part in stack]),
+        whole=products(whole, whole, denominator),
+        tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
+    )
+
+
+def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
+    """Say of lights which element of the scene they are."""
+    model = scene.model
+    shapes = [model.shapes[number] for number in shown(model)]
+    kinds = (Point, Spot, Directional)  # the order in which the core has them
+    points = [e for kind in kinds for e in model.emitters if isinstance(e, kind) and not is_inert(e, scene.assets)]
+    for kind, what in names:
+        word, _, number = what.partition(" ")
+        if kind == "light" and word in ("shape", "light"):
+            node = shapes[int(number)] if word == "shape" else points[int(number)]
+            place = scene.place_of(node)
+            what = f"{word} {number}: {place or node.title}"
+        elif kind == "length" and number == "" and int(word) == LONGEST:
+            what = f"{LONGEST} and more"
+        yield kind, what

@@ -1,0 +1,31 @@
+"""Changes to a model that are asked for by name, checked as the file was."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from pydantic import ValidationError
+
+from equaltime.errors import Problem, SceneError
+from equaltime.scene.model import Aov, Integrator, Moment, Path, Plugin
+from equaltime.scene.validate import explain
+
+__all__ = ["changed", "deep"]
+
+P = TypeVar("P", bound=Plugin)
+
+
+def deep(integrator: Integrator, max_depth: int) -> Integrator:
+    """Return `integrator` with paths of another length; one that knows no depth becomes one that does."""
+    if isinstance(integrator, Moment | Aov) and integrator.integrators:
+        return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
+    return changed(integrator if isinstance(integrator, Path) else Path(), max_depth=max_depth)
+
+
+def changed(plugin: P, **changes: object) -> P:
+    """Return `plugin` with some parameters changed; a mistake raises SceneError."""
+    try:
+        return plugin.replace(**changes)
+    except ValidationError as error:
+        problems = (Problem(name, message) for name, message in explain(type(plugin), error).items())
+        raise SceneError(tuple(problems)) from error

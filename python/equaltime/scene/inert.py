@@ -1,0 +1,120 @@
+"""What is in a scene and does nothing: it calls for no effect, and is folded away when the scene is built.
+
+The core folds what it is made of: textures of one colour, masks and blends that are all one thing, flat normal and bump
+maps, lenses of no aperture. Lights of no power are never added. Here are surfaces that are not there: a `null`, glass
+with the index of refraction of what is around it. A path that crosses one counts it, so that one is left out only where
+paths have no limit, and nothing else is asked of it than to let light pass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from equaltime.scene.assets import Assets
+from equaltime.scene.model import (
+    Aov,
+    Area,
+    Bitmap,
+    BlendBsdf,
+    Bsdf,
+    BumpMap,
+    Checkerboard,
+    Constant,
+    Depth,
+    Dielectric,
+    Directional,
+    EnvMap,
+    Instance,
+    Mask,
+    NormalMap,
+    Null,
+    Plugin,
+    Point,
+    RoughDielectric,
+    SceneModel,
+    Shape,
+    Solid,
+    Spot,
+    ThinLens,
+)
+
+__all__ = ["is_inert", "shown"]
+
+WHITE = (1.0, 1.0, 1.0)
+
+
+def shown(model: SceneModel) -> tuple[int, ...]:
+    """Return which of the model's shapes are built: all that can change the image or are asked for by number."""
+    numbered = isinstance(model.integrator, Aov | Depth)
+    if numbered or model.integrator.max_depth != -1:
+        return tuple(range(len(model.shapes)))
+    return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape))
+
+
+def _is_nothing(shape: Shape) -> bool:
+    if isinstance(shape, Instance):
+        return all(_is_nothing(part) for part in shape.shapegroup.shapes)
+    bounds_nothing = shape.interior is None and shape.exterior is None
+    return bounds_nothing and _is_dark(shape) and shape.bsdf is not None and _is_clear(shape.bsdf)
+
+
+def _is_dark(shape: Solid) -> bool:
+    return shape.emitter is None or (isinstance(shape.emitter.radiance, tuple) and not any(shape.emitter.radiance))
+
+
+def _is_clear(bsdf: Bsdf) -> bool:
+    """Tell whether all light passes straight on, as it came."""
+    if isinstance(bsdf, Null):
+        return True
+    if isinstance(bsdf, Dielectric) and not isinstance(bsdf, RoughDielectric):
+        return bsdf.int_ior == bsdf.ext_ior and bsdf.specular_transmittance == WHITE
+    if isinstance(bsdf, Mask):
+        return bsdf.opacity == 0.0 or _is_clear(bsdf.bsdf)
+    return isinstance(bsdf, BlendBsdf) and all(map(_is_clear, bsdf.bsdf))
+
+
+def is_inert(node: Plugin, assets: Assets) -> bool:
+    """Tell whether this very node does nothing, whatever is in it; raises ValueError for a file that is gone."""
+    if isinstance(node, Area):
+        return isinstance(node.radiance, tuple) and not any(node.radiance)
+    if isinstance(node, Point | Spot):
+        return not any(node.intensity)
+    if isinstance(node, Directional):
+        return not any(node.irradiance)
+    if isinstance(node, Constant):
+        return not any(node.radiance)
+    if isinstance(node, EnvMap):
+        return node.scale == 0.0 or not assets.image(node).any()
+    if isinstance(node, ThinLens):
+        return node.aperture_radius == 0.0
+    if isinstance(node, Checkerboard | Bitmap):
+        return _is_constant(node, assets)
+    if isinstance(node, Mask):
+        return node.opacity == 1.0
+    if isinstance(node, BlendBsdf):
+        return node.weight in (0.0, 1.0) or node.bsdf[0] == node.bsdf[1]
+    if isinstance(node, BumpMap):
+        return node.scale == 0.0 or (
+            isinstance(node.texture, Checkerboard | Bitmap) and _is_constant(node.texture, assets)
+        )
+    return isinstance(node, NormalMap) and _is_flat(node, assets)
+
+
+def _is_constant(texture: Checkerboard | Bitmap, assets: Assets) -> bool:
+    if isinstance(texture, Checkerboard):
+        return texture.color0 == texture.color1
+    texels = assets.texture(texture).texels
+    return bool((texels[0] == texels[0, 0]).all() and (texels == texels[0, 0]).all())
+
+
+def _is_flat(bent: NormalMap, assets: Assets) -> bool:
+    """Tell whether the map leaves normals as they are; one of bytes cannot, whose 128 leans by a third of a degree."""
+    texture = bent.normalmap
+    if isinstance(texture, Checkerboard):
+        color = texture.color0
+        return color == texture.color1 == (0.5, 0.5, color[2]) and color[2] > 0.5  # type: ignore[index]
+    if not isinstance(texture, Bitmap) or not _is_constant(texture, assets):
+        return False
+    texels = assets.texture(texture)
+    normal = np.broadcast_to(texels.texels[0, 0], 3)
+    return texels.texels.dtype != np.uint8 and normal[0] == normal[1] == 0.5 < normal[2]
