@@ -34,6 +34,16 @@ inline SceneDescription room() {
   return d;
 }
 
+/// The room with a sphere, a disk and a cylinder of its own grey.
+inline SceneDescription room_of_curves() {
+  SceneDescription d = room();
+  d.shapes.emplace_back(SphereDescription{{-0.5, 0.25, 0}, 0.25, false, {0, {}, {}}});
+  d.shapes.emplace_back(
+      DiskDescription{placed({0.25, 0, 0}, {0, 0.25, 0}, {0, 0, 1}, {0.25, 0.5, -0.5}), false, {0, 1, {}}});
+  d.shapes.emplace_back(CylinderDescription{{0.5, 0, 0}, {0.5, 0.75, 0}, 0.125, false, {1, 0, {}}});
+  return d;
+}
+
 /// The room with everything that the renderer knows in it.
 inline SceneDescription full_room() {
   SceneDescription d = room();

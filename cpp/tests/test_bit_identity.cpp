@@ -70,7 +70,7 @@ TEST("a crop has the bits of the whole") {
 TEST("every kernel that covers a scene gives the same bits") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
-      for (const SceneDescription& description : {room(), full_room()}) {
+      for (const SceneDescription& description : {room(), room_of_curves(), full_room()}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
