@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from equaltime.strategy import Strategy
 __all__ = ["Runs", "Versus", "change_of", "products", "run_in_turn", "share_of"]
 
 Floats = NDArray[np.float64]
+N = TypeVar("N")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +77,17 @@ class Versus:
 def run_in_turn(
     scene: Scene,
     strategy: Strategy,
-    variants: Mapping[Any, Iterable[str]],
+    variants: Mapping[N, Iterable[str]],
     repeats: int,
     samples: int,
     seed: int = 0,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
-) -> tuple[Runs, dict[Any, Runs]]:
+) -> tuple[Runs, dict[N, Runs]]:
     """Render the scene and each of its variants, which leave out some effects, ``repeats`` times in turn.
 
-    A round renders all with one seed, ``seed`` and those that follow, there and back, so that a machine that drifts hurts all alike.
+    A round renders all with one seed, from ``seed`` on; rounds go there and back, so that a machine that drifts hurts
+    all alike.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from equaltime.cost.statistics import Interval
 from equaltime.effects.derive import Reason, derive
 from equaltime.effects.kinds import KINDS, Kind, kind_of
-from equaltime.effects.leaving import leave_out
+from equaltime.effects.leaving import can_leave_out
 from equaltime.effects.pairs import Versus, run_in_turn
 from equaltime.effects.parts import KINDS_OF_PARTS, Parts, measure_parts
 from equaltime.scene import Scene
@@ -143,7 +143,7 @@ def effects(
     most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
     small = scene.with_(size=size or _smaller(scene.size, most))
     reasons = derive(small)
-    variants = {name: (name,) for name in reasons if _can_leave_out(small, chosen, name)}
+    variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
     whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.7))
     parts = measure_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.7, 1.0))
     prices = [_price(kind_of(name), why, parts) for name, why in reasons.items() if name not in variants]
@@ -189,13 +189,6 @@ def _share(kind: Kind, parts: Parts) -> Interval | None:
     if kind.name == "long_paths":
         return parts.share("length", lambda what: int(what.split()[0]) > 2)
     return None
-
-
-def _can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
-    if kind_of(name).instead is None:
-        return False
-    other, shorter = leave_out(scene, strategy, (name,))
-    return other is not scene or shorter != strategy
 
 
 def _smaller(size: tuple[int, int], most: int) -> tuple[int, int]:
