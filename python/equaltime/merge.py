@@ -10,7 +10,7 @@ from typing import Any
 
 from equaltime import _core
 from equaltime.checkpoint import Checkpoint
-from equaltime.error_estimate import pixel_statistics
+from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError
 from equaltime.images import Window
 from equaltime.result import Origin, Result, Stats, make_result
@@ -44,7 +44,8 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         _check_alike(first, part)
     _check_disjoint(parts)
     moments = reduce(_core.merge_moments, (part.moments for part in parts))
-    return make_result(pixel_statistics(moments), _stats(parts), "merge", _origin(first, parts), moments)
+    origin, pixels = _origin(first, parts), pixel_statistics(moments)
+    return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts))
 
 
 def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
@@ -79,6 +80,12 @@ def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
     )
 
 
+def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
+    """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
+    found = [Estimate(**part.record["bias"]) for part in parts if part.record.get("bias") is not None]
+    return max(found, key=lambda bias: bias.high, default=None)
+
+
 def _stats(parts: Sequence[Checkpoint]) -> Stats:
     records = [part.record for part in parts]
     return Stats(
@@ -104,6 +111,7 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
         seed=record["seed"],
         replicates=record["replicates"],
         backend=record["backend"],
+        without=tuple(record.get("without", ())),
         substitutions=tuple(record["substitutions"]),
         sources=tuple(source for part in parts for source in _sources(part)),
     )

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
 from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.checkpoint import Checkpoint
-from equaltime.error_estimate import PixelStatistics
-from equaltime.errors import RenderError, StrategyError
+from equaltime.error_estimate import Estimate, PixelStatistics
+from equaltime.errors import EffectError, RenderError, StrategyError
 from equaltime.first_hits import first_hits
 from equaltime.passes import ProgressCallback
 from equaltime.quote import Pilot, Quote
@@ -25,6 +26,9 @@ from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session, origin_of
 from equaltime.strategy import Strategy
+
+if TYPE_CHECKING:
+    from equaltime.effects.pilot import LeftOut
 
 __all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments", "render"]
 
@@ -53,6 +57,9 @@ def render(
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
     quoted: Callable[[Quote], object] | None = None,
+    without: Sequence[str] = (),
+    within: float | None = None,
+    decided: Callable[[Sequence[str]], object] | None = None,
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
@@ -88,6 +95,13 @@ def render(
         Where to save what is done so far (EXR), every ``checkpoint_every`` seconds.
     quoted
         Called once, after the first 8 samples a pixel, with what the error or the time asked for will cost or bring.
+    without
+        Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
+        that makes, which a pilot measures.
+    within
+        An error, such as 0.01: leave out what a pilot shows can be left out within it, also the longest paths.
+    decided
+        Called once, before the first sample, with what was left out or kept and why, in words.
 
     Returns
     -------
@@ -98,6 +112,8 @@ def render(
     ------
     SceneError, StrategyError
         If the scene or the strategy cannot be read.
+    EffectError
+        If an effect does not exist or cannot be left out, or what that makes is more than the error asked for.
     ImageError
         If ``resume`` cannot be read, or ``checkpoint`` not be written.
     NonFiniteSample
@@ -116,12 +132,44 @@ def render(
             raise RenderError("the embreex backend cannot be taken up")
         return _render_cross_check(loaded, limits, chosen, seed)
     resumed = None if resume is None else Checkpoint.read(resume)
-    session = Session(loaded, chosen, seed, threads, limits, progress, resumed)
+    left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
+    if left is None:
+        session = Session(loaded, chosen, seed, threads, limits, progress, resumed)
+    else:
+        limits = replace(limits, error=_rest(error, left.bias))
+        if decided is not None:
+            decided(left.why)
+        bias = left.bias if left.names else None
+        session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias)
     pilot = None
     if quoted is not None and (error or time) and not session.passes.samples:
-        pilot = partial(_watch, Pilot(session, error, None if error else time), quoted)
+        pilot = partial(_watch, Pilot(session, limits.error, None if error else time), quoted)
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
     return replace(result, aovs=first_hits(loaded))
+
+
+def _left_out(
+    scene: Scene, strategy: Strategy, without: tuple[str, ...], within: float | None, seed: int, threads: int
+) -> LeftOut | None:
+    """Return what is left out of the scene, if anything was asked for."""
+    if not without and within is None:
+        return None
+    from equaltime.effects import pilot  # here, since it measures by what measures renders
+
+    if within is None:
+        return pilot.measured(scene, strategy, without, seed, threads)
+    if without:
+        raise EffectError("give effects to leave out, or the error within which to choose them, not both")
+    return pilot.choose(scene, strategy, within, seed, threads)
+
+
+def _rest(error: float | None, bias: Estimate) -> float | None:
+    """Return the noise that makes the error asked for together with the bias."""
+    if error is None:
+        return None
+    if bias.high >= error:
+        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: what is left out makes {bias}")
+    return math.sqrt(error**2 - bias.high**2)
 
 
 def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) -> None:

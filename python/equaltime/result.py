@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -78,6 +79,8 @@ class Origin:
     seed: int
     replicates: int
     backend: str
+    without: tuple[str, ...] = ()
+    """The effects that were left out, as `equaltime.effects.leave_out` takes them; biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """What was replaced in the scene because it cannot be rendered, if anything was."""
     sources: tuple[Mapping[str, Any], ...] = ()
@@ -96,6 +99,7 @@ class Origin:
             "seed": self.seed,
             "replicates": self.replicates,
             "backend": self.backend,
+            **({"without": list(self.without)} if self.without else {}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
         }
@@ -112,7 +116,7 @@ class Result:
     samples: NDArray[np.int64]
     """(H, W): samples of each pixel, numbered from 0."""
     error: Estimate
-    """The image's relative error with its 95 % interval: 0.02 is 2 %."""
+    """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it."""
     stats: Stats
     stopped_by: StoppedBy
     """What ended the render: the sample count, the time limit, the error asked for, Ctrl-C, or a sample that was not a
@@ -122,6 +126,8 @@ class Result:
     """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
     looks: tuple[int, ...] = ()
     """Sample counts at which the render looked at its error, to stop at a target."""
+    bias: Estimate | None = None
+    """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
 
@@ -143,6 +149,7 @@ class Result:
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "error": self.error.as_dict(),
+            **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": list(self.looks),
             "seconds": self.stats.seconds,
             "phases": dict(self.stats.phases),
@@ -195,12 +202,18 @@ def make_result(
     origin: Origin,
     moments: NDArray[Any] | None = None,
     looks: tuple[int, ...] = (),
+    bias: Estimate | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
     errors = standard_error(pixels)
-    error = image_error(pixels)
+    error = image_error(pixels) if bias is None else _together(image_error(pixels), bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
-    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks)
+    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks, bias)
+
+
+def _together(noise: Estimate, bias: Estimate) -> Estimate:
+    """Return the error of an image that has both: their squares add up."""
+    return Estimate(*(math.hypot(*ends) for ends in zip(vars(noise).values(), vars(bias).values(), strict=True)))

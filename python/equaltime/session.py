@@ -48,9 +48,12 @@ class Session:
         limits: Limits,
         progress: ProgressCallback | None = None,
         resumed: Checkpoint | None = None,
+        without: tuple[str, ...] = (),
+        bias: Estimate | None = None,
     ) -> None:
-        self._scene, self.strategy = scene, strategy
-        self._origin = origin_of(scene, strategy.name, strategy.biased, seed, _REPLICATES, "core")
+        self._scene, self.strategy, self._bias = scene, strategy, bias
+        biased = strategy.biased or bool(without)
+        self._origin = origin_of(scene, strategy.name, biased, seed, _REPLICATES, "core", without)
         self._renderer = make_renderer(scene, strategy, seed, threads)
         self._saving = 0.0
         self._before = 0.0 if resumed is None else resumed.seconds
@@ -133,7 +136,7 @@ class Session:
         )
         moments = self._renderer.moments
         result = make_result(
-            pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made
+            pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made, self._bias
         )
         if self._renderer.nonfinite:
             x, y, index = self._renderer.nonfinite[0]
@@ -141,7 +144,15 @@ class Session:
         return result
 
 
-def origin_of(scene: Scene, strategy: str, biased: bool, seed: int, replicates: int, backend: str) -> Origin:
+def origin_of(
+    scene: Scene,
+    strategy: str,
+    biased: bool,
+    seed: int,
+    replicates: int,
+    backend: str,
+    without: tuple[str, ...] = (),
+) -> Origin:
     """Return what decides the bits of a render of the scene."""
     film = scene.model.sensor.film
     return Origin(
@@ -155,6 +166,7 @@ def origin_of(scene: Scene, strategy: str, biased: bool, seed: int, replicates: 
         seed=seed,
         replicates=replicates,
         backend=backend,
+        without=without,
     )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 from equaltime.quote import Quote
 from equaltime.scene import Scene
 
-__all__ = ["duration", "percent", "print_error", "print_quote", "print_warnings"]
+__all__ = ["duration", "percent", "print_error", "print_lines", "print_quote", "print_warnings"]
 
 
 def duration(seconds: float) -> str:
@@ -25,6 +26,12 @@ def print_warnings(scene: Scene) -> None:
     """Print one line ``warning: …`` for everything odd about the scene's files."""
     for warning in scene.warnings:
         print(f"warning: {_visible(warning)}", file=sys.stderr)
+
+
+def print_lines(lines: Sequence[str]) -> None:
+    """Print lines as they come."""
+    for line in lines:
+        print(_visible(line), flush=True)
 
 
 def percent(error: float) -> str:

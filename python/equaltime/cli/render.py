@@ -9,8 +9,8 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions, parse_duration
-from equaltime.cli.messages import duration, print_error, print_quote, print_warnings
+from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
+from equaltime.cli.messages import duration, print_error, print_lines, print_quote, print_warnings
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -88,6 +88,24 @@ def render(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record as JSON on stdout, and nothing else.")
     ] = False,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="EFFECT",
+            show_default=False,
+            help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects): biased, by an "
+            "amount that is measured and in the error. May be given again.",
+        ),
+    ] = None,
+    within: Annotated[
+        float | None,
+        typer.Option(
+            parser=parse_percent,
+            metavar="PERCENT",
+            show_default=False,
+            help="Leave out what a pilot shows can be left out within this error, and say what and why.",
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Render a scene to an EXR with its error bar.
@@ -144,6 +162,9 @@ def render(
                 checkpoint=exr if backend == "core" else None,
                 checkpoint_every=checkpoint or 60.0,
                 quoted=None if quiet or as_json else print_quote,
+                without=without or (),
+                within=within,
+                decided=None if quiet or as_json else print_lines,
             )
     except NonFiniteSample as found:
         failure, result = found, cast(Result, found.result)
@@ -176,6 +197,8 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6
     bias = f"biased: {result.origin.strategy}" if result.origin.biased else "unbiased"
+    if result.bias is not None:
+        bias = f"biased: without {', '.join(result.origin.without)}, which makes {result.bias} of it"
     reasons = {
         "spp": "every pixel has its samples",
         "time": "the time limit was reached",

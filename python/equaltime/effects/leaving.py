@@ -34,7 +34,7 @@ from equaltime.scene.model import (
 from equaltime.scene.unsupported import constant
 from equaltime.strategy import Strategy
 
-__all__ = ["SHORTEST", "leave_out", "parse_names"]
+__all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 
 SHORTEST: Final = 2
 """Where paths are cut if nothing else is said: after direct light."""
@@ -80,11 +80,19 @@ def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[S
     for name, depth in parse_names(names).items():
         if name == "long_paths":
             assert depth is not None
+            if -1 < scene.max_depth <= depth:
+                continue  # no path is longer
             shortest = min(depth, strategy.truncate or depth)
             strategy = Strategy.model_validate(strategy.model_dump() | {"truncate": shortest})
         else:
             model = STEPS[name](model, scene.assets)
     return (scene if model is scene.model else scene.replaced(model)), strategy
+
+
+def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
+    """Tell whether anything changes without the effect; raises `EffectError` if it can never be left out."""
+    other, shorter = leave_out(scene, strategy, (name,))
+    return other is not scene or shorter != strategy
 
 
 class _Rewriter:
