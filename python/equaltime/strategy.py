@@ -155,7 +155,9 @@ class _Condition:
 
 _CONDITIONS: Mapping[str, _Condition] = {
     "heuristic": _Condition("technique", ("mis",), "power", "only mis weights the samples of two techniques"),
-    "environment": _Condition("technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"),
+    "environment": _Condition(
+        "technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"
+    ),
     "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
