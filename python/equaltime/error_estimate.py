@@ -13,13 +13,14 @@ units of the image.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from equaltime.neighbourhoods import RADIUS, Band, box_sum, neighbours, over_bands
 
 __all__ = ["REFERENCE_DOUBT", "Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
 
@@ -31,9 +32,6 @@ Floats = NDArray[np.float64]
 REFERENCE_DOUBT = 0.04
 _Z95 = 1.960
 _MANY = 300.0
-
-_RADIUS = 3
-_BAND_ROWS = 32
 
 
 @dataclass(frozen=True)
@@ -99,7 +97,8 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
     mean = np.empty((height, width, 3))
     variance = np.empty((height, width, 3))
     samples = np.empty((height, width), np.int64)
-    for band in _bands(height, halo=0):
+
+    def join(band: Band) -> None:
         rows = moments[:, band.rows]
         counts = rows["count"].astype(np.float64)[..., None]
         total = counts.sum(axis=0)
@@ -109,47 +108,9 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
         others = np.count_nonzero(counts, axis=0) - 1
         mean[band.rows], samples[band.rows] = joined, total[..., 0]
         variance[band.rows] = np.where(others >= 1, spread / np.maximum(others * total, 1.0), np.nan)
+
+    over_bands(height, 0, join)
     return PixelStatistics(mean, variance, samples, float(len(moments) - 1))
-
-
-@dataclass(frozen=True)
-class _Band:
-    """Some rows of an image, few enough to stay in the cache, with a halo of rows around for neighbourhoods."""
-
-    rows: slice
-    wide: slice
-    inner: slice
-    """The rows within ``wide``."""
-
-
-def _bands(height: int, halo: int) -> Iterator[_Band]:
-    for start in range(0, height, _BAND_ROWS):
-        stop = min(start + _BAND_ROWS, height)
-        first = max(start - halo, 0)
-        yield _Band(slice(start, stop), slice(first, min(stop + halo, height)), slice(start - first, stop - first))
-
-
-def _box_sum(values: Floats) -> Floats:
-    """Sum over the 7x7 neighbourhood of every pixel, zeros outside.
-
-    Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image. Of
-    seven in a row, the first four are two pairs.
-    """
-    for axis in (0, 1):
-        length, shape = values.shape[axis], list(values.shape)
-        shape[axis] += 2 * _RADIUS
-        padded = np.zeros(shape)
-        line = np.moveaxis(padded, axis, 0)
-        line[_RADIUS : _RADIUS + length] = np.moveaxis(values, axis, 0)
-        pairs = line[:-1] + line[1:]
-        total = pairs[:length] + pairs[2 : 2 + length] + pairs[4 : 4 + length] + line[6 : 6 + length]
-        values = np.moveaxis(total, 0, axis)
-    return values
-
-
-def _neighbours(height: int, width: int) -> Floats:
-    """(H, W, 1): how many pixels of the image lie in the 7x7 neighbourhood of each."""
-    return _box_sum(np.ones((height, 1, 1))) * _box_sum(np.ones((1, width, 1)))
 
 
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
@@ -159,9 +120,12 @@ def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     pixels of the 7x7 neighbourhood that lie in the image and have one, and divided by the pixel's own count.
     """
     result = np.empty(pixels.mean.shape, np.float32)
-    for band in _bands(len(result), halo=_RADIUS):
+
+    def pool(band: Band) -> None:
         with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite
             result[band.rows] = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
+
+    over_bands(len(result), RADIUS, pool)
     return result
 
 
@@ -170,9 +134,9 @@ def _pooled_variance(pixels: PixelStatistics, rows: slice) -> Floats:
     variance, counts = pixels.variance[rows], pixels.samples[rows, :, None].astype(np.float64)
     known = np.isfinite(variance[..., :1])
     if known.all() and (counts == counts.flat[0]).all():  # as nearly always: the rest is several times as slow
-        return np.asarray(_box_sum(variance) / _neighbours(*counts.shape[:2]))
-    per_sample = _box_sum(np.where(known, variance, 0.0) * counts)
-    pooled = per_sample / np.maximum(_box_sum(known.astype(np.float64)) * counts, 1.0)
+        return np.asarray(box_sum(variance) / neighbours(*counts.shape[:2]))
+    per_sample = box_sum(np.where(known, variance, 0.0) * counts)
+    pooled = per_sample / np.maximum(box_sum(known.astype(np.float64)) * counts, 1.0)
     return np.where(known, pooled, np.inf)
 
 
@@ -192,11 +156,11 @@ def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
     """
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
         return UNKNOWN
-    neighbours = _neighbours(*pixels.samples.shape)
+    sizes = neighbours(*pixels.samples.shape)
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved = _contributions(pixels, neighbours, m)
+    contributions, moved = _contributions(pixels, sizes, m)
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
@@ -221,33 +185,35 @@ def _quantile(level: float, degrees: float) -> float:
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
-def _contributions(pixels: PixelStatistics, neighbours: Floats, m: float) -> tuple[Floats, float]:
+def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float]:
     """Return each pixel's part of error², (H, W), and the variance per pixel that the denominators' noise adds.
 
     The latter by the delta method: pixel j moves the local means around it, and m, by its own noise; all
     contributions there share that. Both derivatives have one sign, so the parts add up in absolute value.
     """
     contributions = np.empty(pixels.samples.shape)
-    slopes = locals_squared = crossed = errors_squared = 0.0
     even = bool((pixels.samples == pixels.samples.flat[0]).all())
-    for band in _bands(len(contributions), halo=3 * _RADIUS):
-        variance, counts = pixels.variance[band.wide], neighbours[band.wide]
-        noise = _box_sum(variance)
+
+    def contribute(band: Band) -> tuple[float, ...]:
+        variance, counts = pixels.variance[band.wide], sizes[band.wide]
+        noise = box_sum(variance)
         square, shared = _reference(pixels.mean[band.wide], variance, noise, counts)
         square += (0.1 * m) ** 2
         parts = variance / square
         contributions[band.rows] = _channel_mean(parts[band.inner])
         slope = np.divide(parts, square, out=square)
-        slopes += float(slope[band.inner].sum())
+        slopes = float(slope[band.inner].sum())
         pooled = noise / counts if even else _pooled_variance(pixels, band.wide)
         error = np.sqrt(pooled[band.inner])
         shared *= slope
         shared /= 0.5 * counts
-        by_local = _channel_mean(_box_sum(shared)[band.inner] * error)
+        by_local = _channel_mean(box_sum(shared)[band.inner] * error)
         by_mean = _channel_mean(error)
-        locals_squared += float(np.vdot(by_local, by_local))
-        crossed += float(np.vdot(by_local, by_mean))
-        errors_squared += float(np.vdot(by_mean, by_mean))
+        products = ((by_local, by_local), (by_local, by_mean), (by_mean, by_mean))
+        return slopes, *(float(np.vdot(a, b)) for a, b in products)
+
+    sums = over_bands(len(contributions), 3 * RADIUS, contribute)
+    slopes, locals_squared, crossed, errors_squared = (sum(column) for column in zip(*sums, strict=True))
     influence = 0.02 * m * slopes / pixels.mean.size
     total = locals_squared + 2.0 * influence * crossed + influence**2 * errors_squared
     return contributions, total / contributions.size
@@ -258,7 +224,7 @@ def _channel_mean(values: Floats) -> Floats:
     return np.asarray((values[..., 0] + values[..., 1] + values[..., 2]) / 3.0)
 
 
-def _reference(mean: Floats, variance: Floats, noise: Floats, neighbours: Floats) -> tuple[Floats, Floats]:
+def _reference(mean: Floats, variance: Floats, noise: Floats, sizes: Floats) -> tuple[Floats, Floats]:
     """Return R² for the denominators, and R times the share of the local mean in it.
 
     R weighs the pixel against the 7x7 local mean by how much of the local scatter is more than (twice) the noise, as
@@ -266,10 +232,10 @@ def _reference(mean: Floats, variance: Floats, noise: Floats, neighbours: Floats
     converged. From R² its own noise is subtracted, but for a quarter of it, or a bright dot would excuse itself.
     ``noise`` is the sum of the variance over the neighbourhood.
     """
-    local = _box_sum(mean)
-    local /= neighbours
+    local = box_sum(mean)
+    local /= sizes
     apart = mean - local
-    scatter = _box_sum(np.square(apart))
+    scatter = box_sum(np.square(apart))
     rest = np.divide(noise, scatter, out=np.ones_like(noise), where=scatter > 0.0)  # what the weight leaves to 1
     rest *= 2.0
     np.minimum(rest, 1.0, out=rest)
@@ -278,7 +244,7 @@ def _reference(mean: Floats, variance: Floats, noise: Floats, neighbours: Floats
     local += apart
     square = np.square(local)
     own_noise = np.square(weight) * variance
-    own_noise += np.square(rest / neighbours) * noise
+    own_noise += np.square(rest / sizes) * noise
     reduced = square - own_noise
     square *= 0.25
     rest *= local

@@ -52,8 +52,8 @@ class Strategy(BaseModel):
     proportion to a bound of what it may send to the point, which takes longer the more lights there are (Conty Estevez
     & Kulla 2018, without splitting)."""
     environment: Literal["plain", "compensated"] | None = None
-    """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving the
-    rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
+    """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
+    the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
     roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput. Unbiased."""
