@@ -70,6 +70,17 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
   return s;
 }
 
+Effects effects_of(const std::vector<std::string>& names) {
+  Effects effects;
+  for (const std::string& word : names) {
+    const auto field = std::find_if(std::begin(kEffectFields), std::end(kEffectFields),
+                                    [&](const EffectField& f) { return f.name == word; });
+    if (field == std::end(kEffectFields)) throw py::value_error("no effect is called \"" + word + "\"");
+    effects.*field->value = true;
+  }
+  return effects;
+}
+
 /// Asks Python whether to go on, and lets it handle signals; called with the GIL released.
 bool go_on(const std::optional<py::function>& poll) {
   const py::gil_scoped_acquire acquire;
@@ -122,12 +133,13 @@ void bind_render(py::module_& m) {
            "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                       std::uint32_t tile, std::uint32_t replicates, bool full_kernel) {
+                       std::uint32_t tile, std::uint32_t replicates, const std::vector<std::string>& also) {
              return std::make_unique<Renderer>(std::move(scene), settings,
-                                               RenderOptions{seed, threads, tile, replicates, full_kernel});
+                                               RenderOptions{seed, threads, tile, replicates, effects_of(also)});
            }),
            "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2,
-           "full_kernel"_a = false)
+           "also"_a = py::tuple(),
+           "`also` names effects that the kernel must cover though the scene does not call for them.")
       .def(
           "advance",
           [](Renderer& r, std::uint64_t samples, std::optional<double> seconds,

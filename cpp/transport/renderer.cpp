@@ -22,6 +22,11 @@ constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr std::uint64_t kPassSamples = 16;
 constexpr std::size_t kLoggedNonFinite = 64;
 
+Effects both(Effects a, const Effects& b) noexcept {
+  for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
+  return a;
+}
+
 }  // namespace
 
 /// When to stop between blocks: shared by the workers of one call of `advance`.
@@ -58,7 +63,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       settings_(settings),
       options_(options),
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
-      kernel_(choose_kernel(options.full_kernel ? kAllEffects : derive_effects(*scene_))),
+      kernel_(choose_kernel(both(derive_effects(*scene_), options.also))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
   scene_->lights.prepare(settings_.lights, settings_.environment);

@@ -16,7 +16,7 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // independent scrambles, for the error bar
-  bool full_kernel = false;      // the one for all effects, to see what the derived one is worth
+  Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
 };
 
 class Renderer {

@@ -1,6 +1,7 @@
-"""What a kernel for the effects of a scene is worth: time of the kernel for all effects over that of the derived one.
+"""What it is worth that a kernel has no code for what a scene lacks: time with the code of an effect over that without.
 
-Both make the same bits, which is checked.
+For each scene, the kernel that was derived takes turns with the cheapest that also covers one effect more, and with the
+one for all. All make the same bits, which is checked.
 """
 
 from __future__ import annotations
@@ -8,9 +9,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, samples_for, text
+from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core
@@ -24,29 +27,34 @@ def main() -> None:
     options = parser.parse_args()
     print_conditions(options)
     for path in options.scenes:
-        print(compare(path, options))
+        compare(path, options)
 
 
-def compare(path: Path, options: argparse.Namespace) -> str:
-    """Render a scene by both kernels in turn, and say what the full one costs."""
+def compare(path: Path, options: argparse.Namespace) -> None:
+    """Render a scene by all kernels that differ, in turn, and print what each costs over the derived one."""
     scene = et.load(path).with_(size=(256, 256))
     settings = _core.Settings(max_depth=scene.max_depth)
     spp = samples_for(scene.core, settings, options.threads)
-    images = {}
+    effects = list(scene.core.effects())
+    kernels: dict[str, tuple[str, ...]] = {}  # each once, by what it takes to get it
+    for also in ((), *((name,) for name in effects), tuple(effects)):
+        kernels.setdefault(_core.Renderer(scene.core, settings, also=also).kernel, also)
+    images: dict[str, NDArray[Any]] = {}
 
-    def seconds(name: str, seed: int) -> float:
-        renderer = _core.Renderer(scene.core, settings, seed, options.threads, full_kernel=name == "full")
+    def seconds(kernel: str, seed: int) -> float:
+        renderer = _core.Renderer(scene.core, settings, seed, options.threads, also=kernels[kernel])
         begin = perf_counter()
         renderer.advance(spp)
         elapsed = perf_counter() - begin
-        images[name] = np.array(renderer.moments["mean"])
+        images[kernel] = np.array(renderer.moments["mean"])
         return elapsed
 
-    times = rounds(("derived", "full"), seconds, options.repeats)
-    kernel = _core.Renderer(scene.core, settings).kernel
-    same = "same bits" if np.array_equal(images["derived"], images["full"]) else "OTHER BITS"
-    cost = text(ratio(times["full"], times["derived"]))
-    return f"{path.stem:16} full over derived: {cost} x the time, {same}; kernel: {kernel}"
+    times = rounds(kernels, seconds, options.repeats)
+    derived, *others = times
+    print(f"\n{path.stem}, {spp} spp: {derived}")
+    for kernel in others:
+        bits = "" if np.array_equal(images[kernel], images[derived]) else "  OTHER BITS"
+        print(f"  {text(ratio(times[kernel], times[derived]))} x the time: {kernel}{bits}")
 
 
 if __name__ == "__main__":

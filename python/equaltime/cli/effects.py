@@ -92,8 +92,8 @@ def _print(found: PriceList) -> None:
     console = Console(highlight=False)
     table = Table(box=None, pad_edge=False)
     table.add_column("effect", no_wrap=True)
-    for heading in ("time", "variance", "memory", "error without it", "instead"):
-        table.add_column(heading, justify="left" if heading == "instead" else "right", no_wrap=True)
+    for heading in ("time", "variance", "memory", "error without"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for price in found.prices:
         table.add_row(*_cells(price))
     console.print(table)
@@ -101,7 +101,8 @@ def _print(found: PriceList) -> None:
         reasons = [str(reason) for reason in price.reasons[:_MOST_REASONS]]
         more = len(price.reasons) - len(reasons)
         words = "; ".join(reasons) + (f"; and {more:,} more" if more else "")
-        console.print(f"{price.kind.name}: {price.kind.title}, for {words}", soft_wrap=True, markup=False)
+        end = f"without it: {price.instead}" if price.instead else "cannot be left out"
+        console.print(f"{price.kind.name}: {price.kind.title}, for {words}; {end}", soft_wrap=True, markup=False)
     console.print(f"free, since nothing calls for them: {', '.join(found.free)}", soft_wrap=True)
     for kind, title in _SHARES.items():
         if len(found.shares[kind]) > 1:
@@ -119,9 +120,8 @@ def _cells(price: Price) -> tuple[str, ...]:
         price.kind.name,
         _brief(price.time),
         _brief(price.variance),
-        "" if price.memory is None else f"{price.memory / 1e6:.3g} MB",
+        "" if price.memory is None else f"{price.memory / 1e3:,.0f} kB",
         _brief(price.change),
-        price.instead or "cannot be left out",
     )
 
 

@@ -124,9 +124,14 @@ def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the size of a mean image, of which these are the products of samples with each other."""
-    interval = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
-    return replace(interval, low=max(interval.low, 0.0), value=max(interval.value, 0.0))
+    """Return the size of a mean image, of which these are the products of samples with each other.
+
+    Where it is not told from nothing, what noise and all make is the least upper end: rare light, of which a few seeds
+    saw nothing, must not count as none.
+    """
+    found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
+    high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
+    return replace(found, low=max(found.low, 0.0), value=max(found.value, 0.0), high=high)
 
 
 def share_of(part: Floats, whole: Floats) -> Interval:

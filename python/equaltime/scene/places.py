@@ -11,6 +11,9 @@ from equaltime.scene.tree import Place
 __all__ = ["NOWHERE", "Places"]
 
 
+ALONE: Final = ("sensor", "integrator")
+
+
 class Places:
     """The places of shapes by their index, and of all parts by what they are."""
 
@@ -20,10 +23,16 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return where `part`, or the first that is equal to it, stands; None if it was made later."""
+        """Return where `part`, or the first that is equal to it, stands; None if it was made later.
+
+        Of a kind that a scene has once it is the one that there is: its size or depth may have been changed.
+        """
         if (place := self._known.get(id(part))) is not None:
             return place
-        return next((place for known, place in self._parts if known == part), None)
+        alone = part.kind in ALONE
+        return next(
+            (place for known, place in self._parts if known == part or (alone and known.kind == part.kind)), None
+        )
 
 
 NOWHERE: Final = Places((), ())
