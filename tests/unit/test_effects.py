@@ -161,8 +161,9 @@ def test_reasons_name_file_line_and_element(tmp_path: Path) -> None:
         '[camera]\ntype = "thinlens"\naperture_radius = 0.1\n[ball]\ntype = "sphere"\n'
         '[ball.bsdf]\ntype = "dielectric"\n[sky]\ntype = "constant"\n'
     )
-    reasons = derive(et.load(file))
+    reasons = derive(et.load(file).with_(size=(8, 6), max_depth=9))
     assert list(reasons) == ["analytic_shapes", "specular", "environment", "lens", "long_paths"]
+    assert reasons["long_paths"][0].what == "paths of up to 9 segments"
     assert [str(reasons[name][0]) for name in ("analytic_shapes", "specular", "environment", "lens")] == [
         f"{file}:4: ball: shape 'sphere'",
         f"{file}:6: ball.bsdf: bsdf 'dielectric'",

@@ -29,10 +29,8 @@ class Places:
         """
         if (place := self._known.get(id(part))) is not None:
             return place
-        alone = part.kind in ALONE
-        return next(
-            (place for known, place in self._parts if known == part or (alone and known.kind == part.kind)), None
-        )
+        kind = part.kind if part.kind in ALONE else None
+        return next((place for known, place in self._parts if known == part or known.kind == kind), None)
 
 
 NOWHERE: Final = Places((), ())
