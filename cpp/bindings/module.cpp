@@ -9,6 +9,7 @@ PYBIND11_MODULE(_core, m) {
   equaltime::bind_meshes(m);
   equaltime::bind_scene(m);
   equaltime::bind_render(m);
+  equaltime::bind_replay(m);
   equaltime::bind_sampling(m);
   equaltime::bind_split(m);
 }

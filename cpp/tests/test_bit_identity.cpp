@@ -7,6 +7,7 @@
 
 #include "tests/check.h"
 #include "tests/scenes.h"
+#include "transport/replay.h"
 
 namespace {
 
@@ -86,6 +87,37 @@ TEST("every kernel that covers a scene gives the same bits") {
           CHECK(same_bits(film.moments(), reference));
         }
         CHECK(covering >= 1);
+      }
+}
+
+/// What a path's vertices add, one after the other.
+Spectrum sum(const Replay& path) {
+  Spectrum total;
+  for (const TracedVertex& vertex : path.vertices) {
+    CHECK(vertex.L == total);
+    if (vertex.emitter) total += vertex.emitter->gathered;
+    if (vertex.light) total += vertex.light->gathered;
+  }
+  return total * path.filter_weight;
+}
+
+TEST("replays of all samples are the film, bit by bit, and what they list sums up to each") {
+  for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
+    for (const Technique technique : kTechniques)
+      for (const SceneDescription& description : {room(), room_of_curves(), full_room()}) {
+        const auto scene = built(description);
+        Settings settings = deep();
+        settings.lights = lights, settings.technique = technique;
+        Film film(scene->film.crop_width, scene->film.crop_height, 2);
+        const double scale = scene->normalization.world_radiance_scale();
+        for (std::uint32_t y = 0; y < film.height(); ++y)
+          for (std::uint32_t x = 0; x < film.width(); ++x)
+            for (std::uint64_t i = 0; i < 5; ++i) {
+              const Replay path = replay(*scene, settings, 3, x, y, i, 2);
+              CHECK(sum(path) == path.radiance);
+              film.at(i % 2, x, y).add(path.radiance, scale);
+            }
+        CHECK(same_bits(film.moments(), rendered(scene, 5, settings, {.seed = 3})));
       }
 }
 

@@ -4,6 +4,7 @@
 #include "math/optional.h"
 #include "scene/shading.h"
 #include "transport/effects.h"
+#include "transport/events.h"
 #include "transport/settings.h"
 #include "transport/shadow.h"
 
@@ -38,14 +39,15 @@ struct Arrival {
 }
 
 /// Radiance that the surface itself sends back along the ray.
-template <Effects E>
+template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                const Arrival& ray) noexcept {
+                                                const Arrival& ray, Probe& probe) noexcept {
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
   if (!ray.alone && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p);
+  if constexpr (Probe::listens) probe.note(event::MeetsEmitter{light, light_pdf});
   return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
 }
 
@@ -67,6 +69,7 @@ template <Effects E, class Probe>
                                                     const Bsdf& bsdf, const LightSample& light, std::uint32_t bounce,
                                                     Probe& probe) noexcept {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
+  if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
   if (value.f.is_black()) return {};
   const bool shared = settings.technique != Technique::light && !light.delta;
   const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
@@ -76,6 +79,7 @@ template <Effects E, class Probe>
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   const int crossings = settings.max_depth - static_cast<int>(bounce) - 2;
   const float share = unblocked<E>(scene, it, above, light, crossings, probe);
+  if constexpr (Probe::listens) probe.note(event::Receives{weight, share});
   return share > 0 ? unoccluded * share : Spectrum();
 }
 
@@ -87,6 +91,8 @@ template <Effects E, class Probe>
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
+  if constexpr (Probe::listens)
+    probe.note(event::PicksLight{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
   auto light =
       scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u);
   if (!light || (!aims && !light->delta)) return {};

@@ -19,9 +19,10 @@ template <Effects E, class Probe>
   for (int depth = 1;; ++depth) {
     const auto bounce = static_cast<std::uint32_t>(depth - 1);
     VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
+    if constexpr (Probe::listens) probe.note(event::Sends{ray, made, beta, L});
     auto it = probe.template intersect<E>(scene, ray);
     if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
-    L += probe.met(beta * emitted<E>(scene, settings, *it, made), scene.light_of(*it), depth);
+    L += probe.met(beta * emitted<E>(scene, settings, *it, made, probe), scene.light_of(*it), depth);
     std::uint32_t material = scene.material(*it);
     if (depth >= settings.max_depth || material == kNone) return L;
     if constexpr (E.masks) {
@@ -47,6 +48,7 @@ template <Effects E, class Probe>
       const Spectrum direct = direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
       L += probe.lit(beta * direct, depth + 1);
     }
+    if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
     if (!scattered) return L;
     beta *= scattered->weight;
     radiance_scale *= scattered->radiance_scale;
@@ -54,6 +56,7 @@ template <Effects E, class Probe>
     if (depth >= settings.roulette_depth) {
       const float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
                                                   [&]() noexcept { return albedo<E>(*it, *bsdf); });
+      if constexpr (Probe::listens) probe.note(event::Survives{survival});
       if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
       beta *= 1 / survival;
     }

@@ -12,6 +12,8 @@ namespace equaltime {
 
 class RayCounter {
  public:
+  static constexpr bool listens = false;  // to events (transport/events.h): then it has a `note` for each
+
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++counters.rays;
@@ -48,6 +50,8 @@ struct RecordedRay {
 
 class RayRecorder {
  public:
+  static constexpr bool listens = false;
+
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
     rays.push_back({ray, false});

@@ -48,6 +48,8 @@ class SplitParts {
 /// Adds what each path brings to the parts of its pixel.
 class SplitProbe {
  public:
+  static constexpr bool listens = false;
+
   explicit SplitProbe(const SplitParts& parts) noexcept : parts_(parts) {}
 
   /// Where the parts of the pixel are added up: three channels each.

@@ -23,6 +23,7 @@ template <Effects E, class Probe>
                                     Probe& probe) noexcept {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
+  if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
   const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver);
   const bool lights_turn = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
   Vertex vertex;

@@ -41,6 +41,7 @@ from equaltime.passes import Progress
 from equaltime.progressive import Progressive, progressive
 from equaltime.quote import Quote, quote
 from equaltime.render import render
+from equaltime.replay import Replay, replay
 from equaltime.result import Result, Stats
 from equaltime.scene import Scene, load, load_dict
 from equaltime.strategy import Strategy
@@ -59,6 +60,7 @@ __all__ = [
     "Progressive",
     "Quote",
     "RenderError",
+    "Replay",
     "Result",
     "Scene",
     "SceneError",
@@ -75,6 +77,7 @@ __all__ = [
     "progressive",
     "quote",
     "render",
+    "replay",
 ]
 
 __version__ = version("equaltime")

@@ -21,6 +21,7 @@ from typing import Any
 from equaltime import _core
 from equaltime.errors import Problem, SceneError
 from equaltime.scene import Scene
+from equaltime.session import core_settings
 from equaltime.strategy import Strategy
 
 __all__ = ["Measurement", "Report", "Spread", "build_facts", "machine", "measure", "spread"]
@@ -204,9 +205,7 @@ def measure(
 def _cases(name: str, scene: Scene, strategy: Strategy, threads: Sequence[int], spp: int | None) -> list[_Case]:
     """Build the scene and choose how many samples a repeat takes, the same for all numbers of threads."""
     _check_memory(scene)
-    settings = _core.Settings(
-        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
-    )
+    settings = core_settings(scene, strategy)
     if spp is None:
         pilot = _core.measure_limit(scene.core, settings, threads=threads[0], samples=_PILOT_SAMPLES, pairs=1)
         per_sample = pilot["pairs"][0]["render_seconds"] / _PILOT_SAMPLES

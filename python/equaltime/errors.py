@@ -15,6 +15,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 __all__ = [
@@ -81,11 +83,22 @@ class RenderError(EqualtimeError):
 
 
 class NonFiniteSample(RenderError):
-    """A sample was NaN or infinite: the pass was finished, then this was raised."""
+    """A sample was NaN or infinite: the pass was finished, then this was raised.
 
-    def __init__(self, pixel: tuple[int, int], index: int, seed: int, result: object) -> None:
-        self.pixel, self.index, self.seed, self.result = pixel, index, seed, result
-        super().__init__(f"non-finite sample at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}")
+    ``pixel`` is its place in the whole film, and ``command`` shows its path.
+    """
+
+    def __init__(
+        self, pixel: tuple[int, int], index: int, seed: int, result: object, command: Sequence[str] = ()
+    ) -> None:
+        self.pixel, self.index, self.seed, self.result, self.command = pixel, index, seed, result, tuple(command)
+        shown = f"; its path: {shlex.join(command)}" if command else ""
+        super().__init__(f"non-finite sample at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
+
+    def with_words(self, *words: str) -> NonFiniteSample:
+        """Return the error with more words of the command, if there is one."""
+        command = (*self.command, *words) if self.command else ()
+        return NonFiniteSample(self.pixel, self.index, self.seed, self.result, command)
 
 
 class PeerError(RenderError):

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,10 @@ from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Session", "make_renderer", "origin_of", "split_light"]
+__all__ = [
+    *("Session", "core_settings", "make_renderer", "nonfinite_sample"),
+    *("origin_of", "split_light", "traced"),
+]
 
 _REPLICATES = 2
 _BYTES_PER_MOMENTS = 56
@@ -139,8 +143,7 @@ class Session:
             pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made, self._bias
         )
         if self._renderer.nonfinite:
-            x, y, index = self._renderer.nonfinite[0]
-            raise NonFiniteSample((x, y), index, self._origin.seed, result)
+            raise nonfinite_sample(self._scene, self.strategy, self._origin.seed, self._renderer, result)
         return result
 
 
@@ -172,10 +175,11 @@ def origin_of(
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
-    settings = _settings(scene, strategy)
     _check_memory(scene)
     try:
-        return _core.Renderer(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
+        return _core.Renderer(
+            scene.core, core_settings(scene, strategy), seed=seed, threads=threads, replicates=_REPLICATES
+        )
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
@@ -185,11 +189,35 @@ def split_light(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
 ) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:
     """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3)."""
-    settings = _settings(scene, strategy)
+    settings = core_settings(scene, strategy)
     return _core.split_light(scene.core, settings, seed, threads, samples, replicates=_REPLICATES)
 
 
-def _settings(scene: Scene, strategy: Strategy) -> _core.Settings:
+def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
+    """Return one sample of a pixel of the whole film as the core tells it: the same bits as in a render."""
+    x, y, _, _ = scene.model.sensor.film.crop
+    return _core.replay(
+        scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, replicates=_REPLICATES
+    )
+
+
+def nonfinite_sample(
+    scene: Scene, strategy: Strategy, seed: int, renderer: _core.Renderer, result: Result | None = None
+) -> NonFiniteSample:
+    """Return the error for the first sample of a renderer that was not a number, with the command that shows it."""
+    x, y, index = renderer.nonfinite[0]
+    left, top, _, _ = scene.model.sensor.film.crop
+    pixel = (x + left, y + top)
+    command: tuple[str, ...] = ()
+    if scene.source is not None:
+        sample = ("--pixel", f"{pixel[0]},{pixel[1]}", "--sample", str(index), "--seed", str(seed))
+        problem = ("--size", f"{scene.size[0]}x{scene.size[1]}", "--max-depth", str(scene.max_depth))
+        command = ("equaltime", "replay", str(scene.source), *sample, "--strategy", strategy.name, *problem)
+    return NonFiniteSample(pixel, index, seed, result, command)
+
+
+def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
+    """Return a strategy, with the scene's depth, as the core reads it."""
     return _core.Settings(
         **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 
-__all__ = ["DEPTH", "FILES", "SIZE", "Moments", "renderer", "same_bits", "shipped"]
+__all__ = ["DEPTH", "FILES", "FOLDER", "SIZE", "Moments", "renderer", "same_bits", "shipped"]
 
 Moments = NDArray[Any]
 """(replicates, height, width) of count, mean and m2."""

@@ -26,6 +26,7 @@ from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
 from equaltime.cli.quote import quote
 from equaltime.cli.render import render
+from equaltime.cli.replay import replay
 from equaltime.cli.schema import schema
 from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
@@ -33,7 +34,10 @@ from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS: tuple[Callable[..., int], ...] = (render, quote, cost, effects, compare, merge, info, convert, schema, bench)
+COMMANDS: tuple[Callable[..., int], ...] = (
+    *(render, quote, cost, effects, compare, merge, info),
+    *(replay, convert, schema, bench),
+)
 
 app = typer.Typer(
     name="equaltime",

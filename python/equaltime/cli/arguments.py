@@ -11,7 +11,15 @@ import typer
 from equaltime.durations import seconds_of
 from equaltime.render import MOST_ERROR, MOST_SECONDS
 
-__all__ = ["parse_crop", "parse_definitions", "parse_duration", "parse_percent", "parse_seed", "parse_size"]
+__all__ = [
+    "parse_crop",
+    "parse_definitions",
+    "parse_duration",
+    "parse_percent",
+    "parse_pixel",
+    "parse_seed",
+    "parse_size",
+]
 
 
 def parse_duration(text: str) -> float:
@@ -52,6 +60,13 @@ def parse_size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
     if not match or 0 in (int(match[1]), int(match[2])):
         raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
+    return int(match[1]), int(match[2])
+
+
+def parse_pixel(text: str) -> tuple[int, int]:
+    """Read ``x,y``."""
+    if not (match := re.fullmatch(r"(\d+),(\d+)", text.replace(" ", ""))):
+        raise typer.BadParameter(f"'{text}' is no pixel; write x,y, counted from the left and from the top")
     return int(match[1]), int(match[2])
 
 

@@ -181,7 +181,9 @@ def render(
     elif not quiet:
         print("\n".join(_summary(result, writing, files)))
     if failure is not None:
-        raise failure
+        raise failure.with_words(
+            *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
+        )
     return 130 if signals or result.stopped_by == "interrupt" else 0
 
 

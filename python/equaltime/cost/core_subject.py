@@ -10,9 +10,8 @@ import numpy as np
 
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import image_error, pixel_statistics
-from equaltime.errors import NonFiniteSample
 from equaltime.scene import Scene
-from equaltime.session import make_renderer
+from equaltime.session import make_renderer, nonfinite_sample
 from equaltime.strategy import Strategy
 
 __all__ = ["CoreSubject"]
@@ -62,8 +61,7 @@ class CoreSubject:
             cpu += time.process_time() - cpu_before
             wall += time.perf_counter() - wall_before
             if renderer.nonfinite:
-                x, y, index = renderer.nonfinite[0]
-                raise NonFiniteSample((x, y), index, seed, None)
+                raise nonfinite_sample(self._scene, self.strategy, seed, renderer)
             pixels = pixel_statistics(renderer.moments)
             counters = renderer.counters
             yield Checkpoint(

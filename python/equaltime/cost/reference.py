@@ -24,9 +24,9 @@ from equaltime.cost.experiment import ReferenceWish
 from equaltime.cost.experiment_reader import with_roulette
 from equaltime.cost.folder import replacing
 from equaltime.cost.metrics import Reference
-from equaltime.errors import ExperimentError, ImageError, NonFiniteSample, Problem
+from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
-from equaltime.session import make_renderer
+from equaltime.session import make_renderer, nonfinite_sample
 from equaltime.strategy import Strategy
 
 __all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
@@ -116,8 +116,7 @@ def render(
         for renderer, seed in zip(renderers, _SEEDS, strict=True):
             renderer.advance(samples, None, tell)
             if renderer.nonfinite:
-                x, y, index = renderer.nonfinite[0]
-                raise NonFiniteSample((x, y), index, seed, None)
+                raise nonfinite_sample(scene, strategy, seed, renderer)
         reference = _join([renderer.moments for renderer in renderers])
         found, passed = math.sqrt(max(reference.relmse, 0.0)), time.perf_counter() - begin
         share = min(1.0, (error / found) ** 2) if found > 0.0 else 1.0

@@ -61,7 +61,8 @@ class Scene:
     """What is odd about its files but does no harm, and what was replaced."""
     substitutions: tuple[Substitution, ...] = ()
     """What was replaced or left out, if that was asked for."""
-    _places: Places = field(default=NOWHERE, repr=False)
+    places: Places = field(default=NOWHERE, repr=False)
+    """Where its parts stand in their files."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
 
     @property
@@ -129,7 +130,7 @@ class Scene:
         try:
             core = compile_scene(self.model, self.assets, _core.SceneBuilder())
         except Unsupported as error:
-            place = self._places.of(error.node) or self.source or ""
+            place = self.places.of(error.node) or self.source or ""
             raise SceneError((Problem(str(place), str(error)),)) from error
         except ValueError as error:
             raise SceneError((self._problem(str(error)),)) from error
@@ -141,13 +142,13 @@ class Scene:
         """Return the core's complaint with the place of the shape that it is about, if it is about one."""
         about = _SHAPE.match(message)
         built = shown(self.model)
-        if about and int(about[1]) < len(built) <= len(self._places.shapes):
-            return Problem(str(self._places.shapes[built[int(about[1])]]), about[2])
+        if about and int(about[1]) < len(built) <= len(self.places.shapes):
+            return Problem(str(self.places.shapes[built[int(about[1])]]), about[2])
         return Problem(str(self.source or ""), message)
 
     def place_of(self, part: Plugin) -> str:
         """Return where a part of the model stands in its file; empty if nobody wrote it."""
-        return str(self._places.of(part) or "")
+        return str(self.places.of(part) or "")
 
     def replaced(self, model: SceneModel) -> Scene:
         """Return the scene with another description of the same files."""

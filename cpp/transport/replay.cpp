@@ -1,0 +1,147 @@
+#include "transport/replay.h"
+
+#include <iterator>
+
+#include "transport/sample_pixel.h"
+
+namespace equaltime {
+
+namespace {
+
+/// By the order of the variant.
+constexpr const char* kBsdfNames[] = {"diffuse",        "roughconductor", "conductor",
+                                      "dielectric",     "thindielectric", "plastic",
+                                      "roughplastic",   "roughdielectric", "principled"};
+static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
+
+/// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
+std::optional<Point2f> place_on(const Scene& scene, const Interaction& it) noexcept {
+  const Surface& surface = scene.surfaces[it.shape];
+  if (surface.mesh == kNone) return surface.textured ? std::optional(it.place) : std::nullopt;
+  RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
+  if (it.instance != kNone) at = scene.instances[it.instance].to_local(at);
+  const MeshView& mesh = scene.meshes[surface.mesh];
+  const auto& [a, b, c] = mesh.triangles[it.primitive];
+  const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], at.origin);
+  return Point2f{u, v};
+}
+
+/// Keeps what it sees. Embree is asked nothing that the render does not ask, but for what blocks a light.
+class PathTracer {
+ public:
+  static constexpr bool listens = true;
+
+  PathTracer(const Scene& scene, const Settings& settings, Replay& replay)
+      : scene_(scene), settings_(settings), replay_(replay) {}
+
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
+    const auto it = scene.intersect<E>(ray);
+    TracedVertex& vertex = current();
+    if (it) {
+      vertex.it = *it;
+      vertex.place = place_on(scene, *it);
+    } else if (scene.lights.environment()) {
+      const LightValue value =
+          scene.lights.environment_towards(settings_.lights, settings_.environment, vertex.made.from, ray.direction);
+      meets(scene.lights.last(), value.radiance, value.pdf);
+    }
+    return it;
+  }
+  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) {
+    const bool blocked = accel.occluded(ray);
+    if (blocked) block(ray);
+    return blocked;
+  }
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
+    const auto it = scene.intersect<E>(ray);
+    if (it) current().light->blocker = *it;
+    return it;
+  }
+
+  void begin(float weight) noexcept { replay_.filter_weight = weight; }
+  static void scatters(const Bsdf&) noexcept {}
+  static void aims(const LightSample&) noexcept {}
+  const Spectrum& met(const Spectrum& L, std::uint32_t, int) noexcept {
+    if (current().emitter) current().emitter->gathered = L;
+    return L;
+  }
+  const Spectrum& lit(const Spectrum& L, int) noexcept {
+    if (current().light) current().light->gathered = L;
+    return L;
+  }
+
+  void note(const event::Sends& sends) {
+    replay_.vertices.push_back({sends.ray, sends.made, sends.beta, sends.L, {}, {}, {}, {}, {}});
+  }
+  void note(const event::MeetsEmitter& met) {
+    meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
+  }
+  void note(const event::PicksLight& picks) {
+    if (picks.pick) current().light = TracedLight{*picks.pick, {}, {}, 0, 0, {}, {}};
+  }
+  void note(const event::SamplesLight& samples) {
+    current().light->sample = samples.light;
+    current().light->bsdf = samples.bsdf;
+  }
+  void note(const event::Receives& receives) {
+    current().light->weight = receives.weight;
+    current().light->share = receives.share;
+  }
+  void note(const event::Scatters& scatters) {
+    TracedScattering& scattering = current().scattering.emplace();
+    scattering = {kBsdfNames[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
+    if (scatters.scattered) scattering.scattered = *scatters.scattered;
+  }
+  void note(const event::Survives& survives) { current().scattering->survival = survives.probability; }
+
+ private:
+  TracedVertex& current() noexcept { return replay_.vertices.back(); }
+  void meets(std::uint32_t light, const Spectrum& radiance, float light_pdf) {
+    TracedVertex& vertex = current();
+    const float weight = emitter_weight(settings_, vertex.made, light, light_pdf);
+    vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
+  }
+  void block(const Ray& ray) {
+    if (const auto it = scene_.intersect<kAllEffects>(ray)) current().light->blocker = *it;
+  }
+
+  const Scene& scene_;
+  const Settings& settings_;
+  Replay& replay_;
+};
+
+PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcept {
+  const TracedVertex& last = vertices.back();
+  if (!last.it) return PathEnd::escapes;
+  if (!last.scattering)
+    return static_cast<std::size_t>(max_depth) <= vertices.size() ? PathEnd::depth : PathEnd::absorbed;
+  if (!last.scattering->scattered) return PathEnd::no_direction;
+  return last.scattering->survival ? PathEnd::roulette : PathEnd::black;
+}
+
+}  // namespace
+
+Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
+              std::uint64_t index, std::uint32_t replicates) {
+  scene.lights.prepare(settings.lights, settings.environment);
+  Replay result{};
+  PathTracer tracer(scene, settings, result);
+  const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, index, index + 1};
+  result.radiance = sample_pixel<kAllEffects>(task, x, y, index, replicates, tracer);
+  result.end = end_of(result.vertices, settings.max_depth);
+  return result;
+}
+
+std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
+  std::uint32_t owner = kNone, begin = 0;
+  if (light >= scene.lights.first_delta()) return owner;
+  for (std::uint32_t shape = 0; shape < scene.surfaces.size(); ++shape) {
+    const std::uint32_t first = scene.surfaces[shape].first_light;
+    if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
+  }
+  return owner;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,136 @@
+"""``equaltime replay``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated, Any, Final
+
+import typer
+
+from equaltime.cli.arguments import parse_definitions, parse_pixel
+from equaltime.cli.messages import print_warnings
+from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute
+from equaltime.replay import Replay
+from equaltime.replay import replay as replay_sample
+from equaltime.scene import load_file
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.strategy import Strategy
+
+__all__ = ["replay"]
+
+ENDS: Final = {
+    "escapes": "the ray meets nothing",
+    "depth": "the longest path is reached",
+    "absorbed": "this side of the surface absorbs everything",
+    "no_direction": "the BSDF gives no direction",
+    "black": "nothing is scattered",
+    "roulette": "roulette ends it",
+}
+
+
+def replay(
+    scene: SceneFile,
+    pixel: Annotated[
+        Any, typer.Option(parser=parse_pixel, metavar="X,Y", show_default=False, help="From the left, from the top.")
+    ],
+    sample: Annotated[
+        int, typer.Option(min=0, max=MOST_SAMPLES - 1, metavar="I", show_default=False, help="Counted from 0.")
+    ],
+    seed: Seed = 0,
+    strategy: StrategyWords = "best",
+    size: Size = None,
+    max_depth: MaxDepth = None,
+    define: Define = None,
+    substitute: Substitute = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Show the path of one sample of a render, vertex by vertex, with every factor that made it.
+
+    The path is the render's with the same scene, size, depth, strategy and seed, and so is its radiance, bit by bit.
+    """
+    chosen = Strategy.parse(strategy)
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    print_warnings(loaded)
+    changes = {"size": size, "max_depth": max_depth}
+    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    try:
+        path = replay_sample(loaded, pixel, sample, strategy=chosen, seed=seed)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--pixel") from error
+    print(json.dumps(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))
+    return 0
+
+
+def _told(path: Replay) -> Iterator[str]:
+    x, y = path.pixel
+    yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
+    for number, vertex in enumerate(path.vertices, 1):
+        yield ""
+        yield f"{number}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        yield f"   throughput {_numbers(vertex['throughput'])}"
+        yield from (f"   {line}" for line in _vertex(vertex, last=number == len(path.vertices)))
+    yield f"   ends: {ENDS[path.end]}"
+    yield ""
+    agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
+    yield f"radiance {_numbers(path.radiance)}: the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
+    if (found := path.first_nonfinite) is not None:
+        yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
+
+
+def _vertex(vertex: Mapping[str, Any], *, last: bool) -> Iterator[str]:
+    surface, emitter, light, scattering = (vertex[name] for name in ("surface", "emitter", "light", "scattering"))
+    if surface is None:
+        yield "meets nothing"
+    else:
+        yield from _surface(surface)
+    if emitter is not None:
+        weights = f"MIS weight {emitter['mis_weight']:.9g} (density of light sampling {emitter['light_pdf']:.9g})"
+        yield f"sees {emitter['light']['name']}: radiance {_numbers(emitter['radiance'])}, {weights}"
+        yield f"  adds {_numbers(emitter['gathered'])}"
+    if light is not None:
+        yield from _light(light)
+    if scattering is not None:
+        yield from _scattering(scattering)
+    elif surface is not None and not last:
+        yield "passes straight on"
+
+
+def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
+    side = "front" if surface["front"] else "back"
+    uv = "" if surface["uv"] is None else f", u v {_numbers(surface['uv'])}"
+    yield f"meets the {side} of {surface['name']}, primitive {surface['primitive']}{uv}"
+    normals = f"normal {_numbers(surface['normal'])}"
+    if surface["shading_normal"] != surface["normal"]:
+        normals += f", shading normal {_numbers(surface['shading_normal'])}"
+    yield f"  at {_numbers(surface['point'])}, {normals}; rays leave {surface['offset']:.3g} off it"
+
+
+def _light(light: Mapping[str, Any]) -> Iterator[str]:
+    yield f"picks {light['light']['name']} with probability {light['pmf']:.9g}"
+    if not light["sampled"]:
+        yield "  of which no direction was sampled for its own light"
+        return
+    away = "" if light["distance"] is None else f", {light['distance']:.9g} away"
+    yield f"  towards {_numbers(light['direction'])}{away}, pdf {light['pdf']:.9g}"
+    yield f"  radiance {_numbers(light['radiance'])}"
+    if not any(light["bsdf"]):
+        yield "  BSDF 0: adds nothing"
+        return
+    blocked = "" if light["blocker"] is None else f", behind {light['blocker']['name']}"
+    yield f"  BSDF·cos {_numbers(light['bsdf'])}, its pdf {light['bsdf_pdf']:.9g}, MIS weight {light['mis_weight']:.9g}"
+    yield f"  visible {light['visible']:.9g}{blocked}: adds {_numbers(light['gathered'])}"
+
+
+def _scattering(scattering: Mapping[str, Any]) -> Iterator[str]:
+    yield f"scatters by {scattering['bsdf']}, albedo {_numbers(scattering['albedo'])}"
+    if not scattering["sampled"]:
+        return
+    pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {scattering['pdf']:.9g}"
+    yield f"  towards {_numbers(scattering['direction'])}, {pdf}, weight {_numbers(scattering['weight'])}"
+    if scattering["survival"] is not None:
+        yield f"  roulette lets it live with probability {scattering['survival']:.9g}"
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

@@ -1,0 +1,68 @@
+"""What people call the things that the core numbers: shapes, instances and lights, with their places in the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+
+from equaltime.scene.inert import shown
+from equaltime.scene.model import Constant, Directional, EnvMap, Instance, Plugin, Point, Shape, Spot
+from equaltime.scene.scene import Scene
+
+__all__ = ["Name", "Names"]
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """What a part of a scene is called, and where it stands."""
+
+    id: str | None
+    type: str
+    place: str
+    """File and line, or path of keys; empty for a scene without places."""
+
+    def __str__(self) -> str:
+        what = f"{self.type}, {self.place}" if self.place else self.type
+        return f"'{self.id}' ({what})" if self.id else what
+
+
+class Names:
+    """Names by the core's numbers."""
+
+    def __init__(self, scene: Scene) -> None:
+        model = scene.model
+        self._scene = scene
+        places: list[str | None] = [None] * len(model.shapes)
+        if len(scene.places.shapes) == len(places):
+            places = [str(place) for place in scene.places.shapes]
+        own: list[tuple[Shape, str | None]] = [(model.shapes[number], places[number]) for number in shown(model)]
+        self._instances = [(shape, place) for shape, place in own if isinstance(shape, Instance)]
+        groups = dict.fromkeys(instance.shapegroup for instance, _ in self._instances)
+        self._shapes = (*own, *((shape, None) for shape in chain.from_iterable(group.shapes for group in groups)))
+        shining = [
+            emitter for emitter in model.emitters if isinstance(emitter, Point | Spot) and any(emitter.intensity)
+        ]
+        self._deltas = [
+            *(emitter for emitter in shining if isinstance(emitter, Point)),
+            *(emitter for emitter in shining if isinstance(emitter, Spot)),
+            *(emitter for emitter in model.emitters if isinstance(emitter, Directional) and any(emitter.irradiance)),
+        ]
+
+    def shape(self, index: int) -> Name:
+        """Name a shape: one of the scene's own, or one of a group, which come after them."""
+        return self._name(*self._shapes[index])
+
+    def instance(self, index: int) -> Name:
+        """Name an instance by its number among instances."""
+        return self._name(*self._instances[index])
+
+    def delta_light(self, index: int) -> Name:
+        """Name a light that no ray meets: first points, then spots, then directional lights; dark ones do not count."""
+        return self._name(self._deltas[index])
+
+    def environment(self) -> Name:
+        """Name what surrounds the scene."""
+        return self._name(next(e for e in self._scene.model.emitters if isinstance(e, Constant | EnvMap)))
+
+    def _name(self, part: Plugin, place: str | None = None) -> Name:
+        return Name(part.id, part.title, self._scene.place_of(part) if place is None else place)

@@ -1,0 +1,164 @@
+"""A replay is the render's sample: all samples of a pixel, added up in their order, are the pixel, bit by bit."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime import _core
+from equaltime.cli import main
+from equaltime.session import make_renderer
+
+from .shipped import FILES, FOLDER, shipped
+
+SAMPLES: Final = 9
+SEED: Final = 5
+PIXELS: Final = [(0, 0), (12, 8), (7, 13), (23, 4), (15, 10)]
+STRATEGIES: Final = ["best,lights=tree,roulette_depth=2", "naive", "best,technique=mixture", "light", "bsdf"]
+
+
+def welford(samples: list[tuple[float, ...]]) -> list[Any]:
+    """Return count, mean and m2 as the film makes them, one operation after the other in float64."""
+    count, mean, m2 = 0, [0.0] * 3, [0.0] * 3
+    for sample in samples:
+        count += 1
+        for c in range(3):
+            delta = sample[c] - mean[c]
+            mean[c] += delta * (1.0 / count)
+            m2[c] += delta * (sample[c] - mean[c])
+    return [count, mean, m2]
+
+
+def told(pixel: Any) -> list[Any]:
+    return [int(pixel["count"]), pixel["mean"].tolist(), pixel["m2"].tolist()]
+
+
+@pytest.mark.parametrize(
+    ("file", "strategy"),
+    [*((file, "best") for file in (*FILES, "terrain/terrain.toml")), *((FILES[-1], words) for words in STRATEGIES)],
+)
+def test_replays_of_all_samples_of_a_pixel_are_the_pixel(file: str, strategy: str) -> None:
+    scene, chosen = shipped(file), et.Strategy.parse(strategy)
+    renderer = make_renderer(scene, chosen, SEED, threads=2)
+    renderer.advance(SAMPLES)
+    for x, y in PIXELS:
+        paths = [et.replay(scene, (x, y), i, strategy=chosen, seed=SEED) for i in range(SAMPLES)]
+        assert all(path.sum == path.radiance and path.first_nonfinite is None for path in paths)
+        for replicate in range(2):
+            pixel = renderer.moments[replicate, y, x]
+            assert told(pixel) == welford([path.radiance for path in paths[replicate::2]])
+    assert renderer.moments["mean"].mean() > 0.0
+
+
+def test_another_sample_and_another_seed_are_other_paths() -> None:
+    scene = shipped("cornell-box.toml")
+    first = et.replay(scene, (12, 8), 0)
+    assert first.vertices != et.replay(scene, (12, 8), 1).vertices
+    assert first.vertices != et.replay(scene, (12, 8), 0, seed=1).vertices
+    assert first.vertices == et.replay(scene, (12, 8), 0).vertices
+
+
+def test_pixels_are_those_of_the_whole_film_and_only_its_crop_has_any() -> None:
+    whole, crop = shipped("cornell-box.toml"), shipped("cornell-box.toml", crop=(10, 5, 6, 6))
+    assert et.replay(crop, (12, 8), 3).vertices == et.replay(whole, (12, 8), 3).vertices
+    with pytest.raises(ValueError, match="pixel 9,8 is not on the film, 6x6 from 10,5"):
+        et.replay(crop, (9, 8), 0)
+
+
+def test_a_path_is_told_in_the_units_and_names_of_the_scene() -> None:
+    scene = et.load_dict(
+        {
+            "type": "scene",
+            "sensor": {
+                "type": "perspective",
+                "to_world": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 1000.0], [0, 0, 0, 1]],
+                "fov": 0.1,
+                "film": {"type": "hdrfilm", "width": 3, "height": 3, "rfilter": {"type": "box"}},
+            },
+            "paper": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 0.5}},
+            "far": {"type": "sphere", "center": [0, 0, 3000.0], "radius": 1.0},
+            "bulb": {"type": "point", "position": [0, 0, 10.0], "intensity": 200.0},
+        }
+    )
+    path = et.replay(scene, (1, 1), 0)
+    first = path.vertices[0]
+    assert first["surface"]["name"].startswith("'paper' (rectangle")
+    assert first["surface"]["front"]
+    x, y, z = first["surface"]["point"]
+    assert max(abs(x), abs(y)) < 1
+    assert abs(z) < 1e-3
+    light, cosine = first["light"], first["light"]["direction"][2]
+    assert light["light"]["name"].startswith("'bulb' (point")
+    distance = 10.0 / cosine
+    assert light["distance"] == pytest.approx(distance, rel=1e-5)
+    assert light["radiance"] == pytest.approx([200.0 / distance**2] * 3, rel=1e-5)
+    assert light["gathered"] == pytest.approx([200.0 / distance**2 * 0.5 / np.pi * cosine] * 3, rel=1e-5)
+    assert (light["pmf"], light["visible"], light["mis_weight"]) == (1.0, 1.0, 1.0)
+
+
+def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(FOLDER / "cornell-box.toml")
+    words = ["replay", file, "--pixel", "12,8", "--sample", "3", "--size", "24x16", "--seed", "5"]
+    assert main(words) == 0
+    text = capsys.readouterr().out
+    assert "pixel 12,8, sample 3, seed 5, strategy best" in text
+    assert "is the sample" in text
+    assert "cornell-box.toml:" in text
+    assert "scatters by diffuse" in text
+    assert main([*words, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    path = et.replay(et.load(file).with_(size=(24, 16)), (12, 8), 3, seed=5)
+    assert data["radiance"] == list(path.radiance) == data["sum"]
+    assert len(data["vertices"]) == len(path.vertices) == text.count("throughput")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--pixel", "24,0", "--sample", "0"], "pixel 24,0 is not on the film, 24x16 from 0,0"),
+        (["--pixel", "5", "--sample", "0"], "'5' is no pixel"),
+        (["--pixel", "1,1", "--sample", "-1"], "--sample"),
+    ],
+)
+def test_what_is_no_sample_is_refused(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(FOLDER / "cornell-box.toml"), "--size", "24x16", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+class Faulty:
+    """The core's renderer, which claims that one sample was not a number: no scene is known that makes it so."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        self._renderer = RENDERER(*arguments, **options)
+
+    @property
+    def nonfinite(self) -> list[tuple[int, int, int]]:
+        return [(2, 3, 1)] if self._renderer.counters["paths"] else []
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._renderer, name)
+
+
+RENDERER = _core.Renderer
+
+
+def test_a_sample_that_is_not_a_number_names_the_command_that_shows_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(_core, "Renderer", Faulty)
+    file = tmp_path / "a scene.toml"
+    file.write_text((FOLDER / "cornell-box.toml").read_text() + '\n[hidden]\ntype = "sphere"\nradius = "$r"\n')
+    words = ["--size", "24x16", "--seed", "7", "--strategy", "naive", "-D", "r=0.001", "--spp", "2", "-q"]
+    assert main(["render", str(file), "-o", str(tmp_path / "out.exr"), "--crop", "10,5,6,6", *words]) == 1
+    message = capsys.readouterr().err
+    assert "pixel 12,8, sample 1, seed 7" in message
+    command = shlex.split(message.split("its path: ")[1])
+    assert command[0] == "equaltime"
+    assert main(command[1:]) == 0
+    assert "pixel 12,8, sample 1, seed 7, strategy naive" in capsys.readouterr().out
