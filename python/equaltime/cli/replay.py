@@ -73,7 +73,8 @@ def _told(path: Replay) -> Iterator[str]:
     yield f"   ends: {ENDS[path.end]}"
     yield ""
     agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
-    yield f"radiance {_numbers(path.radiance)}: the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
+    yield f"radiance {_numbers(path.radiance)}"
+    yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 
