@@ -20,6 +20,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{50};
 /// A pass adds at most so many samples to a pixel, so that a block is short and a stop is prompt.
 constexpr std::uint64_t kPassSamples = 16;
+/// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
+constexpr std::uint64_t kPassPaths = 4096;
 constexpr std::size_t kLoggedNonFinite = 64;
 
 Effects both(Effects a, const Effects& b) noexcept {
@@ -81,8 +83,10 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
   Stop stop(poll);
   if (seconds)
     stop.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+  const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
+  const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
   while (done_ < samples) {
-    if (target_ <= done_) target_ = std::min(samples, done_ + kPassSamples);
+    if (target_ <= done_) target_ = std::min(samples, done_ + pass);
     run_pass(stop);
     if (stop.error) std::rethrow_exception(stop.error);
     if (next_block_ < blocks_.size()) return false;
