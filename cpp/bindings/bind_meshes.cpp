@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,9 +39,13 @@ struct MeshArrays {
         faces(rows(std::move(mesh.faces), 3)),
         normals(mesh.normals.empty() ? py::object(py::none()) : rows(std::move(mesh.normals), 3)),
         uvs(mesh.uvs.empty() ? py::object(py::none()) : rows(std::move(mesh.uvs), 2)),
-        warnings(std::move(mesh.warnings)) {}
+        warnings(std::move(mesh.warnings)) {
+    for (MeshAttributeData& a : mesh.attributes)
+      attributes[py::str(a.name)] = rows(std::move(a.values), static_cast<py::ssize_t>(a.width));
+  }
 
   py::object vertices, faces, normals, uvs;
+  py::dict attributes;
   std::vector<std::string> warnings;
 };
 
@@ -56,7 +61,8 @@ using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::force
 
 /// Arrays that another reader has filled, brought to what MeshData promises.
 MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, const Indices& faces,
-                    const std::optional<Reals>& normals, const std::optional<Reals>& uvs) {
+                    const std::optional<Reals>& normals, const std::optional<Reals>& uvs,
+                    const std::map<std::string, Reals>& vertex_attributes) {
   MeshData mesh;
   mesh.vertices = copied(vertices, 3);
   mesh.faces = copied(faces, 3);
@@ -65,6 +71,12 @@ MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, co
   const std::size_t count = mesh.vertices.size() / 3;
   if ((normals && mesh.normals.size() != 3 * count) || (uvs && mesh.uvs.size() != 2 * count))
     throw py::value_error("a mesh has as many normals and uvs as vertices, or none");
+  for (const auto& [name, values] : vertex_attributes) {
+    const py::ssize_t width = values.ndim() == 2 ? values.shape(1) : 0;
+    if (width < 1 || values.shape(0) != static_cast<py::ssize_t>(count))
+      throw py::value_error("a mesh has as many values of an attribute as vertices");
+    mesh.attributes.push_back({name, static_cast<std::size_t>(width), false, copied(values, width)});
+  }
   for (const std::uint32_t i : mesh.faces)
     if (i >= count) throw py::value_error("a face names a vertex that does not exist");
   {
@@ -105,9 +117,11 @@ void bind_meshes(py::module_& m) {
       .def_readonly("faces", &MeshArrays::faces, "(M, 3) uint32, in range, none degenerate")
       .def_readonly("normals", &MeshArrays::normals, "(N, 3) float64 as in the file, not normalised, or None")
       .def_readonly("uvs", &MeshArrays::uvs, "(N, 2) float64 or None")
+      .def_readonly("attributes", &MeshArrays::attributes,
+                    "By Mitsuba's names: vertex_... (N, 1 or 3) and face_... (M, 1 or 3) float64")
       .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted; without the path");
   m.def("finished_mesh", &finished, py::arg("path"), py::arg("vertices"), py::arg("faces"), py::arg("normals"),
-        py::arg("uvs"),
+        py::arg("uvs"), py::arg("vertex_attributes") = py::dict(),
         "Bring arrays of another reader to the promises of MeshData; `path` is for messages. Raises MeshError.");
   m.def(
       "read_ply", [](const std::filesystem::path& path) { return read(path, &read_ply); }, py::arg("path"),

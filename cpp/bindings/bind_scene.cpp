@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "bindings/bindings.h"
+#include "scene/diffuse_reflectance.h"
 #include "scene/scene.h"
 #include "transport/effects.h"
 
@@ -83,26 +84,36 @@ py::dict effects_dict(const Effects& e) {
   return d;
 }
 
-/// Nearest hits of rays given in the user's units: for tests and comparisons, not for rendering.
+/// Nearest hits of rays given in the user's units: for tests, comparisons and outputs beside the image. Normals are on
+/// the side of the ray.
 py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions) {
   const auto o = rows<Vec3d>(origins, "origins"), d = rows<Vec3d>(directions, "directions");
   if (o.size() != d.size()) throw py::value_error("as many directions as origins");
   const auto n = static_cast<py::ssize_t>(o.size());
-  py::array_t<double> t(n), p({n, py::ssize_t{3}}), ng({n, py::ssize_t{3}});
+  const auto table = [n](py::ssize_t width) { return py::array_t<double>({n, width}); };
+  py::array_t<double> t(n), p = table(3), ng = table(3), ns = table(3), uv = table(2), albedo = table(3);
   py::array_t<std::int64_t> shape(n), primitive(n);
+  py::array_t<bool> front(n);
   for (py::ssize_t i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Ray ray{Vec3f(scene.normalization.point(o[k])), Vec3f(normalize(d[k]))};
     const auto it = scene.intersect<kAllEffects>(ray);
     const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
-    const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{};
+    const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{}, shading_normal = it ? Vec3d(it->frame.n) : Vec3d{};
+    const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
+    const Point2f place = it ? scene.place(*it).uv : Point2f{};
     t.mutable_at(i) = it ? length(point - o[k]) : std::numeric_limits<double>::infinity();
     shape.mutable_at(i) = it ? static_cast<std::int64_t>(it->shape) : -1;
     primitive.mutable_at(i) = it ? static_cast<std::int64_t>(it->primitive) : -1;
     std::copy_n(&point.x, 3, p.mutable_data(i, 0));
+    front.mutable_at(i) = it && it->front;
     std::copy_n(&normal.x, 3, ng.mutable_data(i, 0));
+    std::copy_n(&shading_normal.x, 3, ns.mutable_data(i, 0));
+    std::copy_n(&place.x, 2, uv.mutable_data(i, 0));
+    std::copy_n(&color.r, 3, albedo.mutable_data(i, 0));
   }
-  return py::dict("t"_a = t, "shape"_a = shape, "primitive"_a = primitive, "p"_a = p, "n"_a = ng);
+  return py::dict("t"_a = t, "shape"_a = shape, "primitive"_a = primitive, "p"_a = p, "n"_a = ng, "front"_a = front,
+                  "shading_normal"_a = ns, "uv"_a = uv, "albedo"_a = albedo);
 }
 
 void bind_builder(py::module_& m) {
@@ -225,6 +236,7 @@ void bind_builder(py::module_& m) {
             d.film = {width, height, crop[0], crop[1], crop[2], crop[3], filter(name), parameter, second};
           },
           "width"_a, "height"_a, "crop"_a, "filter"_a, "parameter"_a, "second"_a = 0.0)
+      .def("keep_uvs", [](D& d) { d.keeps_uvs = true; })
       .def(
           "build",
           [](D& d, const std::string& intersection) {

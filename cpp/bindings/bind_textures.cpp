@@ -16,6 +16,7 @@ namespace equaltime {
 namespace {
 
 using ArrayD = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using ArrayF = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 UvTransform uv_transform(const std::optional<ArrayD>& a) {
   UvTransform t = kSameUv;
@@ -71,6 +72,15 @@ std::uint32_t add_checkerboard(SceneDescription& d, std::array<double, 3> color0
   return static_cast<std::uint32_t>(d.textures.size() - 1);
 }
 
+void set_attribute(SceneDescription& d, std::uint32_t shape, std::uint32_t texture, const ArrayF& values,
+                   bool per_face) {
+  if (values.ndim() != 2) throw py::value_error("the values of an attribute have the shape (N, 1) or (N, 3)");
+  auto* mesh = shape < d.shapes.size() ? std::get_if<MeshDescription>(&d.shapes[shape]) : nullptr;
+  if (mesh == nullptr) throw py::value_error("only meshes have attributes");
+  mesh->attributes.push_back({texture, static_cast<std::uint32_t>(values.shape(1)), per_face,
+                              std::vector<float>(values.data(), values.data() + values.size())});
+}
+
 BsdfParameter parameter(const std::string& name) {
   for (std::size_t i = 0; i < std::size(kBsdfParameterNames); ++i)
     if (name == kBsdfParameterNames[i]) return static_cast<BsdfParameter>(i);
@@ -90,6 +100,12 @@ void bind_textures(py::class_<SceneDescription>& builder) {
       .def("add_bitmap", &add_bitmap, "texels"_a, py::kw_only(), "srgb"_a, "filter"_a = "bilinear", "wrap"_a = "repeat",
            "to_uv"_a = py::none())
       .def("add_checkerboard", &add_checkerboard, "color0"_a, "color1"_a, py::kw_only(), "to_uv"_a = py::none())
+      .def("add_mesh_attribute",
+           [](SceneDescription& d) {
+             d.textures.emplace_back(MeshAttributeDescription{});
+             return d.textures.size() - 1;
+           })
+      .def("set_attribute", &set_attribute, "shape"_a, "texture"_a, "values"_a, py::kw_only(), "per_face"_a)
       .def(
           "bind_radiance",
           [](SceneDescription& d, std::uint32_t shape, std::uint32_t texture) {
@@ -112,10 +128,9 @@ void bind_textures(py::class_<SceneDescription>& builder) {
       .def("add_mixture", &add_mixture, "first"_a, "second"_a, "weight"_a)
       .def(
           "bind",
-          [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture) {
-            d.bindings.push_back({bsdf, parameter(name), texture});
-          },
-          "bsdf"_a, "parameter"_a, "texture"_a);
+          [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture,
+             std::optional<std::uint32_t> times) { d.bindings.push_back({bsdf, parameter(name), texture, times}); },
+          "bsdf"_a, "parameter"_a, "texture"_a, "times"_a = py::none());
 }
 
 }  // namespace equaltime

@@ -63,10 +63,10 @@ void Scene::bend(const Bend& b, Interaction& it) const noexcept {
   const Vec3f front = n * side;
   Vec3f bent;
   if (b.bump) {
-    const Point2f rise = gradient(texture, uv(it));
+    const Point2f rise = gradient(texture, place(it));
     bent = bumped(d, {b.scale * rise.x, b.scale * rise.y}, front, it.anchor.n * side);
   } else {
-    const Spectrum c = eval(texture, uv(it));
+    const Spectrum c = eval(texture, place(it));
     bent = Frame::from_tangent(front, d.du).to_world({2 * c.r - 1, 2 * c.g - 1, 2 * c.b - 1});
   }
   if (!(length_squared(bent) > 0)) return;

@@ -1,5 +1,6 @@
 #include "scene/build_meshes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -26,7 +27,7 @@ TriangleMesh placed_mesh(std::size_t index, MeshDescription& mesh, const Normali
   return out;
 }
 
-std::size_t drop_degenerate(std::size_t index, TriangleMesh& mesh) {
+std::size_t drop_degenerate(std::size_t index, TriangleMesh& mesh, std::vector<AttributeValues>& attributes) {
   const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto degenerate = [&](const Triangle& t) {
     for (const std::uint32_t i : t)
@@ -34,7 +35,32 @@ std::size_t drop_degenerate(std::size_t index, TriangleMesh& mesh) {
     const Vec3d a(mesh.vertices[t[0]]);
     return length_squared(cross(Vec3d(mesh.vertices[t[1]]) - a, Vec3d(mesh.vertices[t[2]]) - a)) == 0;
   };
-  return std::erase_if(mesh.triangles, degenerate);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (degenerate(mesh.triangles[i])) continue;
+    for (AttributeValues& a : attributes)
+      if (a.per_face && (i + 1) * a.width <= a.values.size())
+        std::copy_n(&a.values[i * a.width], a.width, &a.values[kept * a.width]);
+    mesh.triangles[kept++] = mesh.triangles[i];
+  }
+  const std::size_t dropped = mesh.triangles.size() - kept;
+  for (AttributeValues& a : attributes)
+    if (a.per_face && a.values.size() == mesh.triangles.size() * a.width) a.values.resize(kept * a.width);
+  mesh.triangles.resize(kept);
+  return dropped;
+}
+
+void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<AttributeValues>& attributes,
+                    std::vector<Texture>& textures) {
+  for (AttributeValues& values : attributes) {
+    auto* texture = values.texture < textures.size() ? std::get_if<MeshAttribute>(&textures[values.texture]) : nullptr;
+    if (texture == nullptr) fail(shape, "texture " + std::to_string(values.texture) + " is no attribute of a mesh");
+    try {
+      texture->add(shape, std::move(values), mesh.vertices.size(), mesh.triangles.size());
+    } catch (const std::invalid_argument& wrong) {
+      fail(shape, wrong.what());
+    }
+  }
 }
 
 std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector<std::array<double, 2>>& uvs) {

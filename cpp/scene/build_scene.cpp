@@ -75,6 +75,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
   for (const auto& [shape, texture] : description_.emissions)
     if (shape == surfaces_.size()) area_lights_.set_emission(surface, surfaces_.size(), texture);
+  surface.textured = surface.textured || description_.keeps_uvs;
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
@@ -92,7 +93,8 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
 
 void Builder::add(std::size_t index, MeshDescription& mesh) {
   TriangleMesh out = placed_mesh(index, mesh, space_);
-  dropped_triangles_ += drop_degenerate(index, out);
+  dropped_triangles_ += drop_degenerate(index, out, mesh.attributes);
+  add_attributes(static_cast<std::uint32_t>(index), out, mesh.attributes, textures_);
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));

@@ -82,6 +82,7 @@ struct MeshDescription {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   std::vector<Vec3d> normals;                           // one a vertex, or none
   std::vector<std::array<double, 2>> uvs;               // one a vertex, or none
+  std::vector<AttributeValues> attributes;
   SurfaceDescription surface;
 };
 struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
@@ -193,6 +194,7 @@ struct SceneDescription {
   std::optional<EnvironmentDescription> environment;
   SensorDescription sensor = PerspectiveDescription{};
   FilmDescription film;
+  bool keeps_uvs = false;  // of surfaces without textures too
 };
 
 /// Where the sensor stands and looks.

@@ -12,46 +12,43 @@ namespace {
 constexpr int kTriangleSteps = 6, kSquareSteps = 64;
 constexpr float kLeast = 1e-3F;
 
-/// Texture coordinates of a point of an area light.
-Point2f uv_of(const Scene& scene, const Emitter& emitter, const Vec3d& p) noexcept {
+/// Where the texture of an area light is looked up for a point of it.
+TexturePlace place_of(const Scene& scene, const Emitter& emitter, const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
   const Surface& surface = scene.surfaces[shape];
   const Geometries& all = scene.accel.geometries();
   if (surface.kind == SurfaceKind::sphere)
-    return detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)));
-  if (surface.kind == SurfaceKind::disk) return detail::disk_uv(all.disks[primitive], p);
+    return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
+  if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
   if (surface.kind == SurfaceKind::cylinder) {
     const CylinderGeometry& tube = all.cylinders[primitive];
     const double height = dot(p - tube.base, tube.axis);
-    return detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length);
+    return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
   }
   const MeshView& mesh = scene.meshes[surface.mesh];
   const auto& [a, b, c] = mesh.triangles[primitive];
   if (surface.light_per_primitive) {
     const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
-    return scene.uv(shape, primitive, {u, v});
+    return scene.place(shape, primitive, {u, v});
   }
   // A rectangle, whose first triangle has its first edge from corner to corner and its second along the diagonal.
   const Vec3d corner(mesh.vertices[a]), x = Vec3d(mesh.vertices[b]) - corner, y = Vec3d(mesh.vertices[c]) - corner - x;
   const Vec3d r = p - corner;
-  return {static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))};
+  return {{static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))}};
 }
 
 /// The mean of a texture over a triangle, roughly, and no less than a little: what shines at all must have a chance to
-/// be picked. Without uvs, a triangle's barycentric coordinates serve.
-Spectrum mean_over_triangle(const Texture& texture, const std::vector<Point2f>& uvs,
-                            const Triangle& triangle) noexcept {
-  const bool own = !uvs.empty();
-  const Point2f a = own ? uvs[triangle[0]] : Point2f{0, 0}, b = own ? uvs[triangle[1]] : Point2f{1, 0},
-                c = own ? uvs[triangle[2]] : Point2f{0, 1};
+/// be picked.
+Spectrum mean_over_triangle(const Texture& texture, const Surface& surface, std::uint32_t shape,
+                            std::uint32_t primitive, const Triangle& triangle) noexcept {
+  const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
   Spectrum sum;
   constexpr float kStep = 1.0F / kTriangleSteps;
   for (int i = 0; i < kTriangleSteps; ++i)
     for (int j = 0; j < kTriangleSteps; ++j) {
       float u = (static_cast<float>(i) + 0.5F) * kStep, v = (static_cast<float>(j) + 0.5F) * kStep;
       if (u + v > 1) u = 1 - u, v = 1 - v;
-      const float w = 1 - u - v;
-      sum += eval(texture, {w * a.x + u * b.x + v * c.x, w * a.y + u * b.y + v * c.y});
+      sum += eval(texture, on_triangle({u, v}, shape, primitive, triangle, uvs));
     }
   return sum * (kStep * kStep) + Spectrum(kLeast);
 }
@@ -62,7 +59,7 @@ Spectrum mean_over_square(const Texture& texture) noexcept {
   constexpr float kStep = 1.0F / kSquareSteps;
   for (int i = 0; i < kSquareSteps; ++i)
     for (int j = 0; j < kSquareSteps; ++j)
-      sum += eval(texture, {(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep});
+      sum += eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
   return sum * (kStep * kStep) + Spectrum(kLeast);
 }
 
@@ -97,7 +94,8 @@ void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surf
     const Vec3f &v0 = mesh.vertices[a], &v1 = mesh.vertices[b], &v2 = mesh.vertices[c];
     Spectrum radiance = surface.radiance;
     if (surface.emission != kNone)
-      radiance *= mean_over_triangle(textures[surface.emission], surface.uvs, mesh.triangles[i]);
+      radiance *= mean_over_triangle(textures[surface.emission], surface, static_cast<std::uint32_t>(shape),
+                                     static_cast<std::uint32_t>(i), mesh.triangles[i]);
     add(surface, shape, i, TriangleLight(v0, flipped ? v2 : v1, flipped ? v1 : v2, radiance));
   }
 }
@@ -107,7 +105,7 @@ Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
   const Emitter& emitter = emitters[sample.light];
   const Surface& surface = surfaces[emitter.shape];
   if (surface.emission == kNone) return sample.radiance;
-  return surface.radiance * eval(textures[surface.emission], uv_of(*this, emitter, Vec3d(sample.target.p)));
+  return surface.radiance * eval(textures[surface.emission], place_of(*this, emitter, Vec3d(sample.target.p)));
 }
 
 }  // namespace equaltime

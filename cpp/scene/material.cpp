@@ -1,5 +1,6 @@
 #include "scene/material.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -15,9 +16,9 @@ void set(Bsdf& bsdf, BsdfParameter parameter, const Spectrum& value) noexcept {
 
 float as_weight(float value) noexcept { return std::clamp(value, 0.0F, 1.0F); }
 
-/// What a parameter gets of a texture at uv.
-Spectrum value_for(BsdfParameter parameter, const Texture& texture, Point2f uv) noexcept {
-  return is_number(parameter) ? Spectrum(number(texture, uv)) : eval(texture, uv);
+/// What a parameter gets of a texture.
+Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept {
+  return is_number(parameter) ? Spectrum(number(texture, at)) : eval(texture, at);
 }
 
 bool is_of_azimuth(BsdfParameter p) noexcept {
@@ -30,14 +31,18 @@ std::optional<Spectrum> constant(const Texture& texture) noexcept {
   return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
 }
 
-Bsdf Material::at(const std::vector<Texture>& textures, Point2f uv) const noexcept {
+Bsdf Material::at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
   Bsdf leaf = bsdf;
-  for (const auto& [parameter, texture] : bindings) set(leaf, parameter, value_for(parameter, textures[texture], uv));
+  for (const auto& [parameter, texture, times] : bindings) {
+    Spectrum value = value_for(parameter, textures[texture], place);
+    if (times != kNone) value *= value_for(parameter, textures[times], place);
+    set(leaf, parameter, value);
+  }
   return leaf;
 }
 
-float Material::weight_at(const std::vector<Texture>& textures, Point2f uv) const noexcept {
-  return bindings.empty() ? weight : as_weight(number(textures[bindings.front().texture], uv));
+float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
+  return bindings.empty() ? weight : as_weight(number(textures[bindings.front().texture], place));
 }
 
 std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
@@ -61,14 +66,18 @@ Material make_material(const BsdfDescription& d) {
   return material;
 }
 
-void bind(Material& material, BsdfParameter parameter, std::uint32_t index, const Texture& texture) {
-  if (!constant(texture)) {
-    material.bindings.push_back({parameter, index});
+void bind(Material& material, const TextureBinding& b, const std::vector<Texture>& textures) {
+  const std::uint32_t last = std::max(b.texture, b.times.value_or(0));
+  if (last >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(last) + " to bind");
+  const BsdfParameter parameter = b.parameter;
+  const Texture& texture = textures[b.texture];
+  if (!constant(texture) || b.times) {
+    material.bindings.push_back({parameter, b.texture, b.times.value_or(kNone)});
     material.anisotropic = material.anisotropic || is_of_azimuth(parameter);
   } else if (parameter == BsdfParameter::weight) {
-    material.weight = as_weight(number(texture, {0, 0}));
+    material.weight = as_weight(number(texture, {}));
   } else {
-    set(material.bsdf, parameter, value_for(parameter, texture, {0, 0}));
+    set(material.bsdf, parameter, value_for(parameter, texture, {}));
   }
 }
 
@@ -102,10 +111,9 @@ std::vector<Material> make_materials(const SceneDescription& description, const 
                                      double length_scale) {
   std::vector<Material> materials;
   for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d));
-  for (const auto& [bsdf, parameter, texture] : description.bindings) {
-    if (bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(bsdf) + " to bind to");
-    if (texture >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(texture) + " to bind");
-    bind(materials[bsdf], parameter, texture, textures[texture]);
+  for (const TextureBinding& b : description.bindings) {
+    if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bind to");
+    bind(materials[b.bsdf], b, textures);
   }
   for (const BendDescription& b : description.bends) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");
@@ -124,7 +132,7 @@ std::vector<Texture> make_textures(std::vector<TextureDescription> descriptions)
   for (TextureDescription& d : descriptions) {
     textures.push_back(make_texture(std::move(d)));
     if (const auto color = constant(textures.back()))
-      textures.back() = Checkerboard(*color, number(textures.back(), {0, 0}));
+      textures.back() = Checkerboard(*color, number(textures.back(), {}));
   }
   return textures;
 }

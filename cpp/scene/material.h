@@ -24,6 +24,7 @@ struct Material {
   struct Binding {
     BsdfParameter parameter;
     std::uint32_t texture;
+    std::uint32_t times;  // another that multiplies it, or kNone
   };
 
   enum class Kind : std::uint8_t { leaf, nothing, mixture };
@@ -39,10 +40,10 @@ struct Material {
   std::uint32_t parts[2] = {0, 0};  // of a mixture
   float weight = 0;                 // of the second part, where no texture speaks
 
-  /// The leaf as the textures make it at uv.
-  [[nodiscard]] Bsdf at(const std::vector<Texture>& textures, Point2f uv) const noexcept;
-  /// The share of the second part at uv.
-  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, Point2f uv) const noexcept;
+  /// The leaf as the textures make it at a place.
+  [[nodiscard]] Bsdf at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
+  /// The share of the second part at a place.
+  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
 };
 
 /// One a BSDF of the description. A texture of one colour becomes a constant of the leaf.

@@ -34,6 +34,12 @@ Vec area_vector(const Vec& a, const Vec& b, const Vec& c) {
   return cross(times(e, 1 / largest(e)), times(f, 1 / largest(f)));
 }
 
+void move_face(std::vector<MeshAttributeData>& attributes, std::size_t from, std::size_t to) {
+  for (MeshAttributeData& a : attributes) {
+    if (a.per_face) std::copy_n(a.values.data() + from * a.width, a.width, a.values.data() + to * a.width);
+  }
+}
+
 // Keeps the faces that have an area, in order, and marks the vertices that they use. Returns how many were dropped.
 std::uint64_t keep_real_faces(MeshData& mesh, std::vector<bool>& used, const VertexPlace& place) {
   std::size_t kept = 0;
@@ -43,6 +49,7 @@ std::uint64_t keep_real_faces(MeshData& mesh, std::vector<bool>& used, const Ver
     const Vec corners[3] = {vertex(mesh, face[0]), vertex(mesh, face[1]), vertex(mesh, face[2])};
     const Vec n = area_vector(corners[0], corners[1], corners[2]);
     if (zero(n)) continue;
+    move_face(mesh.attributes, i / 3, kept / 3);
     for (std::size_t k = 0; k < 3; ++k) {
       if (!finite(n) && !finite(corners[k])) throw MeshError(place(face[k]) + " is not finite and a face uses it");
       used[face[k]] = true;
@@ -51,6 +58,9 @@ std::uint64_t keep_real_faces(MeshData& mesh, std::vector<bool>& used, const Ver
   }
   const std::uint64_t dropped = (mesh.faces.size() - kept) / 3;
   mesh.faces.resize(kept);
+  for (MeshAttributeData& a : mesh.attributes) {
+    if (a.per_face) a.values.resize(kept / 3 * a.width);
+  }
   return dropped;
 }
 
@@ -77,6 +87,9 @@ void drop_unused_vertices(MeshData& mesh, const std::vector<bool>& used) {
   keep_rows(mesh.vertices, 3, used);
   keep_rows(mesh.normals, 3, used);
   keep_rows(mesh.uvs, 2, used);
+  for (MeshAttributeData& a : mesh.attributes) {
+    if (!a.per_face) keep_rows(a.values, a.width, used);
+  }
 }
 
 std::size_t repair_normals(MeshData& mesh) {
@@ -113,6 +126,14 @@ std::size_t repair_uvs(MeshData& mesh) {
   return count;
 }
 
+std::size_t repair_attribute(MeshAttributeData& attribute) {
+  std::size_t count = 0;
+  for (double& value : attribute.values) {
+    if (!std::isfinite(static_cast<float>(value))) value = 0, ++count;
+  }
+  return count;
+}
+
 std::string counted(std::uint64_t n, const std::string& noun, const std::string& plural) {
   return std::to_string(n) + " " + (n == 1 ? noun : plural);
 }
@@ -138,6 +159,10 @@ void finish_mesh(MeshData& mesh, const std::filesystem::path& path, std::uint64_
   }
   if (const std::size_t n = repair_uvs(mesh)) {
     warn(counted(n, "vertex has no usable uv and got", "vertices have no usable uv and got") + " (0, 0)");
+  }
+  for (MeshAttributeData& a : mesh.attributes) {
+    if (const std::size_t n = repair_attribute(a))
+      warn(counted(n, "number", "numbers") + " of " + a.name + " not finite in single precision became 0");
   }
 }
 

@@ -12,11 +12,20 @@
 
 namespace equaltime {
 
+// Further numbers of each vertex or face, by Mitsuba's name for them, such as "vertex_color"; finite.
+struct MeshAttributeData {
+  std::string name;
+  std::size_t width = 3;  // numbers a vertex or a face
+  bool per_face = false;
+  std::vector<double> values;
+};
+
 struct MeshData {
   std::vector<double> vertices;       // 3 N
   std::vector<std::uint32_t> faces;   // 3 M, indices into the N vertices
   std::vector<double> normals;        // 3 N, or empty
   std::vector<double> uvs;            // 2 N, or empty
+  std::vector<MeshAttributeData> attributes;
   std::vector<std::string> warnings;  // what was repaired or dropped, counted; without the path
 };
 
@@ -30,8 +39,8 @@ class MeshError : public std::runtime_error {
 using VertexPlace = std::function<std::string(std::uint32_t)>;
 
 // Brings a mesh whose indices are all in range to the promises above: drops degenerate triangles and unused vertices,
-// replaces normals that are missing (NaN), infinite or zero by those of the triangles around them and uvs that are not
-// finite by 0. `dropped` counts the faces with fewer than three corners that the reader left out already. Throws
+// replaces normals that are missing (NaN), infinite or zero by those of the triangles around them, and uvs and attributes
+// that are not finite by 0. `dropped` counts the faces with fewer than three corners that the reader left out already. Throws
 // MeshError if nothing is left or a face uses a vertex that is not finite.
 void finish_mesh(MeshData& mesh, const std::filesystem::path& path, std::uint64_t dropped, const VertexPlace& place);
 

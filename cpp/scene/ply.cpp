@@ -1,23 +1,15 @@
 #include "scene/ply.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <type_traits>
 #include <utility>
 
+#include "scene/ply_columns.h"
 #include "scene/ply_header.h"
 
 namespace equaltime {
 namespace {
-
-// One number of each vertex: which property it is, and where its values go in the mesh.
-struct Column {
-  std::size_t property, byte;  // its place in the element, and in a binary record without lists
-  PlyType type;
-  double* first;
-  std::size_t stride;
-};
 
 class PlyReader {
  public:
@@ -31,10 +23,11 @@ class PlyReader {
       if (element.properties.empty()) continue;
       check_room(element);
       if (&element == vertex_) {
-        prepare_vertices();
+        columns_ = vertex_columns(*vertex_, mesh_);
         vertex_begin_ = bytes_.offset();
         ascii ? ascii_vertices() : element.has_list() ? binary_listed(element) : binary_vertices();
       } else if (&element == face_) {
+        face_columns_ = face_columns(*face_, mesh_, row_);
         mesh_.faces.reserve(3 * static_cast<std::size_t>(std::min(element.count, most_triangles())));
         ascii ? ascii_faces() : binary_listed(element);
       } else {
@@ -67,29 +60,10 @@ class PlyReader {
     return bytes_.remaining() / (ascii ? 8 : size_of(*list.list_count) + 3 * size_of(list.type)) + 1;
   }
 
-  void prepare_vertices() {
-    const auto n = static_cast<std::size_t>(vertex_->count);
-    add_columns(mesh_.vertices, n, {"x", "y", "z"});
-    add_columns(mesh_.normals, n, {"nx", "ny", "nz"});
-    const std::array<std::vector<const char*>, 4> uv_names = {
-        {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
-    for (const auto& names : uv_names) {
-      if (mesh_.uvs.empty()) add_columns(mesh_.uvs, n, names);
-    }
-    std::sort(columns_.begin(), columns_.end(), [](auto& a, auto& b) { return a.property < b.property; });
-  }
-  void add_columns(std::vector<double>& values, std::size_t n, const std::vector<const char*>& names) {
-    for (const char* name : names) {
-      const auto at = vertex_->find(name);
-      if (!at || vertex_->properties[*at].list_count) return;
-    }
-    values.resize(names.size() * n);
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      const std::size_t at = *vertex_->find(names[k]);
-      std::size_t byte = 0;
-      for (std::size_t i = 0; i < at; ++i) byte += size_of(vertex_->properties[i].type);
-      columns_.push_back({at, byte, vertex_->properties[at].type, values.data() + k, names.size()});
-    }
+  // What is kept of an element's numbers; of any but vertices and faces nothing.
+  const std::vector<PlyColumn>& columns_of(const PlyElement& element) const noexcept {
+    static const std::vector<PlyColumn> none;
+    return &element == vertex_ ? columns_ : &element == face_ ? face_columns_ : none;
   }
 
   // ---- binary
@@ -105,11 +79,11 @@ class PlyReader {
     for (std::size_t done = 0, n = 0; done < vertex_->count; done += n) {
       n = std::min(most, static_cast<std::size_t>(vertex_->count) - done);
       need(n * stride, "vertices");
-      for (const Column& column : columns_) copy(column, bytes_.data() + column.byte, stride, done, n);
+      for (const PlyColumn& column : columns_) copy(column, bytes_.data() + column.byte, stride, done, n);
       bytes_.advance(n * stride);
     }
   }
-  void copy(const Column& column, const char* from, std::size_t stride, std::size_t first, std::size_t n) const {
+  void copy(const PlyColumn& column, const char* from, std::size_t stride, std::size_t first, std::size_t n) const {
     with_type(column.type, [&, swap = swap()](auto type) {
       double* to = column.first + first * column.stride;
       for (std::size_t i = 0; i < n; ++i, from += stride, to += column.stride) {
@@ -124,8 +98,9 @@ class PlyReader {
       if (!bytes_.skip(element.count * element.least_bytes())) fail("the file ends within '" + element.name + "'");
       return;
     }
+    const std::vector<PlyColumn>& columns = columns_of(element);
     for (std::uint64_t record = 0; record < element.count; ++record) {
-      auto column = columns_.begin();
+      auto column = columns.begin();
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const PlyProperty& property = element.properties[i];
         if (property.list_count) {
@@ -133,11 +108,12 @@ class PlyReader {
           continue;
         }
         need(size_of(property.type), element.name.c_str());
-        if (&element == vertex_ && column != columns_.end() && column->property == i) {
+        if (column != columns.end() && column->property == i) {
           copy(*column++, bytes_.data(), 0, static_cast<std::size_t>(record), 1);
         }
         bytes_.advance(size_of(property.type));
       }
+      if (!row_.empty()) give_row();
     }
   }
   void binary_list(const PlyProperty& property, bool corners) {
@@ -208,15 +184,18 @@ class PlyReader {
     for (std::int64_t k = 0; k < n; ++k) number(scan, list);
   }
 
+  auto keep(const PlyElement& element, std::uint64_t record) const {
+    const std::vector<PlyColumn>& columns = columns_of(element);
+    return [record, column = columns.begin(), end = columns.end()](std::size_t i, double value) mutable {
+      if (column == end || column->property != i) return;
+      column->first[static_cast<std::size_t>(record) * column->stride] = value, ++column;
+    };
+  }
+
   void ascii_vertices() {
     for (std::uint64_t v = 0; v < vertex_->count; ++v) {
       TextScanner scan = next_line(*vertex_, v);
-      auto column = columns_.begin();
-      const auto scalar = [&](std::size_t i, double value) {
-        if (column == columns_.end() || column->property != i) return;
-        column->first[static_cast<std::size_t>(v) * column->stride] = value, ++column;
-      };
-      ascii_record(scan, *vertex_, scalar,
+      ascii_record(scan, *vertex_, keep(*vertex_, v),
                    [&](std::size_t i, std::int64_t n) { step_over(scan, vertex_->properties[i], n); });
       const double* p = mesh_.vertices.data() + 3 * v;
       if (!std::isfinite(p[0] + p[1] + p[2])) suspects_.push_back({v, lines_.number()});
@@ -225,14 +204,13 @@ class PlyReader {
   void ascii_faces() {
     for (std::uint64_t f = 0; f < face_->count; ++f) {
       TextScanner scan = next_line(*face_, f);
-      ascii_record(
-          scan, *face_, [](std::size_t, double) {},
-          [&](std::size_t i, std::int64_t n) {
-            if (i != indices_) return step_over(scan, face_->properties[i], n);
-            begin_face();
-            for (std::int64_t k = 0; k < n; ++k) add_corner(integer(scan, face_->properties[i]));
-            end_face(static_cast<std::uint64_t>(n));
-          });
+      ascii_record(scan, *face_, keep(*face_, f), [&](std::size_t i, std::int64_t n) {
+        if (i != indices_) return step_over(scan, face_->properties[i], n);
+        begin_face();
+        for (std::int64_t k = 0; k < n; ++k) add_corner(integer(scan, face_->properties[i]));
+        end_face(static_cast<std::uint64_t>(n));
+      });
+      if (!row_.empty()) give_row();
     }
   }
   void ascii_skipped(const PlyElement& element) {
@@ -252,6 +230,15 @@ class PlyReader {
     last_ = vertex, ++corner_;
   }
   void end_face(std::uint64_t corners) noexcept { dropped_ += corners < 3 ? 1 : 0; }
+  // Each new triangle has the attributes of the face that it is of.
+  void give_row() {
+    const double* values = row_.data();
+    for (MeshAttributeData& a : mesh_.attributes) {
+      if (!a.per_face) continue;
+      while (a.values.size() < mesh_.faces.size() / 3 * a.width) a.values.insert(a.values.end(), values, values + a.width);
+      values += a.width;
+    }
+  }
 
   std::string vertex_place(std::uint32_t i) const {
     const auto found = std::find_if(suspects_.begin(), suspects_.end(), [i](auto& s) { return s.first == i; });
@@ -269,7 +256,8 @@ class PlyReader {
   const PlyElement* vertex_;
   const PlyElement* face_;
   std::size_t indices_;  // the property of the faces that lists their vertices
-  std::vector<Column> columns_;
+  std::vector<PlyColumn> columns_, face_columns_;
+  std::vector<double> row_;  // the attributes of the face being read
   std::uint64_t vertex_begin_ = 0, dropped_ = 0, corner_ = 0;
   std::uint32_t first_ = 0, last_ = 0;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> suspects_;  // vertices that are not finite, and their lines

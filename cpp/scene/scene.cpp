@@ -15,18 +15,15 @@ double azimuth(double x, double y) noexcept {
 
 }  // namespace
 
-Point2f Scene::uv(std::uint32_t shape, std::uint32_t primitive, Point2f place) const noexcept {
+TexturePlace Scene::place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept {
   const std::uint32_t mesh = surfaces[shape].mesh;
-  if (mesh == kNone || meshes[mesh].uvs == nullptr) return place;
-  const auto& [a, b, c] = meshes[mesh].triangles[primitive];
-  const Point2f* uvs = meshes[mesh].uvs;
-  const auto [u, v] = place;
-  return {uvs[a].x * (1 - u - v) + uvs[b].x * u + uvs[c].x * v, uvs[a].y * (1 - u - v) + uvs[b].y * u + uvs[c].y * v};
+  if (mesh == kNone) return {on_primitive, shape, primitive};
+  return on_triangle(on_primitive, shape, primitive, meshes[mesh].triangles[primitive], meshes[mesh].uvs);
 }
 
 std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u) const noexcept {
   while (materials[index].kind == Material::Kind::mixture) {
-    const float w = materials[index].weight_at(textures, uv(it));
+    const float w = materials[index].weight_at(textures, place(it));
     const bool second = u < w;
     u = std::min(second ? u / w : (u - w) / (1 - w), kOneMinusEpsilon);
     index = materials[index].parts[second ? 1 : 0];
@@ -37,7 +34,7 @@ std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u)
 float Scene::passing(std::uint32_t index, const Interaction& it) const noexcept {
   const Material& m = materials[index];
   if (m.kind != Material::Kind::mixture || !m.passes) return m.passes ? 1.0F : 0.0F;
-  const float w = m.weight_at(textures, uv(it));
+  const float w = m.weight_at(textures, place(it));
   return (1 - w) * passing(m.parts[0], it) + w * passing(m.parts[1], it);
 }
 

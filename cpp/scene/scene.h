@@ -72,21 +72,24 @@ struct Scene {
     if constexpr (E.normal_maps)
       if (material.bend) bend(*material.bend, it);
     if constexpr (E.textures)
-      if (!material.bindings.empty()) return own.emplace(material.at(textures, uv(it)));
+      if (!material.bindings.empty()) return own.emplace(material.at(textures, place(it)));
     return material.bsdf;
   }
   [[nodiscard]] Derivatives derivatives(const Interaction& it) const noexcept;
   /// Bends the shading frame of the interaction.
   void bend(const Bend& bend, Interaction& it) const noexcept;
-  /// Texture coordinates of a point of a textured surface. A mesh that has none takes its triangles' barycentric ones.
-  [[nodiscard]] Point2f uv(const Interaction& it) const noexcept { return uv(it.shape, it.primitive, it.place); }
-  [[nodiscard]] Point2f uv(std::uint32_t shape, std::uint32_t primitive, Point2f place) const noexcept;
+  /// Where textures are looked up for a point of a textured surface. A mesh that has no texture coordinates takes its
+  /// triangles' barycentric ones.
+  [[nodiscard]] TexturePlace place(const Interaction& it) const noexcept {
+    return place(it.shape, it.primitive, it.place);
+  }
+  [[nodiscard]] TexturePlace place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept;
   /// What the front of an emissive surface sends back along the ray.
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
     if constexpr (E.textures)
-      if (surface.emission != kNone) return surface.radiance * eval(textures[surface.emission], uv(it));
+      if (surface.emission != kNone) return surface.radiance * eval(textures[surface.emission], place(it));
     return surface.radiance;
   }
   /// What an area light sends from a point of it.

@@ -104,8 +104,8 @@ Spectrum Bitmap::look_up(Point2f place, Decode decode) const noexcept {
          (decode(lower + left) * (1 - x) + decode(lower + right) * x) * y;
 }
 
-Spectrum Bitmap::eval(Point2f uv) const noexcept {
-  const Point2f place = to_uv_(uv);
+Spectrum Bitmap::eval(const TexturePlace& at) const noexcept {
+  const Point2f place = to_uv_(at.uv);
   const std::byte* first = texels_.data();
   if (format_ == TexelFormat::u8 && channels_ == 3)
     return look_up(place, [&](std::size_t i) noexcept {
@@ -116,9 +116,9 @@ Spectrum Bitmap::eval(Point2f uv) const noexcept {
   return look_up(place, [&](std::size_t i) noexcept { return texel(i); });
 }
 
-Point2f Bitmap::gradient(Point2f uv) const noexcept {
+Point2f Bitmap::gradient(const TexturePlace& at) const noexcept {
   if (filter_ == TextureFilter::nearest) return {0, 0};
-  const Point2f place = to_uv_(uv);
+  const Point2f place = to_uv_(at.uv);
   const auto [left, right, x] = neighbours(place.x, width_, wrap_);
   const auto [top, bottom, y] = neighbours(place.y, height_, wrap_);
   const auto height = [&](std::size_t row, std::size_t column) noexcept {
@@ -162,8 +162,39 @@ std::optional<Spectrum> Checkerboard::constant() const noexcept {
   return colors_[0] == colors_[1] ? std::optional(colors_[0]) : std::nullopt;
 }
 
+void MeshAttribute::add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces) {
+  if (values.width != 1 && values.width != 3) throw std::invalid_argument("an attribute has 1 or 3 numbers");
+  if (values.values.size() != (values.per_face ? faces : vertices) * values.width)
+    throw std::invalid_argument("an attribute has a value for each vertex, or for each face");
+  for (const float value : values.values)
+    if (!std::isfinite(value)) throw std::invalid_argument("a value of an attribute is not finite in single precision");
+  if (of_shape_.size() <= shape) of_shape_.resize(shape + 1, kNone);
+  of_shape_[shape] = static_cast<std::uint32_t>(values_.size());
+  values_.push_back(std::move(values));
+}
+
+Spectrum MeshAttribute::eval(const TexturePlace& place) const noexcept {
+  if (place.shape >= of_shape_.size() || of_shape_[place.shape] == kNone) return {};
+  const AttributeValues& own = values_[of_shape_[place.shape]];
+  const auto value = [&](std::uint32_t i) noexcept {
+    const float* v = &own.values[std::size_t{i} * own.width];
+    return own.width == 1 ? Spectrum(v[0]) : Spectrum(v[0], v[1], v[2]);
+  };
+  if (own.per_face) return value(place.primitive);
+  const auto& [a, b, c] = place.corners;
+  const auto [u, v] = place.barycentric;
+  return value(a) * (1 - u - v) + value(b) * u + value(c) * v;
+}
+
+std::size_t MeshAttribute::memory_bytes() const noexcept {
+  std::size_t bytes = sizeof(*this) + of_shape_.size() * sizeof(std::uint32_t);
+  for (const AttributeValues& own : values_) bytes += sizeof(own) + own.values.size() * sizeof(float);
+  return bytes;
+}
+
 Texture make_texture(TextureDescription description) {
   if (auto* bitmap = std::get_if<BitmapDescription>(&description)) return Bitmap(std::move(*bitmap));
+  if (std::holds_alternative<MeshAttributeDescription>(description)) return MeshAttribute();
   return Checkerboard(std::get<CheckerboardDescription>(description));
 }
 

@@ -1,5 +1,5 @@
-// Textures: a colour for every (u, v). Bitmaps keep the precision of their file in memory and are decoded as they are
-// looked up: bilinear between texel centres, or the nearest texel.
+// Textures: a colour for every (u, v), or what a mesh says of itself at a point. Bitmaps keep the precision of their file
+// in memory and are decoded as they are looked up: bilinear between texel centres, or the nearest texel.
 #pragma once
 
 #include <array>
@@ -9,9 +9,30 @@
 
 #include "math/spectrum.h"
 #include "sampling/sampler.h"
+#include "scene/interaction.h"
 #include "scene/texture_description.h"
 
 namespace equaltime {
+
+/// Where on a surface a texture is looked up.
+struct TexturePlace {
+  Point2f uv;
+  std::uint32_t shape = kNone, primitive = 0;
+  std::array<std::uint32_t, 3> corners{};  // on a mesh: the vertices of the triangle, and where in it the point is
+  Point2f barycentric{};
+};
+
+/// The place of a point of a triangle, whose vertices have texture coordinates or none (null).
+[[nodiscard]] inline TexturePlace on_triangle(Point2f barycentric, std::uint32_t shape, std::uint32_t primitive,
+                                              const std::array<std::uint32_t, 3>& corners,
+                                              const Point2f* uvs) noexcept {
+  if (uvs == nullptr) return {barycentric, shape, primitive, corners, barycentric};
+  const auto& [a, b, c] = corners;
+  const auto [u, v] = barycentric;
+  const float w = 1 - u - v;
+  return {{uvs[a].x * w + uvs[b].x * u + uvs[c].x * v, uvs[a].y * w + uvs[b].y * u + uvs[c].y * v},
+          shape, primitive, corners, barycentric};
+}
 
 /// The affine map from a surface's uv to a texture's, in float32.
 class UvMap {
@@ -34,11 +55,11 @@ class Bitmap {
   /// Throws std::invalid_argument if the texels are not as many as the size says, or one of them is not finite.
   explicit Bitmap(BitmapDescription description);
 
-  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept;
+  [[nodiscard]] Spectrum eval(const TexturePlace& at) const noexcept;
   /// How the luminance changes with u and v; not at all between the steps of nearest texels.
-  [[nodiscard]] Point2f gradient(Point2f uv) const noexcept;
+  [[nodiscard]] Point2f gradient(const TexturePlace& at) const noexcept;
   /// One number for a colour: its luminance.
-  [[nodiscard]] float number(Point2f uv) const noexcept { return eval(uv).luminance(); }
+  [[nodiscard]] float number(const TexturePlace& at) const noexcept { return eval(at).luminance(); }
   /// The colour, if it is the same everywhere.
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof(*this) + texels_.size(); }
@@ -65,10 +86,10 @@ class Checkerboard {
   Checkerboard(const Spectrum& color, float number) noexcept
       : to_uv_(kSameUv), colors_{color, color}, numbers_{number, number} {}
 
-  [[nodiscard]] Spectrum eval(Point2f uv) const noexcept { return colors_[square_at(uv)]; }
+  [[nodiscard]] Spectrum eval(const TexturePlace& at) const noexcept { return colors_[square_at(at.uv)]; }
   /// One number for a colour: its mean, as Mitsuba has it here.
-  [[nodiscard]] float number(Point2f uv) const noexcept { return numbers_[square_at(uv)]; }
-  [[nodiscard]] static Point2f gradient(Point2f) noexcept { return {0, 0}; }
+  [[nodiscard]] float number(const TexturePlace& at) const noexcept { return numbers_[square_at(at.uv)]; }
+  [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(Checkerboard); }
 
@@ -81,20 +102,38 @@ class Checkerboard {
   float numbers_[2];
 };
 
-using Texture = std::variant<Bitmap, Checkerboard>;
+/// What meshes say of themselves: each shape has its own numbers, of its vertices or its faces, or is black.
+class MeshAttribute {
+ public:
+  /// Throws std::invalid_argument unless there is one value, finite, for each of so many vertices or faces.
+  void add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces);
+  [[nodiscard]] Spectrum eval(const TexturePlace& place) const noexcept;
+  /// One number for a colour: its luminance.
+  [[nodiscard]] float number(const TexturePlace& place) const noexcept { return eval(place).luminance(); }
+  [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
+  [[nodiscard]] static std::optional<Spectrum> constant() noexcept { return std::nullopt; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  std::vector<std::uint32_t> of_shape_;  // which of the values, by shape
+  std::vector<AttributeValues> values_;
+};
+
+using Texture = std::variant<Bitmap, Checkerboard, MeshAttribute>;
 
 [[nodiscard]] Texture make_texture(TextureDescription description);
 
-[[nodiscard]] inline Spectrum eval(const Texture& texture, Point2f uv) noexcept {
-  if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(uv);
-  return std::get_if<Checkerboard>(&texture)->eval(uv);
+[[nodiscard]] inline Spectrum eval(const Texture& texture, const TexturePlace& at) noexcept {
+  if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(at);
+  if (const auto* checkerboard = std::get_if<Checkerboard>(&texture)) return checkerboard->eval(at);
+  return std::get_if<MeshAttribute>(&texture)->eval(at);
 }
 
-[[nodiscard]] inline float number(const Texture& texture, Point2f uv) noexcept {
-  return std::visit([&](const auto& t) noexcept { return t.number(uv); }, texture);
+[[nodiscard]] inline float number(const Texture& texture, const TexturePlace& at) noexcept {
+  return std::visit([&](const auto& t) noexcept { return t.number(at); }, texture);
 }
-[[nodiscard]] inline Point2f gradient(const Texture& texture, Point2f uv) noexcept {
-  return std::visit([&](const auto& t) noexcept { return t.gradient(uv); }, texture);
+[[nodiscard]] inline Point2f gradient(const Texture& texture, const TexturePlace& at) noexcept {
+  return std::visit([&](const auto& t) noexcept { return t.gradient(at); }, texture);
 }
 
 }  // namespace equaltime

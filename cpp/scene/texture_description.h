@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -35,13 +36,24 @@ struct CheckerboardDescription {
   Vec3d color0, color1;
   UvTransform to_uv = kSameUv;
 };
-using TextureDescription = std::variant<BitmapDescription, CheckerboardDescription>;
+/// What each mesh says of itself, vertex by vertex or face by face: see MeshDescription::attributes.
+struct MeshAttributeDescription {};
+using TextureDescription = std::variant<BitmapDescription, CheckerboardDescription, MeshAttributeDescription>;
+
+/// The values of a mesh for a texture that is a MeshAttributeDescription.
+struct AttributeValues {
+  std::uint32_t texture;
+  std::uint32_t width = 3;    // numbers a vertex or a face: 1 or 3
+  bool per_face = false;      // else they are interpolated between the vertices
+  std::vector<float> values;  // width of each vertex or face in order
+};
 
 /// A parameter of a BSDF that a texture gives, in place of the constant in the BSDF's own description.
 struct TextureBinding {
   std::uint32_t bsdf;
   BsdfParameter parameter;
   std::uint32_t texture;
+  std::optional<std::uint32_t> times = {};  // another texture that multiplies it
 };
 
 /// A texture that multiplies the radiance of a shape, point by point.

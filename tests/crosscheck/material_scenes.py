@@ -9,11 +9,12 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from .feature_scenes import (
+from .scene_parts import (
     Dict,
     at,
     ball,
     box,
+    colored,
     floor,
     icosahedron,
     lamp,
@@ -43,6 +44,10 @@ def picture(path: Path, width: int = 7, height: int = 5, channels: int = 3) -> P
 
 def bitmap(path: Path, **extra: Any) -> Dict:
     return {"type": "bitmap", "filename": str(path), **extra}
+
+
+def attribute(name: str, scale: float = 1.0) -> Dict:
+    return {"type": "mesh_attribute", "name": name, "scale": scale}
 
 
 def uv(*rows: list[float]) -> Any:
@@ -154,7 +159,7 @@ def screens(texture: Dict) -> Dict:
     )
 
 
-EVERYDAY_MATERIALS = ("a bitmap on every shape", "a mask of a bitmap")
+EVERYDAY_MATERIALS = ("a bitmap on every shape", "a mask of a bitmap", "colours of vertices")
 
 MATERIALS: dict[str, Callable[[Path], Dict]] = {
     "a bitmap on every shape": lambda folder: shapes(bitmap(picture(folder / "picture.png"))),
@@ -184,6 +189,18 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
     ),
     "a bitmap on a mesh without coordinates": lambda folder: mesh(
         icosahedron(folder / "mesh.ply"), painted(bitmap(picture(folder / "picture.png")))
+    ),
+    "colours of vertices": lambda folder: mesh(
+        colored(folder / "mesh.ply"), painted(attribute("vertex_color")), face_normals=True
+    ),
+    "colours of faces": lambda folder: mesh(
+        colored(folder / "mesh.ply"), painted(attribute("face_p_color", 0.8)), face_normals=True
+    ),
+    "a metal as rough as its vertices say": lambda folder: mesh(
+        colored(folder / "mesh.ply"), metal("roughconductor", alpha=attribute("vertex_w", 0.5)), face_normals=True
+    ),
+    "a mask of numbers of faces": lambda folder: mesh(
+        colored(folder / "mesh.ply"), masked(attribute("face_q")), face_normals=True
     ),
     "a metal of textured colour and roughness": lambda folder: scene(
         *(floor(), lamp(), window(), {"type": "constant", "radiance": 0.3}),

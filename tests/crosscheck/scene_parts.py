@@ -152,6 +152,19 @@ def icosahedron(path: Path, normals: bool = False, uvs: bool = False) -> Path:
     return path
 
 
+def colored(path: Path) -> Path:
+    """Write the mesh with colours of its vertices and other ones, and a number, of its faces."""
+    lines = icosahedron(path).read_text().splitlines()
+    first, face, end = (lines.index(line) for line in ("property float x", "element face 20", "end_header"))
+    numbers = np.random.default_rng(5).uniform(0.05, 0.95, (len(lines), 4)).round(3)
+    extra = [" ".join(map(str, row)) for row in numbers]
+    records = [f"{line} {more}" for line, more in zip(lines[end + 1 :], extra, strict=False)]
+    header = [*lines[: first + 3], *(f"property float {c}" for c in ("r", "g", "b", "w_0")), *lines[face:end]]
+    header += [f"property float {c}" for c in ("p_r", "p_g", "p_b", "q_0")]
+    path.write_text("\n".join([*header, "end_header", *records]) + "\n")
+    return path
+
+
 def mesh(path: Path, bsdf: Dict | None = None, **extra: Any) -> Dict:
     shape = {"type": path.suffix[1:], "filename": str(path), "to_world": at(0, 0, 0, 0.5, 50)}
     return scene(floor(), lamp(), window(), shape | {"bsdf": bsdf or {"type": "diffuse"}} | extra)

@@ -58,6 +58,9 @@ def test_every_kind_of_mesh_is_read(tmp_path: Path, version: int, precision: int
     assert (mesh.normals is not None, mesh.uvs is not None) == (bool(extra & NORMALS), bool(extra & UVS))
     if mesh.normals is not None:
         np.testing.assert_array_equal(mesh.normals, np.tile([0.25, 0.5, 1.0], (4, 1)))
+    assert {name: values.tolist() for name, values in mesh.attributes.items()} == (
+        {"vertex_color": [[0.25, 0.5, 1.0]] * 4} if extra & COLORS else {}
+    )
 
 
 @pytest.mark.parametrize("version", [3, 4])

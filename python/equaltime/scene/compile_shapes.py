@@ -58,10 +58,13 @@ class Shapes:
         turned = shape.bsdf is not None and turns(shape.bsdf)
         front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back, turned)
         radiance = placed.sides.radiance
-        if not isinstance(radiance, Bitmap | Checkerboard | MeshAttribute):
-            return _add_surface(self._builder, placed, front, back, radiance)
-        index = _add_surface(self._builder, placed, front, back, WHITE)
-        self._builder.bind_radiance(index, self._textures.index(radiance))
+        if isinstance(radiance, Bitmap | Checkerboard | MeshAttribute):
+            index = _add_surface(self._builder, placed, front, back, WHITE)
+            self._builder.bind_radiance(index, self._textures.index(radiance))
+        else:
+            index = _add_surface(self._builder, placed, front, back, radiance)
+        attributes = placed.attributes if isinstance(placed, MeshSurface) else {}
+        self._textures.hand_over(index, attributes, shape.nodes())
         return index
 
 

@@ -6,9 +6,14 @@ name.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
-from equaltime.scene.model import Bitmap, Bsdf, Checkerboard, Color, MeshAttribute, Texture, TexturePlugin
+from equaltime.scene.model import Bitmap, Bsdf, Checkerboard, Color, MeshAttribute, Plugin, Texture, TexturePlugin
 from equaltime.scene.unsupported import Unsupported, constant
 
 __all__ = ["Textures", "color", "number"]
@@ -24,6 +29,8 @@ class Textures:
 
     def index(self, texture: Texture) -> int:
         """Return the core's index of `texture`; raises ValueError if its file cannot be used."""
+        if isinstance(texture, MeshAttribute) and texture.times is not None:
+            raise Unsupported(texture, "'times' of a 'mesh_attribute' is for parameters of BSDFs that are no weights")
         nameless = texture.model_copy(update={"id": None})
         if nameless not in self._known:
             self._known[nameless] = self._add(texture)
@@ -33,8 +40,23 @@ class Textures:
         """Bind those parameters of `bsdf`, the core's `index`, that are textures."""
         for name in type(bsdf).model_fields:
             value = getattr(bsdf, name)
-            if isinstance(value, Bitmap | Checkerboard | MeshAttribute):
+            if isinstance(value, MeshAttribute) and value.times is not None:
+                self._builder.bind(index, name, self.index(_alone(value)), self.index(value.times))
+            elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
                 self._builder.bind(index, name, self.index(value))
+
+    def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
+        """Give the textures among `wanted` that look at attributes of a mesh, the core's `shape`, what it has of them.
+
+        Raises `Unsupported` for one that the mesh has not.
+        """
+        looked_at = {self.index(_alone(node)): node for node in wanted if isinstance(node, MeshAttribute)}
+        for index, texture in looked_at.items():
+            values = attributes.get(texture.name)
+            if values is None:
+                raise Unsupported(texture, f"the shape has no attribute '{texture.name}'{_what_there_is(attributes)}")
+            per_face = texture.name.startswith("face_")
+            self._builder.set_attribute(shape, index, texture.scale * values, per_face=per_face)
 
     def _add(self, texture: Texture) -> int:
         if isinstance(texture, Bitmap):
@@ -49,7 +71,16 @@ class Textures:
         if isinstance(texture, Checkerboard):
             colors = constant(texture.color0), constant(texture.color1)
             return self._builder.add_checkerboard(*colors, to_uv=texture.uv_rows)
-        raise Unsupported(texture)
+        return self._builder.add_mesh_attribute()
+
+
+def _alone(texture: MeshAttribute) -> MeshAttribute:
+    """Return the attribute without what multiplies it."""
+    return texture.model_copy(update={"times": None})
+
+
+def _what_there_is(attributes: Mapping[str, object]) -> str:
+    return f"; it has {', '.join(map(repr, attributes))}" if attributes else ""
 
 
 def color(value: Texture | Color) -> Color:

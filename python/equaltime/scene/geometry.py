@@ -14,8 +14,8 @@ Radiance leaves the front side only. A side whose BSDF is None absorbs everythin
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,8 @@ class MeshSurface:
     """(N, 3) unit shading normals on the front side; None for flat faces"""
     uvs: Array | None = None
     """(N, 2)"""
+    attributes: Mapping[str, Array] = field(default_factory=dict)
+    """By Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,7 +200,7 @@ def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> Mes
     uvs = data.uvs
     if shape.flip_tex_coords and uvs is not None:
         uvs = np.column_stack([uvs[:, 0], 1.0 - uvs[:, 1]])
-    return MeshSurface(sides, vertices, faces, normals, uvs)
+    return MeshSurface(sides, vertices, faces, normals, uvs, data.attributes)
 
 
 def _sides(shape: Solid) -> Sides:

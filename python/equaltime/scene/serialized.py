@@ -120,9 +120,8 @@ def _mesh(stream: _Inflated, path: Path, version: int) -> _core.MeshData:
     vertices = stream.rows(count, 3, real, "vertices").astype(np.float64)
     normals = stream.rows(count, 3, real, "normals").astype(np.float64) if flags & HAS_NORMALS else None
     uvs = stream.rows(count, 2, real, "texture coordinates").astype(np.float64) if flags & HAS_UVS else None
-    if flags & HAS_COLORS:
-        stream.rows(count, 3, real, "vertex colours")
+    colors = {"vertex_color": stream.rows(count, 3, real, "vertex colours")} if flags & HAS_COLORS else {}
     corners = stream.rows(faces, 3, "<u8" if count > 0xFFFFFFFF else "<u4", "triangles")
     if corners.size and int(corners.max()) >= count:
         raise _fail(path, f"a triangle names vertex {int(corners.max())}: the mesh has {count}, counted from 0")
-    return _core.finished_mesh(path, vertices, corners.astype(np.uint32, copy=False), normals, uvs)
+    return _core.finished_mesh(path, vertices, corners.astype(np.uint32, copy=False), normals, uvs, colors)

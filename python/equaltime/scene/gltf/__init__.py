@@ -9,8 +9,7 @@ in the file                here
 primitives                 `gltf` shapes; triangles, strips, fans; flat where there are no normals; points and lines
                            are told and left out
 skins, morph targets       as the file's nodes stand, with the mesh's own weights
-COLOR_0                    a bitmap of four texels a triangle that interpolates alike, times the base colour; *not
-                           used where the material has textures*, and without its opacity
+COLOR_0                    `mesh_attribute`, times the base colour; *its opacity is not used*
 nodes                      ``to_world``; what is scaled to nothing is left out; animations stand still
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has
                            everything in view

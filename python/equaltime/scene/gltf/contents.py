@@ -13,7 +13,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.gltf.colors import color_texels, with_color_uvs
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.meshes import Source, read
 from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
@@ -23,9 +22,7 @@ from equaltime.scene.gltf.textures import bake
 __all__ = ["Contents", "split"]
 
 _NAME: Final = re.compile(r"(.*\.(?:gltf|glb))#(.*)", re.IGNORECASE | re.DOTALL)
-_PRIMITIVE: Final = re.compile(
-    r"/(meshes|nodes)/(\d{1,9})/primitives/(\d{1,9})(?:/(mirrored|unmirrored|colored|colors))?"
-)
+_PRIMITIVE: Final = re.compile(r"/(meshes|nodes)/(\d{1,9})/primitives/(\d{1,9})(?:/(mirrored|unmirrored))?")
 _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
@@ -52,7 +49,7 @@ class Contents:
     def sha256(self, fragment: str) -> str:
         """Return the SHA-256 of a primitive's or a bitmap's data, in hexadecimal digits; raises ValueError."""
         arrays: tuple[NDArray[Any] | None, ...]
-        if _PRIMITIVE.fullmatch(fragment) and not fragment.endswith("/colors"):
+        if _PRIMITIVE.fullmatch(fragment):
             mesh = self.mesh(fragment)
             arrays = (mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, mesh.colors)
         else:
@@ -70,7 +67,7 @@ class Contents:
             return self._mesh(fragment)
 
     def bitmap(self, fragment: str) -> Texels:
-        """Return the bitmap of a parameter, ``/materials/M/name``, or of a primitive's colours; raises ValueError."""
+        """Return the bitmap of a parameter, ``/materials/M/name``; raises ValueError."""
         with self._told():
             return self._bitmap(fragment)
 
@@ -86,7 +83,7 @@ class Contents:
         found, part = self._primitive(fragment)
         if part in ("mirrored", "unmirrored"):
             return replace(found, faces=found.faces[mirrored_uvs(found) == (part == "mirrored")])
-        return with_color_uvs(found) if part == "colored" else found
+        return found
 
     def _primitive(self, fragment: str) -> tuple[Triangles, str | None]:
         """Return the whole primitive that a name is about, and the end of the name."""
@@ -99,8 +96,6 @@ class Contents:
         return found, match[4]
 
     def _bitmap(self, fragment: str) -> Texels:
-        if fragment.endswith("/colors"):
-            return color_texels(self._primitive(fragment)[0])
         match = _BITMAP.fullmatch(fragment)
         try:
             if match is None:

@@ -18,14 +18,15 @@ PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
 )
 BLACK: Final = (0.0, 0.0, 0.0)
+COLORED: Final = "_colored"
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
     """What of a mesh its BSDF depends on."""
 
-    colors: str
-    """The name of its bitmap of vertex colours; empty if it has none."""
+    colored: bool
+    """Its vertices have colours."""
     mirrored: bool
     """It shows its textures in a mirror, which turns normal maps over."""
 
@@ -76,7 +77,7 @@ class Materials:
         for note in seen.notes:
             self._document.note(note, place.path)
         name = "material" if material is None else f"material_{material}"
-        name += variant.colors.replace("/", "_") + (MIRRORED if variant.mirrored else "")
+        name += (COLORED if variant.colored else "") + (MIRRORED if variant.mirrored else "")
         layers = self._layers(seen, material, variant, place)
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 
@@ -86,7 +87,7 @@ class Materials:
         if seen.unlit:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
-            bsdf = self._principled(seen, material, variant.colors, place)
+            bsdf = self._principled(seen, material, variant.colored, place)
         if "normal" in slots and not seen.unlit:
             name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
@@ -95,31 +96,34 @@ class Materials:
         if seen.two_sided and "spec_trans" not in slots and not seen.unlit:
             bsdf = plant("bsdf", "twosided", place, bsdf=bsdf)
         if "transmission" in slots:
-            bsdf = self._thin(seen, material, bsdf, place)
+            bsdf = self._thin(seen, material, variant.colored, bsdf, place)
         if "opacity" in slots:
             bsdf = plant("bsdf", "mask", place, opacity=self._number(material, "opacity", slots["opacity"]), bsdf=bsdf)
         return bsdf
 
-    def _principled(self, seen: SurfaceLook, material: int | None, colors: str, place: Place) -> Object:
+    def _principled(self, seen: SurfaceLook, material: int | None, colored: bool, place: Place) -> Object:
         result = plant("bsdf", "principled", place, eta=seen.eta)
         for name in PRINCIPLED:
             if (slot := seen.slots.get(name)) is None:
                 continue
             if name == "base_color":
-                add(result, name, self._base_color(material, slot, colors, place))
+                add(result, name, self._base_color(material, slot, colored, place))
             else:
                 add(result, name, self._number(material, name, slot))
         return result
 
-    def _base_color(self, material: int | None, slot: Slot, colors: str, place: Place) -> object:
-        if colors:
-            name = f"{self._document.name}#{colors}"
-            return plant("texture", "bitmap", place, filename=name, raw=True, wrap_mode="clamp")
-        return self._color(material, "base_color", slot)
+    def _base_color(self, material: int | None, slot: Slot, colored: bool, place: Place) -> object:
+        """Return the base colour; a constant one is in the colours of the vertices (`meshes.read`)."""
+        if not colored:
+            return self._color(material, "base_color", slot)
+        result = plant("texture", "mesh_attribute", place, name="vertex_color")
+        if slot.texture is not None:
+            add(result, "times", self._texture(material, "base_color", slot))
+        return result
 
-    def _thin(self, seen: SurfaceLook, material: int | None, bsdf: Object, place: Place) -> Object:
+    def _thin(self, seen: SurfaceLook, material: int | None, colored: bool, bsdf: Object, place: Place) -> Object:
         """Return what lets a part of the light pass straight on, dyed by the base colour."""
-        color = self._color(material, "base_color", seen.slots["base_color"])
+        color = self._base_color(material, seen.slots["base_color"], colored, place)
         glass = plant("bsdf", "thindielectric", place, int_ior=seen.eta, ext_ior=1.0, specular_transmittance=color)
         weight = self._number(material, "transmission", seen.slots["transmission"])
         result = plant("bsdf", "blendbsdf", place, weight=weight)

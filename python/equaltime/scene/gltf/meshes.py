@@ -31,7 +31,7 @@ class Source:
 def read(document: Document, source: Source) -> Triangles | None:
     """Return a primitive, or None if there is none; raises `Malformed`.
 
-    Colours of vertices are multiplied by the base colour of the material.
+    Colours of vertices are multiplied by the base colour of the material, unless that is a texture, which has it.
     """
     gltf, mesh = document.gltf, _mesh(document, source)
     if mesh is None or source.primitive >= len(gltf.meshes[mesh].primitives):
@@ -42,7 +42,7 @@ def read(document: Document, source: Source) -> Triangles | None:
     if source.owner == "nodes":
         vertices, normals = skinned(document, source.index, primitive, found.vertices, found.normals)
         found = replace(found, vertices=vertices, normals=normals)
-    if found.colors is not None:
+    if found.colors is not None and seen.slots["base_color"].texture is None:
         found = replace(found, colors=found.colors * (*seen.slots["base_color"].factor, 1.0))
     return found
 

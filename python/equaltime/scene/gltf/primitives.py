@@ -36,6 +36,11 @@ class Triangles:
     """(N, 4) linear RGB and opacity: COLOR_0"""
     warnings: list[str]
 
+    @property
+    def attributes(self) -> dict[str, Array]:
+        """The colours (N, 3), by Mitsuba's name."""
+        return {} if self.colors is None else {"vertex_color": self.colors[:, :3]}
+
 
 def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Triangles:
     """Return a primitive with the texture coordinates of one set; raises `Malformed`.

@@ -99,16 +99,11 @@ class Shapes:
         except Malformed:  # told where the mesh itself is read
             pass
         colored = colors is not None and bool((colors[:, :3] != 1.0).any())
-        if colored and any(slot.texture is not None for slot in seen.slots.values()):
-            self._document.note("COLOR_0 is not used where the material has textures", self._place_of(mesh, p).path)
-        elif colored:
-            yield _Part("/colored", Variant(f"{Source('meshes', mesh, p)}/colors", False))
-            return
         if mirrored.any() and not mirrored.all():
-            yield _Part("/unmirrored", Variant("", False))
-            yield _Part("/mirrored", Variant("", True))
+            yield _Part("/unmirrored", Variant(colored, False))
+            yield _Part("/mirrored", Variant(colored, True))
         else:
-            yield _Part("", Variant("", bool(mirrored.any())))
+            yield _Part("", Variant(colored, bool(mirrored.any())))
 
     def _copies(self, at: Placed) -> Iterator[_Copy]:
         """Yield the copies of a node's mesh, but for those that have no volume left."""
@@ -166,7 +161,7 @@ class Shapes:
             if seen:
                 self._seen.append((source, copy.to_world))
             for part in self._split(copy.mesh, p):
-                variant = Variant(part.variant.colors, part.variant.mirrored != turned)
+                variant = Variant(part.variant.colored, part.variant.mirrored != turned)
                 yield self._shape(
                     f"{source}{part.suffix}", primitive, variant, copy.to_world, self._place_of(copy.mesh, p)
                 )

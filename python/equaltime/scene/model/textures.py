@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.values import (
@@ -78,13 +78,24 @@ class Checkerboard(OnUv):
     color1: CoefficientTexture = (0.2, 0.2, 0.2)
 
 
+def _of_vertices_or_faces(name: str) -> str:
+    if not name.startswith(("vertex_", "face_")):
+        raise ValueError("must begin with 'vertex_' or 'face_', as 'vertex_color' does")
+    return name
+
+
 class MeshAttribute(TexturePlugin):
-    """An attribute of the mesh, such as vertex colours, interpolated over its triangles."""
+    """An attribute of the mesh, such as colours: of its vertices, interpolated, or of its faces."""
 
     type: Literal["mesh_attribute"] = "mesh_attribute"
-    name: str
-    """``vertex_...`` or ``face_...``: the attribute's name in the mesh."""
+    name: Annotated[str, AfterValidator(_of_vertices_or_faces)]
+    """What it is called in the mesh. ``r, g, b`` and ``red, green, blue`` of a PLY file are ``vertex_color`` or
+    ``face_color``, ``p_r, p_g, p_b`` ``vertex_p_color``, ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` ``vertex_p``; the
+    colours of a serialized mesh and of glTF are ``vertex_color``."""
     scale: float = 1.0
+    """What its numbers are multiplied by; whole ones are taken as they are, so that bytes want 1/255."""
+    times: Bitmap | Checkerboard | None = None
+    """A texture that multiplies it, which is an extension to Mitsuba, for parameters of BSDFs."""
 
 
 Texture = Annotated[Bitmap | Checkerboard | MeshAttribute, Field(discriminator="type")]
