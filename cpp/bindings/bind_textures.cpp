@@ -129,7 +129,9 @@ void bind_textures(py::class_<SceneDescription>& builder) {
       .def(
           "bind",
           [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture,
-             std::optional<std::uint32_t> times) { d.bindings.push_back({bsdf, parameter(name), texture, times}); },
+             std::optional<std::uint32_t> times) {
+            d.bindings.push_back({bsdf, parameter(name), texture, times});
+          },
           "bsdf"_a, "parameter"_a, "texture"_a, "times"_a = py::none());
 }
 

@@ -25,10 +25,14 @@ template <auto E>
   Interaction at = it;
   std::optional<Bsdf> own;
   return visit<E>(scene.bsdf<E>(material, at, own), [&](const auto& model) noexcept -> Spectrum {
-    if constexpr (requires { model.diffuse_reflectance; }) return model.diffuse_reflectance;
-    else if constexpr (requires { model.base_color; }) return model.base_color;
-    else if constexpr (requires { model.reflectance; }) return model.reflectance;
-    else return model.eval(at.frame.to_local(at.wo), {0, 0, 1}, at.front).f * std::numbers::pi_v<float>;
+    if constexpr (requires { model.diffuse_reflectance; })
+      return model.diffuse_reflectance;
+    else if constexpr (requires { model.base_color; })
+      return model.base_color;
+    else if constexpr (requires { model.reflectance; })
+      return model.reflectance;
+    else
+      return model.eval(at.frame.to_local(at.wo), {0, 0, 1}, at.front).f * std::numbers::pi_v<float>;
   });
 }
 

@@ -21,10 +21,10 @@ struct MeshAttributeData {
 };
 
 struct MeshData {
-  std::vector<double> vertices;       // 3 N
-  std::vector<std::uint32_t> faces;   // 3 M, indices into the N vertices
-  std::vector<double> normals;        // 3 N, or empty
-  std::vector<double> uvs;            // 2 N, or empty
+  std::vector<double> vertices;      // 3 N
+  std::vector<std::uint32_t> faces;  // 3 M, indices into the N vertices
+  std::vector<double> normals;       // 3 N, or empty
+  std::vector<double> uvs;           // 2 N, or empty
   std::vector<MeshAttributeData> attributes;
   std::vector<std::string> warnings;  // what was repaired or dropped, counted; without the path
 };
@@ -39,9 +39,9 @@ class MeshError : public std::runtime_error {
 using VertexPlace = std::function<std::string(std::uint32_t)>;
 
 // Brings a mesh whose indices are all in range to the promises above: drops degenerate triangles and unused vertices,
-// replaces normals that are missing (NaN), infinite or zero by those of the triangles around them, and uvs and attributes
-// that are not finite by 0. `dropped` counts the faces with fewer than three corners that the reader left out already. Throws
-// MeshError if nothing is left or a face uses a vertex that is not finite.
+// replaces normals that are missing (NaN), infinite or zero by those of the triangles around them, and uvs and
+// attributes that are not finite by 0. `dropped` counts the faces with fewer than three corners that the reader left
+// out already. Throws MeshError if nothing is left or a face uses a vertex that is not finite.
 void finish_mesh(MeshData& mesh, const std::filesystem::path& path, std::uint64_t dropped, const VertexPlace& place);
 
 }  // namespace equaltime

@@ -235,7 +235,8 @@ class PlyReader {
     const double* values = row_.data();
     for (MeshAttributeData& a : mesh_.attributes) {
       if (!a.per_face) continue;
-      while (a.values.size() < mesh_.faces.size() / 3 * a.width) a.values.insert(a.values.end(), values, values + a.width);
+      while (a.values.size() < mesh_.faces.size() / 3 * a.width)
+        a.values.insert(a.values.end(), values, values + a.width);
       values += a.width;
     }
   }

@@ -1,8 +1,8 @@
 // Which numbers of a PLY file's vertices and faces go where in a mesh.
 //
 // Attributes have the names that Mitsuba 3 gives them: r, g, b or red, green, blue (and alpha, which is not kept) are
-// "color"; consecutive p_r, p_g, p_b are "p_color"; p_x, p_y, p_z and p_0, p_1, p_2 are "p"; a lone p_0, p_x or p_r is an
-// attribute of one number; before all that stands "vertex_" or "face_". What has no such name is not read.
+// "color"; consecutive p_r, p_g, p_b are "p_color"; p_x, p_y, p_z and p_0, p_1, p_2 are "p"; a lone p_0, p_x or p_r is
+// an attribute of one number; before all that stands "vertex_" or "face_". What has no such name is not read.
 #pragma once
 
 #include <algorithm>
@@ -60,8 +60,7 @@ inline void add_ply_colors(const PlyElement& element, std::vector<PlyAttribute>&
 [[nodiscard]] inline std::vector<PlyAttribute> ply_attributes(const PlyElement& element) {
   std::vector<PlyAttribute> found;
   detail::add_ply_colors(element, found);
-  const std::vector<std::string_view> kinds[] = {
-      {"r", "g", "b", "a"}, {"x", "y", "z", "w"}, {"0", "1", "2", "3"}};
+  const std::vector<std::string_view> kinds[] = {{"r", "g", "b", "a"}, {"x", "y", "z", "w"}, {"0", "1", "2", "3"}};
   for (std::size_t i = 0; i < element.properties.size(); ++i) {
     const std::string& name = element.properties[i].name;
     const std::size_t bar = name.rfind('_');

@@ -7,9 +7,9 @@
 
 #include "accel/accel.h"
 #include "math/optional.h"
+#include "scene/emission.h"
 #include "scene/instance.h"
 #include "scene/lights.h"
-#include "scene/emission.h"
 #include "scene/material.h"
 #include "scene/normalization.h"
 #include "scene/pixel_filter.h"
@@ -127,8 +127,8 @@ Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept 
   const Instance& instance = instances[hit->instance];
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
-  Interaction it = detail::face<E>(
-      instance.placed(meet<E>(groups[group], grouped, hit->id, instance.to_local(RayD(ray)))), ray);
+  Interaction it =
+      detail::face<E>(instance.placed(meet<E>(groups[group], grouped, hit->id, instance.to_local(RayD(ray)))), ray);
   it.instance = hit->instance;
   return it;
 }

@@ -1,5 +1,5 @@
-// Textures: a colour for every (u, v), or what a mesh says of itself at a point. Bitmaps keep the precision of their file
-// in memory and are decoded as they are looked up: bilinear between texel centres, or the nearest texel.
+// Textures: a colour for every (u, v), or what a mesh says of itself at a point. Bitmaps keep the precision of their
+// file in memory and are decoded as they are looked up: bilinear between texel centres, or the nearest texel.
 #pragma once
 
 #include <array>
@@ -31,7 +31,10 @@ struct TexturePlace {
   const auto [u, v] = barycentric;
   const float w = 1 - u - v;
   return {{uvs[a].x * w + uvs[b].x * u + uvs[c].x * v, uvs[a].y * w + uvs[b].y * u + uvs[c].y * v},
-          shape, primitive, corners, barycentric};
+          shape,
+          primitive,
+          corners,
+          barycentric};
 }
 
 /// The affine map from a surface's uv to a texture's, in float32.

@@ -82,6 +82,11 @@ def masked(opacity: Any, bsdf: Dict | None = None) -> Dict:
     return {"type": "mask", "opacity": opacity, "nested": bsdf or painted(rgb(0.8, 0.6, 0.2))}
 
 
+def under_a_sky(whole: Dict) -> Dict:
+    """For masks: without a sky Mitsuba drops what a path gathered if nothing but masks is behind them."""
+    return whole | {"sky": {"type": "constant", "radiance": rgb(0.1, 0.2, 0.3)}}
+
+
 def curtain(bsdf: Dict, depth: int = 6, *more: Dict) -> Dict:
     """A tile between the lamps and most of what they light, and one in front of the camera."""
     return scene(
@@ -199,8 +204,8 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
     "a metal as rough as its vertices say": lambda folder: mesh(
         colored(folder / "mesh.ply"), metal("roughconductor", alpha=attribute("vertex_w", 0.5)), face_normals=True
     ),
-    "a mask of numbers of faces": lambda folder: mesh(
-        colored(folder / "mesh.ply"), masked(attribute("face_q")), face_normals=True
+    "a mask of numbers of faces": lambda folder: under_a_sky(
+        mesh(colored(folder / "mesh.ply"), masked(attribute("face_q")), face_normals=True)
     ),
     "a metal of textured colour and roughness": lambda folder: scene(
         *(floor(), lamp(), window(), {"type": "constant", "radiance": 0.3}),
