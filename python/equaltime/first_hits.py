@@ -1,4 +1,4 @@
-"""What is seen first through each pixel: how far it is, where, which way it faces, which shape it belongs to.
+"""What is seen first through each pixel: how far it is, where, which way it faces, its colour, which shape it is of.
 
 These are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid
 of points on it, whatever the reconstruction filter, through the middle of a lens; where nothing is seen it is 0.
@@ -24,7 +24,10 @@ SIDE: Final = 2
 """Points of a pixel's grid along each side."""
 BLOCK: Final = 1 << 16
 """Pixels whose rays are in memory at once."""
-FOUND: Final = {"depth": "t", "position": "p", "geo_normal": "n", "shape_index": "shape", "prim_index": "primitive"}
+FOUND: Final = {
+    **{"albedo": "albedo", "depth": "t", "position": "p", "uv": "uv", "geo_normal": "n", "sh_normal": "shading_normal"},
+    **{"shape_index": "shape", "prim_index": "primitive"},
+}
 
 
 def first_hits(scene: Scene) -> dict[str, NDArray[np.float32]]:
@@ -54,6 +57,8 @@ def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array) -
         origins, directions, reach = _rays(scene, corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE)
         hits = scene.core.intersect(origins, directions)
         seen = (hits["shape"] >= 0) & (hits["t"] <= reach)
+        side = np.where(hits["front"], 1.0, -1.0)[:, None]  # normals are those of the front
+        hits |= {"n": side * hits["n"], "shading_normal": side * hits["shading_normal"]}
         columns = [np.asarray(hits[FOUND[kind]], dtype=np.float64).reshape(len(corners), -1) for _, kind in outputs]
         sums[seen] += np.concatenate(columns, axis=1)[seen]
     return sums / SIDE**2

@@ -42,6 +42,8 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
         shapes.add(model.shapes[number])
     for emitter in model.emitters:
         add_emitter(builder, emitter, assets, textures)
+    if isinstance(model.integrator, Aov) and any(what == "uv" for _, what in model.integrator.channels):
+        builder.keep_uvs()
     set_sensor(builder, model.sensor)
     set_film(builder, model.sensor.film)
     return builder.build()

@@ -18,7 +18,10 @@ AOVS = (
     *("dp_du", "dp_dv", "duv_dx", "duv_dy", "prim_index", "shape_index"),
 )
 """What Mitsuba can write beside the image."""
-OUTPUTS: Final = {"depth": "T", "position": "XYZ", "geo_normal": "XYZ", "shape_index": "I", "prim_index": "I"}
+OUTPUTS: Final = {
+    **{"albedo": "RGB", "depth": "T", "position": "XYZ", "uv": "UV", "geo_normal": "XYZ", "sh_normal": "XYZ"},
+    **{"prim_index": "I", "shape_index": "I"},
+}
 """What of it can be written here, and the endings of its channels' names, which are Mitsuba's."""
 
 
