@@ -86,10 +86,11 @@ MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, co
   return MeshArrays(std::move(mesh));
 }
 
-MeshArrays read(const std::filesystem::path& path, MeshData (*reader)(const std::filesystem::path&)) {
+template <class Read>
+MeshArrays without_lock(Read&& read) {
   return MeshArrays([&] {
     const py::gil_scoped_release release;
-    return reader(path);
+    return read();
   }());
 }
 
@@ -124,11 +125,15 @@ void bind_meshes(py::module_& m) {
         py::arg("uvs"), py::arg("vertex_attributes") = py::dict(),
         "Bring arrays of another reader to the promises of MeshData; `path` is for messages. Raises MeshError.");
   m.def(
-      "read_ply", [](const std::filesystem::path& path) { return read(path, &read_ply); }, py::arg("path"),
-      "Read a PLY file, ascii or binary. Raises MeshError.");
+      "read_ply", [](const std::filesystem::path& path) { return without_lock([&] { return read_ply(path); }); },
+      py::arg("path"), "Read a PLY file, ascii or binary. Raises MeshError.");
   m.def(
-      "read_obj", [](const std::filesystem::path& path) { return read(path, &read_obj); }, py::arg("path"),
-      "Read a Wavefront OBJ file. Raises MeshError.");
+      "read_obj",
+      [](const std::filesystem::path& path, const std::optional<std::string>& material) {
+        return without_lock([&] { return read_obj(path, material); });
+      },
+      py::arg("path"), py::arg("material") = py::none(),
+      "Read a Wavefront OBJ file, or only the faces of one material (\"\": of none). Raises MeshError.");
 }
 
 }  // namespace equaltime

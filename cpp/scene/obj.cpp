@@ -65,7 +65,8 @@ struct Rows {
 
 class ObjReader {
  public:
-  explicit ObjReader(const std::filesystem::path& path) : bytes_(path), lines_(bytes_) {}
+  ObjReader(const std::filesystem::path& path, const std::optional<std::string>& material)
+      : bytes_(path), lines_(bytes_), material_(material), wanted_(!material || material->empty()) {}
 
   MeshData read() {
     for (std::string_view line; next_statement(line);) statement(TextScanner(line.substr(0, line.find('#'))));
@@ -101,13 +102,14 @@ class ObjReader {
   }
 
   void statement(TextScanner scan) {
-    static constexpr std::string_view silent[] = {"o", "g", "s", "mg", "usemtl", "mtllib", "usemap", "maplib", "vp"};
+    static constexpr std::string_view silent[] = {"o", "g", "s", "mg", "mtllib", "usemap", "maplib", "vp"};
     const std::string_view word = scan.word();
     if (word.empty()) return;
     if (word == "v") return vertex(scan);
     if (word == "vn") return row(scan, rows_[2], 3);
     if (word == "vt") return row(scan, rows_[1], 1);
-    if (word == "f") return face(scan);
+    if (word == "f") return wanted_ ? face(scan) : void();
+    if (word == "usemtl") return void(wanted_ = !material_ || scan.rest() == *material_);
     if (std::find(std::begin(silent), std::end(silent), word) != std::end(silent)) return;
     if (ignored_++ == 0) ignored_line_ = lines_.number();
   }
@@ -199,6 +201,8 @@ class ObjReader {
 
   FileBytes bytes_;
   Lines lines_;
+  std::optional<std::string> material_;
+  bool wanted_;  // the faces that come now
   std::array<Rows, 3> rows_ = {Rows{"vertex", 3}, Rows{"vt", 2}, Rows{"vn", 3}};
   std::vector<Corner> corners_;
   CornerTable table_;
@@ -210,6 +214,8 @@ class ObjReader {
 
 }  // namespace
 
-MeshData read_obj(const std::filesystem::path& path) { return ObjReader(path).read(); }
+MeshData read_obj(const std::filesystem::path& path, const std::optional<std::string>& material) {
+  return ObjReader(path, material).read();
+}
 
 }  // namespace equaltime

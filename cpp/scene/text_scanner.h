@@ -23,6 +23,15 @@ class TextScanner {
     return {begin, static_cast<std::size_t>(at_ - begin)};
   }
 
+  // What is left of the line, without the spaces round it.
+  std::string_view rest() noexcept {
+    skip_spaces();
+    std::string_view left(at_, static_cast<std::size_t>(end_ - at_));
+    while (!left.empty() && is_space(left.back())) left.remove_suffix(1);
+    at_ = end_;
+    return left;
+  }
+
   // The next word as a number (nan and inf included, overflow as inf); false, and nothing consumed, if it is not one.
   bool number(double& value) noexcept {
     skip_spaces();

@@ -25,7 +25,10 @@ __all__ = [
 ]
 
 SceneFile = Annotated[
-    Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, or glTF.", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, glTF; or a mesh, OBJ or PLY.", show_default=False
+    ),
 ]
 Time = Annotated[
     float | None,

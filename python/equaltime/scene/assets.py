@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime.images import one_line
 from equaltime.scene.gltf import Contents, Texels, Triangles, split
-from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Ply, Serialized
+from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
@@ -35,7 +35,7 @@ class Assets:
 
     def __init__(self, search: Search) -> None:
         self._search = search
-        self._meshes: dict[tuple[str, int], Mesh] = {}
+        self._meshes: dict[tuple[str, int | str | None], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._texels: dict[tuple[str, bool], Texels] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
@@ -45,7 +45,10 @@ class Assets:
     def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
         path = self.path(shape.filename)
-        key = (shape.filename, shape.shape_index if isinstance(shape, Serialized) else 0)
+        part = (
+            shape.shape_index if isinstance(shape, Serialized) else shape.material if isinstance(shape, Obj) else None
+        )
+        key = (shape.filename, part)
         if key not in self._meshes:
             mesh = self._read_mesh(shape, path)
             _check_mesh(path, mesh)
@@ -58,7 +61,9 @@ class Assets:
         try:
             if isinstance(shape, Serialized):
                 return read_serialized(path, shape.shape_index)
-            return _core.read_ply(path) if isinstance(shape, Ply) else _core.read_obj(path)
+            if isinstance(shape, Obj):
+                return _core.read_obj(path, shape.material)
+            return _core.read_ply(path)
         except (OSError, ValueError) as error:
             message = str(error)
             raise ValueError(message if str(path) in message else f"{path}: {message}") from error

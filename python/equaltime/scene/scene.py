@@ -15,6 +15,7 @@ from equaltime import _core
 from equaltime.errors import Problem, SceneError
 from equaltime.scene import export, geometry
 from equaltime.scene.assets import Assets
+from equaltime.scene.bare_mesh import MESHES, read_mesh
 from equaltime.scene.changes import changed, deep
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.dict_reader import read_dict
@@ -42,7 +43,11 @@ def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Repo
 
 
 GLTF: Final = (".gltf", ".glb")
-READERS: Final[dict[str, Reader]] = {".toml": read_toml, ".xml": read_xml, **dict.fromkeys(GLTF, _gltf)}
+READERS: Final[dict[str, Reader]] = {
+    **{".toml": read_toml, ".xml": read_xml},
+    **dict.fromkeys(GLTF, _gltf),
+    **dict.fromkeys(MESHES, read_mesh),
+}
 
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 

@@ -1,7 +1,8 @@
-"""Gives files of their own to meshes and bitmaps that are inside glTF files, so that any renderer can read them."""
+"""Gives files of their own to meshes and bitmaps that are inside others, so that any renderer can read them."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,7 +11,7 @@ import OpenImageIO
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, write_ply
 from equaltime.scene.gltf import split
-from equaltime.scene.model import Bitmap, Gltf, Plugin, Ply, SceneModel
+from equaltime.scene.model import Bitmap, Gltf, Obj, Plugin, Ply, SceneModel
 
 __all__ = ["portable"]
 
@@ -19,7 +20,7 @@ FORMATS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "
 
 
 def portable(model: SceneModel, assets: Assets, folder: Folder) -> SceneModel:
-    """Return `model` with what is inside a glTF file in files of its own, written into `folder`."""
+    """Return `model` with what is inside a glTF file, or a part of an OBJ file, in files written into `folder`."""
     return _Unpacker(assets, folder).node(model)
 
 
@@ -42,7 +43,7 @@ class _Unpacker:
         return plugin.replace(**changes) if changes else plugin
 
     def _value(self, value: object) -> object:
-        if isinstance(value, Gltf):
+        if isinstance(value, Gltf) or (isinstance(value, Obj) and value.material is not None):
             return self._shape(value)
         if isinstance(value, Plugin):
             return self.node(value)
@@ -51,21 +52,21 @@ class _Unpacker:
             return value if all(a is b for a, b in zip(new, value, strict=True)) else new
         return value
 
-    def _shape(self, shape: Gltf) -> Ply:
-        given = {name: getattr(shape, name) for name in shape.model_fields_set if name != "type"}
-        filename = self._once(shape.filename, lambda _: self._mesh(shape))
-        return self.node(Ply(**given | {"filename": filename}))
+    def _shape(self, shape: Gltf | Obj) -> Ply:
+        given = {name: getattr(shape, name) for name in shape.model_fields_set if name not in ("type", "material")}
+        filename = self._once(_name(shape), lambda _: self._mesh(shape))
+        return self.node(Ply(**given | {"filename": filename, "flip_tex_coords": shape.flip_tex_coords}))
 
     def _once(self, name: str, write: Any) -> str:
         if name not in self._known:
             self._known[name] = str(write(name).absolute())
         return self._known[name]
 
-    def _mesh(self, shape: Gltf) -> Path:
+    def _mesh(self, shape: Gltf | Obj) -> Path:
         mesh = self._assets.mesh(shape)
-        colors = getattr(mesh, "colors", None)
+        colors = mesh.attributes.get("vertex_color")
         return self._folder.put(
-            f"{_stem(shape.filename)}.ply",
+            f"{_stem(_name(shape))}.ply",
             lambda path: write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, colors),
         )
 
@@ -83,7 +84,12 @@ class _Unpacker:
         return self._folder.put(f"{_stem(bitmap.filename)}.{'png' if small else 'exr'}", write)
 
 
-def _stem(filename: str) -> str:
+def _name(shape: Gltf | Obj) -> str:
+    """Return what a shape is called in its file, with the file."""
+    return shape.filename if isinstance(shape, Gltf) else f"{shape.filename}#/{shape.material}"
+
+
+def _stem(name: str) -> str:
     """Return ``model.glb#/meshes/0/primitives/1`` as ``model-meshes-0-primitives-1``."""
-    file, fragment = split(filename)
-    return Path(file).stem + (fragment or "").replace("/", "-")
+    file, _, fragment = name.partition("#")
+    return Path(file).stem + re.sub(r"[^\w.-]", "-", fragment)

@@ -121,6 +121,8 @@ class Obj(MeshFile):
 
     type: Literal["obj"] = "obj"
     flip_tex_coords: bool = True
+    material: str | None = None
+    """Only the faces after a ``usemtl`` of this name, which is an extension to Mitsuba; without it, all."""
 
 
 class Serialized(MeshFile):

@@ -1,0 +1,145 @@
+"""A mesh file as a scene: its materials become diffuse, and what it lacks is added and told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime import _core, images
+from equaltime.cli import main
+from equaltime.scene import model as m
+from equaltime.scene.geometry import MeshSurface
+
+SQUARES = """mtllib a.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1
+v 1 0 1
+v 1 1 1
+vt 0 0
+f 1/1 2/1 3/1
+usemtl dark red
+f 1/1 3/1 4/1
+usemtl wood
+usemtl dark red
+f 5/1 6/1 7/1
+usemtl lost
+f 1/1 2/1 7/1
+"""
+MATERIALS = """# a library
+newmtl dark red
+Kd 0.5 0.1 2
+Ks 1 1 1
+newmtl wood
+Kd 0.2 0.3 0.4
+map_Kd wood.png
+newmtl grey
+Kd 0.25
+"""
+
+
+def written(folder: Path, mesh: str = SQUARES, materials: str | None = MATERIALS) -> Path:
+    (folder / "a.obj").write_text(mesh)
+    if materials is not None:
+        (folder / "a.mtl").write_text(materials)
+    return folder / "a.obj"
+
+
+def reflectances(scene: et.Scene) -> list[Any]:
+    shapes = [shape for shape in scene.model.shapes if isinstance(shape, m.Obj | m.Ply)]
+    return [shape.bsdf.bsdf[0].reflectance for shape in shapes if isinstance(shape.bsdf, m.TwoSided)]
+
+
+def test_a_material_says_which_faces_are_read(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    assert [len(_core.read_obj(path, name).faces) for name in (None, "", "dark red", "lost")] == [4, 1, 2, 1]
+    with pytest.raises(_core.MeshError, match="it has no faces"):
+        _core.read_obj(path, "wood")
+
+
+def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> None:
+    scene = et.load(written(tmp_path))
+    assert [shape.material for shape in scene.model.shapes if isinstance(shape, m.Obj)] == ["", "dark red", "lost"]
+    grey = (0.5, 0.5, 0.5)
+    assert reflectances(scene) == [grey, (0.5, 0.1, 1.0), grey]
+    assert scene.core.triangles == 4
+    assert scene.warnings == (
+        "the image 'wood.png' of the material 'wood' is left out: no such file",
+        "the material 'lost' is in no library: it is grey",
+        "the file is a mesh without a camera: one is added that has everything in view",
+        "and without light: a sky of radiance 0.5 and a sun of irradiance 1.5 are added",
+    )
+
+
+@pytest.mark.parametrize("options", ["", "-s 2 2 1 -o 0.5 0 ", "-clamp on -bm 1 "])
+def test_an_image_is_a_bitmap_whatever_options_it_has(options: str, tmp_path: Path) -> None:
+    images.write(tmp_path / "oak.png", "png", [images.Part(("R", "G", "B"), np.zeros((2, 2, 3), np.uint8), {})])
+    path = written(tmp_path, SQUARES.replace("dark red", "wood"), MATERIALS.replace("wood.png", f"{options}oak.png"))
+    assert [getattr(r, "filename", None) for r in reflectances(et.load(path))] == [None, "oak.png", None]
+
+
+def test_without_a_library_all_is_grey(tmp_path: Path) -> None:
+    scene = et.load(written(tmp_path, materials=None))
+    assert reflectances(scene) == [(0.5, 0.5, 0.5)]
+    assert "the materials of 'a.mtl' are left out: No such file or directory" in scene.warnings
+
+
+def test_an_obj_within_a_scene_has_the_materials_of_the_scene(tmp_path: Path) -> None:
+    """As in Mitsuba, whose default is a diffuse grey."""
+    mesh = {"type": "obj", "filename": str(written(tmp_path))}
+    (shape,) = et.load_dict({"type": "scene", "camera": {"type": "perspective"}, "a": mesh}).model.shapes
+    assert isinstance(shape, m.Obj)
+    assert shape.bsdf is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "scale"), [("float", (0.5, 0.25, 0), 1.0), ("uchar", (127, 63, 0), 1 / 255)]
+)
+def test_a_ply_has_the_colours_of_its_vertices(
+    kind: str, values: tuple[float, ...], scale: float, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.ply"
+    header = ["ply", "format ascii 1.0", "element vertex 3", *(f"property float {c}" for c in "xyz")]
+    header += [*(f"property {kind} {c}" for c in ("red", "green", "blue")), "element face 1"]
+    header += ["property list uchar int vertex_indices", "end_header"]
+    rows = [" ".join(map(str, (*p, *values))) for p in ((0, 0, 0), (1, 0, 0), (0, 1, 0))]
+    path.write_text("\n".join([*header, *rows, "3 0 1 2"]) + "\n")
+    assert reflectances(et.load(path)) == [m.MeshAttribute(name="vertex_color", scale=scale)]
+
+
+def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
+    scene = et.load(written(tmp_path)).with_(size=(192, 144))
+    image = et.render(scene, spp=2).image
+    edges = (image[0], image[-1], image[:, 0], image[:, -1])
+    assert all(edge == pytest.approx(0.5, rel=1e-3) for edge in edges)  # the sky
+    assert (np.abs(image - 0.5) > 0.1).any()
+
+
+def test_a_part_is_exported_as_a_mesh_of_its_own(tmp_path: Path) -> None:
+    scene = et.load(written(tmp_path))
+    et.scene.export.convert(scene.model, scene.assets, tmp_path / "b.xml")
+    again = et.load(tmp_path / "b.xml")
+    assert "usemtl" not in (tmp_path / "b.xml").read_text()
+    assert [shape.type for shape in again.model.shapes] == ["ply"] * 3
+    for before, after in zip(scene.surfaces(), again.surfaces(), strict=True):
+        assert isinstance(before, MeshSurface)
+        assert isinstance(after, MeshSurface)
+        assert np.array_equal(before.vertices, after.vertices)
+        assert np.array_equal(before.uvs, after.uvs)  # type: ignore[arg-type]
+
+
+def test_a_damaged_mesh_is_refused_with_its_place(tmp_path: Path) -> None:
+    with pytest.raises(et.SceneError, match=r"a\.obj:1: expected a number"):
+        et.load(written(tmp_path, "v 0 0 x\n"))
+
+
+def test_the_command_renders_it(tmp_path: Path) -> None:
+    output = tmp_path / "out.png"
+    assert main(["render", str(written(tmp_path)), "-o", str(output), "--spp", "1", "--size", "16x12", "-q"]) == 0
+    assert output.exists()
