@@ -44,6 +44,7 @@ from equaltime.render import render
 from equaltime.replay import Replay, replay
 from equaltime.result import Result, Stats
 from equaltime.scene import Scene, load, load_dict
+from equaltime.selftest import SelfTest, selftest
 from equaltime.strategy import Strategy
 
 __all__ = [
@@ -64,6 +65,7 @@ __all__ = [
     "Result",
     "Scene",
     "SceneError",
+    "SelfTest",
     "Stats",
     "Strategy",
     "StrategyError",
@@ -78,6 +80,7 @@ __all__ = [
     "quote",
     "render",
     "replay",
+    "selftest",
 ]
 
 __version__ = version("equaltime")

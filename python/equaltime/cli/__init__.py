@@ -28,6 +28,7 @@ from equaltime.cli.quote import quote
 from equaltime.cli.render import render
 from equaltime.cli.replay import replay
 from equaltime.cli.schema import schema
+from equaltime.cli.selftest import selftest
 from equaltime.cli.signals import sigterm_as_ctrl_c
 from equaltime.errors import EqualtimeError, RenderError
 from equaltime.startup import ready
@@ -36,7 +37,7 @@ __all__ = ["COMMANDS", "app", "main"]
 
 COMMANDS: tuple[Callable[..., int], ...] = (
     *(render, quote, cost, effects, compare, merge, info),
-    *(replay, convert, schema, bench),
+    *(replay, convert, schema, bench, selftest),
 )
 
 app = typer.Typer(

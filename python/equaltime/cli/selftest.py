@@ -1,0 +1,104 @@
+"""``equaltime selftest``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Annotated, get_args
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from equaltime.cli.bench import share_bar
+from equaltime.cli.options import Threads
+from equaltime.selftest import CaseReport, SelfTest
+from equaltime.selftest import selftest as run
+from equaltime.selftest.judge import Outcome
+from equaltime.selftest.subjects import PeerName
+
+__all__ = ["selftest"]
+
+
+def selftest(
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="ID", show_default=False, help="Run this case, by id or name; may be repeated."),
+    ] = None,
+    peer: Annotated[
+        str | None,
+        typer.Option(metavar="RENDERER", show_default=False, help="Run the same scenes through mitsuba too."),
+    ] = None,
+    threads: Threads = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Run the hard cases on this machine: small scenes whose images are known in closed form, or to the bit.
+
+    Exits with 1 if one fails here; whether a peer passes is printed beside it. Seeds are fixed, and all cases together
+    would fail a right renderer with other seeds once in a thousand.
+
+    For instance: `equaltime selftest --only G3 --peer mitsuba`
+    """
+    if peer not in (None, *get_args(PeerName)):
+        raise typer.BadParameter(f"unknown renderer '{peer}'; known is {', '.join(get_args(PeerName))}")
+    try:
+        with share_bar() as progress:
+            report = run(tuple(only or ()), peer, threads, progress)  # type: ignore[arg-type]  # looked at above
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    if as_json:
+        print(json.dumps(report.as_dict(), indent=2))
+    else:
+        _print(report)
+    return 0 if report.passed else 1
+
+
+def _print(report: SelfTest) -> None:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("case", no_wrap=True)
+    table.add_column("what", overflow="fold", min_width=10)
+    table.add_column("stresses", overflow="fold", min_width=10)
+    for heading in ("expected", "got", "off by", "") + ((report.peer, "off by", "") if report.peer else ()):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for case in report.cases:
+        table.add_row(*_cells(case, peer=report.peer is not None))
+    console = Console(highlight=False)
+    console.print(table)
+    for line in (*_failures(report.cases), _summary(report)):
+        console.print(line, soft_wrap=True, markup=False)
+
+
+def _cells(report: CaseReport, peer: bool) -> tuple[str | Text, ...]:
+    case, ours = report.case, report.ours
+    expected = "" if ours.expected is None else f"{ours.expected:.6g}"
+    theirs = ("", "", "") if report.theirs is None else _outcome(report.theirs)
+    return (case.id, case.name, case.stresses, expected, *_outcome(ours), *(theirs if peer else ()))
+
+
+def _outcome(outcome: Outcome) -> tuple[str, str, Text]:
+    verdict = Text("pass", style="green") if outcome.passed else Text("FAIL", style="bold red")
+    if outcome.got is None:
+        return "", "", verdict
+    spread = f" ± {outcome.error:.1g}" if outcome.error else ""
+    score = f"{outcome.score:.2g} sd" if outcome.kind == "z" else f"{outcome.score:.3g} ulp"
+    return f"{outcome.got:.6g}{spread}", score, verdict
+
+
+def _failures(cases: Sequence[CaseReport]) -> list[str]:
+    """Return a line for each case that could not be rendered."""
+    return [
+        f"{case.case.id} {case.case.name}: {outcome.note}"
+        for case in cases
+        for outcome in (case.ours, case.theirs)
+        if outcome is not None and outcome.note
+    ]
+
+
+def _summary(report: SelfTest) -> str:
+    passed = sum(case.ours.passed for case in report.cases)
+    words = [f"{passed} of {len(report.cases)} cases pass"]
+    if report.peer:
+        theirs = [case.theirs for case in report.cases if case.theirs is not None]
+        words.append(f"{report.peer}: {sum(outcome.passed for outcome in theirs)} of {len(theirs)}")
+    return f"{'; '.join(words)} ({report.seconds:.0f} s)"

@@ -1,0 +1,94 @@
+"""A scene in other units of length, or with brighter lights: the same image, times what the lights are brighter.
+
+A point light's intensity grows with the square of lengths. Powers of two change no digit of any number.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from equaltime.scene import Scene
+from equaltime.scene.model import (
+    Area,
+    Constant,
+    Directional,
+    EnvMap,
+    FreeEmitter,
+    Orthographic,
+    Point,
+    Sensor,
+    Shape,
+    Solid,
+)
+from equaltime.scene.model.values import Matrix
+
+__all__ = ["in_units"]
+
+
+def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
+    """Return the scene with every length times `length`, and every light times `light`.
+
+    Raises ValueError for lights whose radiance is a texture.
+    """
+    model = scene.model
+    shapes = tuple(_shape(shape, length, light) for shape in model.shapes)
+    emitters = tuple(_emitter(emitter, length, light) for emitter in model.emitters)
+    sensor = _sensor(model.sensor, length)
+    return dataclasses.replace(scene, model=model.replace(shapes=shapes, emitters=emitters, sensor=sensor))
+
+
+def _shape(shape: Shape, length: float, light: float) -> Shape:
+    changes: dict[str, Any] = {"to_world": _scaled(shape.to_world, length)}
+    if isinstance(shape, Solid) and shape.emitter is not None:
+        changes["emitter"] = _emitter(shape.emitter, length, light)
+    return shape.replace(**changes)
+
+
+def _emitter(emitter: Area | FreeEmitter, length: float, light: float) -> Area | FreeEmitter:
+    if isinstance(emitter, Area | Constant):
+        return emitter.replace(radiance=_times(emitter.radiance, light))
+    if isinstance(emitter, Directional):
+        return emitter.replace(irradiance=_times(emitter.irradiance, light))
+    if isinstance(emitter, EnvMap):
+        return emitter.replace(scale=emitter.scale * light)
+    changes: dict[str, Any] = {"intensity": _times(emitter.intensity, light * length**2)}
+    if isinstance(emitter, Point):
+        changes |= {"position": _times(emitter.world_position, length), "to_world": None}
+    else:
+        changes["to_world"] = _moved(emitter.to_world, length)
+    return emitter.replace(**changes)
+
+
+def _sensor(sensor: Sensor, length: float) -> Sensor:
+    move = _scaled if isinstance(sensor, Orthographic) else _moved
+    names = [name for name in ("near_clip", "far_clip", "aperture_radius", "focus_distance") if hasattr(sensor, name)]
+    given = {name: getattr(sensor, name) for name in names}
+    lengths = {name: value * length for name, value in given.items() if value is not None}
+    return sensor.replace(to_world=move(sensor.to_world, length), **lengths)
+
+
+def _times(values: object, factor: float) -> tuple[float, ...]:
+    if not isinstance(values, Sequence):
+        raise ValueError("a light whose radiance is a texture cannot be made brighter")
+    return tuple(factor * value for value in values)
+
+
+def _scaled(matrix: Matrix, factor: float) -> Matrix:
+    """Return the transform followed by a scale."""
+    return _matrix(np.diag([factor, factor, factor, 1.0]) @ np.array(matrix))
+
+
+def _moved(matrix: Matrix, factor: float) -> Matrix:
+    """Return the transform whose place alone is scaled: cameras and lamps have no size."""
+    out = np.array(matrix)
+    out[:3, 3] *= factor
+    return _matrix(out)
+
+
+def _matrix(values: Any) -> Matrix:
+    rows: Any = tuple(tuple(map(float, row)) for row in values)
+    return rows  # type: ignore[no-any-return]
