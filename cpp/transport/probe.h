@@ -34,11 +34,11 @@ class RayCounter {
   /// What follows is told to probes that ask where light comes from: the beginning of a path, with the weight of its
   /// place under the pixel filter; the leaf that scatters it; a light that it aims at; and every contribution to its
   /// radiance, which is given back as it is: from a light that a ray met, and from the one aimed at.
-  void begin(float) noexcept { ++counters.paths; }
+  EQUALTIME_INLINE void begin(float) noexcept { ++counters.paths; }
   static void scatters(const Bsdf&) noexcept {}
   static void aims(const LightSample&) noexcept {}
-  static const Spectrum& met(const Spectrum& L, std::uint32_t, int) noexcept { return L; }
-  static const Spectrum& lit(const Spectrum& L, int) noexcept { return L; }
+  EQUALTIME_INLINE static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
+  EQUALTIME_INLINE static Spectrum lit(Spectrum L, int) noexcept { return L; }
 
   Counters counters;
 };
@@ -65,11 +65,11 @@ class RayRecorder {
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
     return intersect<E>(scene, ray);
   }
-  void begin(float) noexcept { ++counters.paths; }
+  EQUALTIME_INLINE void begin(float) noexcept { ++counters.paths; }
   static void scatters(const Bsdf&) noexcept {}
   static void aims(const LightSample&) noexcept {}
-  static const Spectrum& met(const Spectrum& L, std::uint32_t, int) noexcept { return L; }
-  static const Spectrum& lit(const Spectrum& L, int) noexcept { return L; }
+  EQUALTIME_INLINE static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
+  EQUALTIME_INLINE static Spectrum lit(Spectrum L, int) noexcept { return L; }
 
   Counters counters;
   std::vector<RecordedRay> rays;

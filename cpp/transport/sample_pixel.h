@@ -8,8 +8,8 @@ namespace equaltime {
 
 /// The camera ray of one sample, its path, and the weight of its place under the pixel filter.
 template <Effects E, class Probe>
-Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
-                      std::uint32_t replicates, Probe& probe) {
+EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
+                                       std::uint32_t replicates, Probe& probe) {
   const Scene& scene = task.scene;
   const std::uint64_t px = x + scene.film.crop_x, py = y + scene.film.crop_y;
   const std::uint64_t pixel = py * scene.film.width + px;

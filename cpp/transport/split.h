@@ -72,12 +72,12 @@ class SplitProbe {
     aimed_at_ = light.infinite && !light.delta ? kNone : light.light;
     crossed_ = -1;
   }
-  const Spectrum& met(const Spectrum& L, std::uint32_t light, int depth) noexcept {
+  Spectrum met(const Spectrum& L, std::uint32_t light, int depth) noexcept {
     if (!L.is_black()) add(L, depth, bsdf_ == 0 ? 0 : 1, light);
     return L;
   }
   /// `depth` is that of the light, if the way to it crosses no surface.
-  const Spectrum& lit(const Spectrum& L, int depth) noexcept {
+  Spectrum lit(const Spectrum& L, int depth) noexcept {
     if (!L.is_black()) add(L, depth + std::max(crossed_, 0), 2, aimed_at_);
     return L;
   }

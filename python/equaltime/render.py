@@ -132,7 +132,9 @@ def render(
             raise RenderError("the embreex backend cannot be taken up")
         return _render_cross_check(loaded, limits, chosen, seed)
     resumed = None if resume is None else Checkpoint.read(resume)
+    begin = clock.perf_counter()
     left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
+    piloting = {} if left is None else {"pilot": clock.perf_counter() - begin}
     if left is None:
         session = Session(loaded, chosen, seed, threads, limits, progress, resumed)
     else:
@@ -145,7 +147,8 @@ def render(
     if quoted is not None and (error or time) and not session.passes.samples:
         pilot = partial(_watch, Pilot(session, limits.error, None if error else time), quoted)
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
-    return replace(result, aovs=first_hits(loaded))
+    stats = replace(result.stats, phases={**result.stats.phases, **piloting})
+    return replace(result, stats=stats, aovs=first_hits(loaded))
 
 
 def _left_out(

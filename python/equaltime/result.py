@@ -36,7 +36,8 @@ class Stats:
     """What a render cost, and which code did it."""
 
     phases: Mapping[str, float]
-    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``."""
+    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
+    where something was left out."""
     paths: int
     """Camera paths, which is samples."""
     rays: int

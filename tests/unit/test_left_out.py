@@ -124,5 +124,7 @@ def test_the_command_line_names_the_bias(tmp_path: Path, capsys: pytest.CaptureF
     assert record["biased"]
     assert record["without"][0].startswith("long_paths=")
     assert record["bias"]["high"] <= 0.1
+    assert record["decisions"][0].startswith("left out: paths longer than ")
+    assert record["phases"]["pilot"] > 0.0
     assert main([*small, "--without", "specular"]) == 2
     assert "cannot be left out" in capsys.readouterr().err

@@ -143,6 +143,7 @@ def render(
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     failure: NonFiniteSample | None = None
+    decisions: list[str] = []
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
@@ -164,7 +165,7 @@ def render(
                 quoted=None if quiet or as_json else print_quote,
                 without=without or (),
                 within=within,
-                decided=None if quiet or as_json else print_lines,
+                decided=decisions.extend if quiet or as_json else print_lines,
             )
     except NonFiniteSample as found:
         failure, result = found, cast(Result, found.result)
@@ -177,7 +178,7 @@ def render(
         return 1
     writing = clock.perf_counter() - begin
     if as_json:
-        print(json.dumps(_record(result, writing, files), indent=2))
+        print(json.dumps(_record(result, writing, files, decisions), indent=2))
     elif not quiet:
         print("\n".join(_summary(result, writing, files)))
     if failure is not None:
@@ -187,8 +188,8 @@ def render(
     return 130 if signals or result.stopped_by == "interrupt" else 0
 
 
-def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:
-    record = result.record
+def _record(result: Result, writing: float, files: tuple[Path, ...], decisions: list[str]) -> dict[str, Any]:
+    record = result.record | ({"decisions": decisions} if decisions else {})
     return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
 
 
