@@ -81,11 +81,11 @@ void bind(Material& material, const TextureBinding& b, const std::vector<Texture
   }
 }
 
-/// Whether a bump or normal map leaves every normal as it is. The grey of 128 of 255 in maps of bytes is not quite
-/// flat: it leans by a third of a degree.
+/// Whether a bump or normal map leaves every normal as it is: squares of one height each have no slope anywhere. The
+/// grey of 128 of 255 in maps of bytes is not quite flat: it leans by a third of a degree.
 bool is_flat(const BendDescription& b, const Texture& texture) noexcept {
   const auto color = constant(texture);
-  if (b.bump) return b.scale == 0 || color;
+  if (b.bump) return b.scale == 0 || color || std::holds_alternative<Checkerboard>(texture);
   return color && 2 * color->r - 1 == 0 && 2 * color->g - 1 == 0 && 2 * color->b - 1 > 0;
 }
 

@@ -63,6 +63,11 @@ def exr(path: Path, color: tuple[float, float, float]) -> str:
     return str(path)
 
 
+def ramp(path: Path) -> str:
+    images.write_exr(path, np.broadcast_to(np.linspace(0.0, 1.0, 4, dtype=np.float32)[:, None], (3, 4, 3)))
+    return str(path)
+
+
 def png(path: Path, color: tuple[int, int, int]) -> str:
     buffer = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(4, 3, 3, "uint8"))
     OpenImageIO.ImageBufAlgo.fill(buffer, tuple(c / 255.0 for c in color))
@@ -85,8 +90,10 @@ def inert(folder: Path) -> dict[str, tuple[et.Scene, et.Scene]]:
     bent = {"type": "normalmap", "bsdf": GREY, "normalmap": {"type": "bitmap", "filename": flat, "raw": True}}
     half_blend = {"type": "blendbsdf", "weight": 0.5, "a": GREY, "b": {"type": "diffuse"}}
     nothing_blend = {"type": "blendbsdf", "weight": 0.0, "a": GREY, "b": {"type": "conductor"}}
-    height = {"type": "bumpmap", "bsdf": GREY, "texture": {**SQUARES}, "scale": 0.0}
+    slope = {"type": "bitmap", "filename": ramp(folder / "slope.exr"), "raw": True}
+    height = {"type": "bumpmap", "bsdf": GREY, "texture": slope, "scale": 0.0}
     even = {"type": "bumpmap", "bsdf": GREY, "texture": FLAT}
+    steps = {"type": "bumpmap", "bsdf": GREY, "texture": SQUARES}
     return {
         "a checkerboard of one colour": (
             scene({"type": "diffuse", "reflectance": {**SQUARES, "color1": SQUARES["color0"]}}),
@@ -118,6 +125,7 @@ def inert(folder: Path) -> dict[str, tuple[et.Scene, et.Scene]]:
         "a flat image of normals": (scene(bent), plain),
         "a bump map of scale 0": (scene(height), plain),
         "a bump map of one height": (scene(even), plain),
+        "a bump map of squares, which have no slope": (scene(steps), plain),
         "a roughness that is the same both ways": (
             scene({"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2}),
             scene({"type": "roughconductor", "alpha": 0.2}),
@@ -135,6 +143,8 @@ def test_what_does_nothing_calls_for_nothing_and_changes_no_bit(tmp_path: Path) 
 
 
 def test_what_nearly_does_nothing_is_left_in(tmp_path: Path) -> None:
+    slope = {"type": "bitmap", "filename": ramp(tmp_path / "slope.exr"), "raw": True}
+    assert "normal_maps" in derive(scene({"type": "bumpmap", "bsdf": GREY, "texture": slope}))
     leaning = {"type": "bitmap", "filename": png(tmp_path / "n.png", (128, 128, 255)), "raw": True}
     assert "normal_maps" in derive(scene({"type": "normalmap", "bsdf": GREY, "normalmap": leaning}))
     assert "specular" in derive(scene(pane=pane({"type": "dielectric", "int_ior": 1.001, "ext_ior": 1.0})))
@@ -193,7 +203,7 @@ def test_every_effect_of_the_core_is_known_by_name() -> None:
             {"type": "diffuse", "reflectance": rgb(0.5, 0.2, 0.2)},
         ),
         ({"type": "mask", "opacity": 0.5, "bsdf": GREY}, "masks", GREY),
-        ({"type": "bumpmap", "bsdf": GREY, "texture": SQUARES}, "normal_maps", GREY),
+        ({"type": "normalmap", "bsdf": GREY, "normalmap": SQUARES}, "normal_maps", GREY),
     ],
 )
 def test_an_effect_is_left_out_as_it_says(bsdf: Any, name: str, instead: Any) -> None:

@@ -137,4 +137,5 @@ def _brief(interval: Interval | None) -> str:
     if interval is None:
         return ""
     half = 0.5 * (interval.high - interval.low)
-    return f"{percent(interval.value)} ±{100.0 * half:.2g}"
+    value = interval.value if abs(interval.value) > 1e-3 * half else 0.0
+    return f"{percent(value)} ±{100.0 * half:.2g}"

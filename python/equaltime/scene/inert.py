@@ -94,9 +94,9 @@ def is_inert(node: Plugin, assets: Assets) -> bool:
     if isinstance(node, BlendBsdf):
         return node.weight in (0.0, 1.0) or node.bsdf[0] == node.bsdf[1]
     if isinstance(node, BumpMap):
-        return node.scale == 0.0 or (
-            isinstance(node.texture, Checkerboard | Bitmap) and _is_constant(node.texture, assets)
-        )
+        height = node.texture  # squares have no slope, whatever their heights
+        flat = isinstance(height, Checkerboard) or (isinstance(height, Bitmap) and _is_constant(height, assets))
+        return flat or node.scale == 0.0
     return isinstance(node, NormalMap) and _is_flat(node, assets)
 
 
