@@ -71,6 +71,8 @@ class Materials:
         if isinstance(bsdf, BlendBsdf):
             first, second = (self._index(part, turned, bend) for part in bsdf.bsdf)
             return self._mixture(first, second, bsdf.weight)
+        if isinstance(bsdf, BumpMap) and bsdf.scale == 0.0:
+            return self._index(bsdf.bsdf, turned, bend)  # its texture is not even kept
         if isinstance(bsdf, BumpMap | NormalMap):
             if bend is not None:
                 raise Unsupported(bsdf, f"a '{bsdf.type}' within a '{bend.by.type}' is not supported")
