@@ -117,7 +117,9 @@ class Lines {
   void release() { bytes_.advance(std::exchange(consumed_, 0)); }
 
   [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
-  [[nodiscard]] std::string place() const { return bytes_.path().string() + ":" + std::to_string(number_) + ": "; }
+  [[nodiscard]] std::string place() const {
+    return bytes_.path().string() + (number_ == 0 ? "" : ":" + std::to_string(number_)) + ": ";
+  }
   [[noreturn]] void fail(const std::string& message) const { throw MeshError(place() + message); }
 
  private:

@@ -161,7 +161,8 @@ inline PlyHeader read_ply_header(Lines& lines) {
   constexpr std::uint64_t kLongest = 10000;  // lines; a header has some twenty
   PlyHeader header;
   std::string_view line;
-  if (!lines.next(line) || TextScanner(line).word() != "ply") {
+  if (!lines.next(line)) lines.fail("not a PLY file: it is empty");
+  if (TextScanner(line).word() != "ply") {
     throw MeshError(lines.place() + "not a PLY file: it does not begin with 'ply'");
   }
   bool has_format = false;

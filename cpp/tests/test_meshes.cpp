@@ -190,6 +190,7 @@ TEST("what is wrong in a PLY is said with its line or its byte offset") {
   CHECK_THROWS(MeshError, ".ply:12: vertex 1 (counted from 0) is not finite",
                ply(ascii + "0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"));
   CHECK_THROWS(MeshError, ".ply:1: not a PLY file", ply("solid"));
+  CHECK_THROWS(MeshError, ".ply: not a PLY file: it is empty", ply(""));
   CHECK_THROWS(MeshError, ".ply:2: expected format", ply("ply\nformat binary 1.0\n"));
   CHECK_THROWS(MeshError, ".ply:4: expected a PLY type",
                ply("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\n"));

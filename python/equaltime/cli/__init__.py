@@ -22,6 +22,7 @@ from equaltime.cli.convert import convert
 from equaltime.cli.cost import cost
 from equaltime.cli.effects import effects
 from equaltime.cli.info import info
+from equaltime.cli.lint import lint
 from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
 from equaltime.cli.quote import quote
@@ -37,7 +38,7 @@ __all__ = ["COMMANDS", "app", "main"]
 
 COMMANDS: tuple[Callable[..., int], ...] = (
     *(render, quote, cost, effects, compare, merge, info),
-    *(replay, convert, schema, bench, selftest),
+    *(lint, replay, convert, schema, bench, selftest),
 )
 
 app = typer.Typer(

@@ -10,6 +10,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
+from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import duration, print_error, print_lines, print_quote, print_warnings
 from equaltime.cli.options import (
     Crop,
@@ -140,6 +141,7 @@ def render(
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     if not quiet:
         print_warnings(loaded)
+        print_hazards(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     failure: NonFiniteSample | None = None

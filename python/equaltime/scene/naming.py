@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
 
 from equaltime.scene.inert import shown
-from equaltime.scene.model import Constant, Directional, EnvMap, Instance, Plugin, Point, Shape, Spot
+from equaltime.scene.model import Constant, Directional, EnvMap, Instance, Plugin, Point, Shape, Solid, Spot
 from equaltime.scene.scene import Scene
 
 __all__ = ["Name", "Names"]
@@ -38,7 +39,8 @@ class Names:
         own: list[tuple[Shape, str | None]] = [(model.shapes[number], places[number]) for number in shown(model)]
         self._instances = [(shape, place) for shape, place in own if isinstance(shape, Instance)]
         groups = dict.fromkeys(instance.shapegroup for instance, _ in self._instances)
-        self._shapes = (*own, *((shape, None) for shape in chain.from_iterable(group.shapes for group in groups)))
+        grouped = [(shape, None) for shape in chain.from_iterable(group.shapes for group in groups)]
+        self._shapes, self._grouped = (*own, *grouped), len(grouped)
         shining = [
             emitter for emitter in model.emitters if isinstance(emitter, Point | Spot) and any(emitter.intensity)
         ]
@@ -47,6 +49,13 @@ class Names:
             *(emitter for emitter in shining if isinstance(emitter, Spot)),
             *(emitter for emitter in model.emitters if isinstance(emitter, Directional) and any(emitter.irradiance)),
         ]
+
+    def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
+        """Iterate over the shapes that have a surface, with their names, and whether they are part of a group."""
+        first_grouped = len(self._shapes) - self._grouped
+        for index, (shape, place) in enumerate(self._shapes):
+            if not isinstance(shape, Instance):
+                yield shape, self._name(shape, place), index >= first_grouped
 
     def shape(self, index: int) -> Name:
         """Name a shape: one of the scene's own, or one of a group, which come after them."""

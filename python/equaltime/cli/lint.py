@@ -1,0 +1,67 @@
+"""``equaltime lint``."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from equaltime.cli.arguments import parse_definitions
+from equaltime.cli.options import Define, SceneFile, Substitute
+from equaltime.scene import Scene, load_file
+from equaltime.scene.lint import Finding
+from equaltime.scene.lint import lint as hazards
+
+__all__ = ["lint", "print_hazards", "summary"]
+
+
+def lint(
+    scene: SceneFile,
+    define: Define = None,
+    substitute: Substitute = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+) -> int:
+    """Tell the hazards of a scene before it renders.
+
+    Warnings are of what makes an image wrong; notes of what is dealt with, or may be meant. Ends with 0 if there are
+    none or notes only, with 1 if there are warnings.
+    """
+    findings = hazards(load_file(scene, parse_definitions(define or ()), substitute=substitute))
+    warnings = sum(finding.severity == "warning" for finding in findings)
+    if as_json:
+        data = {"scene": str(scene), "warnings": warnings, "notes": len(findings) - warnings}
+        print(json.dumps({**data, "findings": [finding.as_dict() for finding in findings]}, indent=2))
+    else:
+        print("\n\n".join([*map(_told, findings), summary(findings) or "nothing found"]))
+    return 1 if warnings else 0
+
+
+def print_hazards(scene: Scene) -> None:
+    """Print one line of what a quick look at the scene finds, if anything."""
+    try:
+        findings = [finding for finding in hazards(scene, fast=True) if finding.check != "mended-files"]
+    except ValueError:
+        return  # what cannot be rendered is told when it is built
+    if told := summary(findings):
+        more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
+        print(f"lint: {told}; see {more}", file=sys.stderr)
+
+
+def summary(findings: Sequence[Finding]) -> str:
+    """Say in one line how many findings there are and of what; empty if there are none."""
+    told = []
+    for severity in ("warning", "note"):
+        checks = [finding.check for finding in findings if finding.severity == severity]
+        if checks:
+            told.append(f"{len(checks)} {severity}{'s' * (len(checks) != 1)} ({', '.join(checks)})")
+    return ", ".join(told)
+
+
+def _told(finding: Finding) -> str:
+    lines = [f"{finding.severity}: {finding.check}: {finding.what}"]
+    lines += [f"  at {place}" for place in finding.where]
+    return "\n".join([*lines, f"  equaltime {finding.becomes}", f"  you can: {finding.advice}"])

@@ -1,0 +1,159 @@
+"""What there is to know of a mesh, in time that grows with its triangles and no faster: sums and hashes, few sorts.
+
+Two vertices are the same if they are at the same place once rounded as the core rounds them. Sums of 64-bit hashes
+stand for multisets: that two that differ agree has a probability of about 2^-64.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.lint.parts import Part
+
+__all__ = ["MeshFacts", "border", "facts", "surrounds"]
+
+Array = NDArray[np.float64]
+Hashes = NDArray[np.uint64]
+
+CHUNK: Final = 1 << 16
+"""Triangles at a time, so that what is made of them stays in the cache."""
+UNCERTAIN: Final = 1e-2
+"""Radians by which rounded vertices may tilt a triangle before it is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFacts:
+    """What one pass over the triangles tells."""
+
+    degenerate: int
+    """Triangles of no area: what the core drops."""
+    slivers: int
+    """Other triangles that rounding may tilt by more than `UNCERTAIN`."""
+    sliver_area: float
+    """Their share of the area."""
+    tilt: float
+    """By how many radians the worst of them may be tilted."""
+    backwards: int
+    """Triangles of which all three shading normals are on the other side."""
+    area: float
+    volume: float
+    """Enclosed, if it is closed; negative if its front is inside."""
+    closed: bool
+    """Every edge is there once in each direction."""
+    faces: Hashes
+    """(M,) equal for triangles with the same corners."""
+    balance: int
+    """Sum over directed edges minus that over reversed ones; 0 if closed. Of several meshes, these add up."""
+
+
+def facts(part: Part) -> MeshFacts:
+    """Look at all triangles of a mesh."""
+    mesh = part.mesh
+    assert mesh is not None
+    points = part.points.astype(np.float64)
+    places = _mixed(part.points.view(np.uint32).astype(np.uint64))
+    hashes = np.empty(len(mesh.faces), np.uint64)
+    degenerate = slivers = backwards = balance = 0
+    area = sliver_area = volume = tilt = 0.0
+    for start in range(0, len(mesh.faces), CHUNK):
+        index = mesh.faces[start : start + CHUNK].astype(np.intp)
+        a, b, c = (points[index[:, k]] for k in range(3))
+        normal = _cross(b - a, c - a)
+        size = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+        volume += float(np.einsum("ij,ij->", a, _cross(b, c))) / 6.0
+        area += 0.5 * float(size.sum())
+        flat = size == 0.0
+        degenerate += int(flat.sum())
+        error = _tilt(a, b, c, size)
+        thin = (error > UNCERTAIN) & ~flat
+        slivers += int(thin.sum())
+        sliver_area += 0.5 * float(size[thin].sum())
+        tilt = max(tilt, float(error[thin].max(initial=0.0)))
+        if mesh.normals is not None:
+            sides = [np.einsum("ij,ij->i", normal, mesh.normals[index[:, k]]) < 0.0 for k in range(3)]
+            backwards += int((sides[0] & sides[1] & sides[2] & ~flat).sum())
+        corners = places[index]
+        hashes[start : start + CHUNK] = _mix(corners).sum(axis=1)
+        balance += _balance(corners)
+    balance %= 1 << 64
+    share = sliver_area / area if area > 0.0 else 0.0
+    closed = balance == 0 and degenerate < len(mesh.faces)
+    return MeshFacts(degenerate, slivers, share, tilt, backwards, area, volume, closed, hashes, balance)
+
+
+def border(parts: list[Part]) -> list[int]:
+    """Return how many edges of each mesh no other triangle of all of them shares."""
+    keys, owners = [], []
+    for number, part in enumerate(parts):
+        assert part.mesh is not None
+        corners = _mixed(part.points.view(np.uint32).astype(np.uint64))[part.mesh.faces.astype(np.intp)]
+        edges = np.concatenate([_mix(corners[:, k]) + _mix(corners[:, (k + 1) % 3]) for k in range(3)])
+        keys.append(edges)
+        owners.append(np.full(len(edges), number))
+    _, first, counts = np.unique(np.concatenate(keys), return_index=True, return_counts=True)
+    alone = np.concatenate(owners)[first[counts == 1]]
+    return [int(count) for count in np.bincount(alone, minlength=len(parts))]
+
+
+def surrounds(part: Part, place: Array) -> bool:
+    """Tell whether a place is inside a closed mesh: the solid angle of all triangles (Van Oosterom & Strackee 1983)."""
+    mesh = part.mesh
+    assert mesh is not None
+    low, high = part.bounds
+    if not ((low < place) & (place < high)).all():
+        return False
+    total = 0.0
+    for start in range(0, len(mesh.faces), CHUNK):
+        index = mesh.faces[start : start + CHUNK].astype(np.intp)
+        a, b, c = (mesh.vertices[index[:, k]] - place for k in range(3))
+        la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+        above = np.einsum("ij,ij->i", a, _cross(b, c))
+        below = la * lb * lc + sum(
+            np.einsum("ij,ij->i", one, other) * third for one, other, third in ((a, b, lc), (b, c, la), (c, a, lb))
+        )
+        total += 2.0 * float(np.arctan2(above, below).sum())
+    return abs(total) > 2.0 * np.pi
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products of rows, faster than NumPy's."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
+def _tilt(a: Array, b: Array, c: Array, size: Array) -> Array:
+    """Return the angle by which one rounding step of the vertices may tilt each triangle."""
+    edges = [np.einsum("ij,ij->i", e, e) for e in (b - a, c - b, a - c)]
+    longest = np.sqrt(np.maximum(np.maximum(edges[0], edges[1]), edges[2]))
+    largest = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(largest * 2.0**-24 * longest / size)
+
+
+def _mix(words: Hashes) -> Hashes:
+    """Return a hash of each word (the finaliser of SplitMix64)."""
+    mixed = words ^ (words >> np.uint64(30))
+    mixed *= np.uint64(0xBF58476D1CE4E5B9)
+    mixed ^= mixed >> np.uint64(27)
+    mixed *= np.uint64(0x94D049BB133111EB)
+    mixed ^= mixed >> np.uint64(31)
+    return mixed
+
+
+def _mixed(rows: Hashes) -> Hashes:
+    """Return a hash of each row of three."""
+    x, y, z = rows.T
+    return _mix(_mix(_mix(x + np.uint64(0x9E3779B97F4A7C15)) + y) + z)
+
+
+def _balance(corners: Hashes) -> int:
+    """Return the sum over the directed edges of triangles (n, 3) minus that over their reverses, modulo 2^64."""
+    total = np.uint64(0)
+    turned = np.roll(corners, -1, axis=1)
+    with np.errstate(over="ignore"):
+        total = (_mix(corners * np.uint64(3) + turned) - _mix(turned * np.uint64(3) + corners)).sum(dtype=np.uint64)
+    return int(total)

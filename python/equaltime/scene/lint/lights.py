@@ -1,0 +1,183 @@
+"""Hazards of lights: dark ones, ones that face away from all there is, ones that no technique finds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from equaltime.scene.geometry import DiskSurface, SphereSurface
+from equaltime.scene.lint.facts import facts, surrounds
+from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.parts import Array, Part, World, leaves
+from equaltime.scene.model import (
+    Area,
+    BsdfPlugin,
+    Conductor,
+    Constant,
+    Dielectric,
+    Directional,
+    EnvMap,
+    Plugin,
+    Point,
+    RoughConductor,
+    RoughDielectric,
+    Spot,
+    ThinDielectric,
+)
+
+__all__ = ["check_lights"]
+
+AWAY = 1e-6
+"""What lies before a light by less than this share of the scene's size lies in its plane."""
+FLAT = 1e-4
+"""How far the normals of a flat light's triangles may be apart, in radians."""
+
+
+def check_lights(world: World) -> Iterator[Finding]:
+    """Look at all that emits, and at what does not but seems to."""
+    model = world.scene.model
+    nodes = {
+        id(node): node
+        for node in model.nodes()
+        if isinstance(node, Area | Point | Spot | Directional | Constant | EnvMap)
+    }
+    dark = [node for node in nodes.values() if _is_dark(node, world)]
+    if dark:
+        yield Finding(
+            "dark-lights",
+            "note",
+            f"lights without power: {len(dark)}",
+            first_places(world.called(node) for node in dark),
+            len(dark),
+            "leaves them out: they cost nothing",
+            "remove them, or give them the radiance they should have",
+        )
+    if len(dark) == len(nodes):
+        yield Finding(
+            "no-light",
+            "warning",
+            "nothing in the scene emits light",
+            (),
+            1,
+            "renders a black image",
+            "add an emitter: a constant one is the simplest",
+        )
+    yield from _turned_away(world)
+    yield from _through_glass(world)
+
+
+def _is_dark(node: Plugin, world: World) -> bool:
+    if isinstance(node, EnvMap):
+        return node.scale == 0.0 or not world.scene.assets.image(node).any()
+    name = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(node.title, "radiance")
+    value = getattr(node, name)
+    return isinstance(value, tuple) and not any(value)
+
+
+def _turned_away(world: World) -> Iterator[Finding]:
+    """Flat lights with nothing before them: neither a shape nor the camera."""
+    corners = [part.bounds for part in world.parts if not part.grouped]
+    if not corners or world.skipped or any(part.grouped for part in world.parts):
+        return  # what is left out may be before the light, as may instances, which stand where only the core knows
+    boxes = np.array(corners)
+    size = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
+    found = []
+    for part in world.parts:
+        if part.surface.sides.radiance is None or (plane := _plane(part)) is None:
+            continue
+        place, normal = plane
+        before = (np.where(normal > 0.0, boxes[:, 1], boxes[:, 0]) - place) @ normal
+        if max(float(before.max()), float((world.camera - place) @ normal)) <= AWAY * size:
+            found.append(part)
+    if found:
+        yield Finding(
+            "lights-turned-away",
+            "warning",
+            f"flat lights with nothing before their front, neither a shape nor the camera: {len(found)}",
+            first_places(part.name for part in found),
+            len(found),
+            "samples them as any other light, and finds nothing",
+            "flip_normals = true on the shape turns the light round",
+        )
+
+
+def _plane(part: Part) -> tuple[Array, Array] | None:
+    """Return a point of a flat light and the direction of its front."""
+    if isinstance(part.surface, DiskSurface):
+        x, y, _, place = part.surface.to_world[:3].T
+        normal = np.cross(x, y)
+        mirrored = float(np.linalg.det(part.surface.to_world[:3, :3])) < 0.0
+        normal = -normal if part.surface.flip_normals != mirrored else normal
+        length = float(np.linalg.norm(normal))
+        return (place, normal / length) if length > 0.0 else None
+    mesh = part.mesh
+    if mesh is None or len(mesh.faces) > 64:
+        return None
+    a, b, c = (mesh.vertices[mesh.faces[:, k].astype(np.intp)] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1)
+    if not (lengths > 0.0).all():
+        return None
+    normals /= lengths[:, None]
+    return (a[0], normals[0]) if (normals @ normals[0] > np.cos(FLAT)).all() else None
+
+
+def _through_glass(world: World) -> Iterator[Finding]:
+    """Find lights without extent: no ray meets them, so none of their light comes off a mirror or through glass."""
+    lights = [
+        e for e in world.scene.model.emitters if isinstance(e, Point | Spot | Directional) and not _is_dark(e, world)
+    ]
+    smooth = [part for part in world.parts if any(map(_is_smooth, leaves(part.shape.bsdf)))]
+    if not lights or not smooth:
+        return
+    glass = [part for part in smooth if any(isinstance(leaf, Dielectric) for leaf in leaves(part.shape.bsdf))]
+    inside = [light for light in lights if any(_within(light, part) for part in glass)]
+    if inside:
+        yield Finding(
+            "lights-behind-glass",
+            "warning",
+            f"lights without extent inside smooth glass, through which no technique connects to them: {len(inside)}",
+            first_places(world.called(light) for light in inside),
+            len(inside),
+            "renders the scene without their light",
+            "put a small sphere with an area emitter in their place, or make the glass rough or thin",
+        )
+    if len(inside) < len(lights):
+        yield Finding(
+            "caustics-left-out",
+            "note",
+            f"lights without extent: {len(lights) - len(inside)}; smooth mirrors and glass, which pass on light "
+            f"of theirs that no technique finds: {len(smooth)}",
+            first_places(
+                [*(world.called(light) for light in lights if light not in inside), *(p.name for p in smooth)]
+            ),
+            len(lights) - len(inside),
+            "renders the scene without such caustics; shadows of smooth glass are black",
+            "use small area lights, a sun as wide as it is, or rough surfaces, where the caustics matter",
+        )
+
+
+def _is_smooth(leaf: BsdfPlugin) -> bool:
+    """Tell whether all it reflects and lets through goes into single directions."""
+    return (
+        isinstance(leaf, Conductor | Dielectric)
+        and not isinstance(leaf, RoughConductor | RoughDielectric)
+        and not _is_nothing(leaf)
+    )
+
+
+def _is_nothing(leaf: BsdfPlugin) -> bool:
+    return isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior == leaf.ext_ior
+
+
+def _within(light: Plugin, part: Part) -> bool:
+    if isinstance(light, Point):
+        place = np.array(light.world_position)
+    elif isinstance(light, Spot):
+        place = np.array(light.to_world)[:3, 3]
+    else:
+        return False
+    if isinstance(part.surface, SphereSurface):
+        return float(np.linalg.norm(place - part.surface.center)) < part.surface.radius
+    return part.mesh is not None and not part.grouped and facts(part).closed and surrounds(part, place)

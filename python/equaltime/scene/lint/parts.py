@@ -1,0 +1,152 @@
+"""The scene as lint looks at it: surfaces as they are rendered, rounded where the core rounds them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.model import (
+    Bsdf,
+    Dielectric,
+    MeshFile,
+    Plugin,
+    Principled,
+    Solid,
+    ThinDielectric,
+    as_array,
+)
+from equaltime.scene.naming import Name, Names
+from equaltime.scene.scene import Scene
+
+__all__ = ["Part", "World", "leaves"]
+
+Array = NDArray[np.float64]
+Hashes = NDArray[np.uint64]
+
+FAST_TRIANGLES: Final = 10_000
+"""How many triangles are looked at where there is no time."""
+
+
+@dataclass(eq=False)
+class Part:
+    """One surface."""
+
+    shape: Solid
+    name: Name
+    surface: Surface
+    grouped: bool
+    """It is part of a group, in whose own space it stands."""
+    origin: Array | None = None
+    """What becomes 0 before vertices are rounded; see `World.parts`."""
+
+    @cached_property
+    def mesh(self) -> MeshSurface | None:
+        """Its triangles, in the scene's units, if it has any."""
+        if isinstance(self.surface, QuadSurface):
+            return self.surface.mesh()
+        return self.surface if isinstance(self.surface, MeshSurface) else None
+
+    @cached_property
+    def points(self) -> NDArray[np.float32]:
+        """The vertices (N, 3) as the core rounds them."""
+        assert self.mesh is not None
+        assert self.origin is not None
+        with np.errstate(over="ignore"):
+            return (self.mesh.vertices - self.origin).astype(np.float32) + np.float32(0.0)  # no zero has a sign
+
+    @cached_property
+    def bounds(self) -> Array:
+        """The lower and the upper corner, in the scene's units."""
+        if self.mesh is not None:
+            used = self.mesh.vertices
+            return np.array([used.min(axis=0), used.max(axis=0)])
+        if isinstance(self.surface, DiskSurface):
+            columns = self.surface.to_world[:3, :2]
+            reach, center = np.linalg.norm(columns, axis=1), self.surface.to_world[:3, 3]
+            return np.array([center - reach, center + reach])
+        if isinstance(self.surface, CylinderSurface):
+            ends = np.array([self.surface.base, self.surface.end])
+            return np.array([ends.min(axis=0) - self.surface.radius, ends.max(axis=0) + self.surface.radius])
+        assert not isinstance(self.surface, MeshSurface | QuadSurface)
+        return np.array([self.surface.center - self.surface.radius, self.surface.center + self.surface.radius])
+
+    @property
+    def extent(self) -> float:
+        """The longest side of the bounds."""
+        return float((self.bounds[1] - self.bounds[0]).max())
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the back absorbs everything while the front does not."""
+        sides = self.surface.sides
+        return (sides.front is None) != (sides.back is None) or (sides.front is None and sides.radiance is not None)
+
+    @property
+    def refracts(self) -> bool:
+        """Whether it is an interface between two media, which must close to have an inside."""
+        return any(
+            (isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior != leaf.ext_ior)
+            or (isinstance(leaf, Principled) and leaf.transmits)
+            for leaf in leaves(self.shape.bsdf)
+        )
+
+
+class World:
+    """All that lint looks at; meshes are placed when first asked for."""
+
+    def __init__(self, scene: Scene, *, fast: bool = False) -> None:
+        self.scene = scene
+        self.names = Names(scene)
+        self.camera = as_array(scene.model.sensor.to_world)[:3, 3]
+        self.fast = fast
+        self.skipped = 0
+        """Meshes that were not looked at for want of time."""
+
+    def called(self, node: Plugin) -> str:
+        """Return what people call a part of the scene that is no shape."""
+        return str(Name(node.id, node.title, self.scene.place_of(node)))
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Every surface once, those of groups after all others."""
+        parts = tuple(self._surfaces())
+        corners = np.array([part.bounds for part in parts if not part.grouped]).reshape(-1, 3)
+        origin = np.clip(self.camera, corners.min(axis=0), corners.max(axis=0)) if len(corners) else self.camera
+        for part in parts:
+            part.origin = part.bounds.mean(axis=0) if part.grouped else origin
+        return parts
+
+    def _surfaces(self) -> Iterator[Part]:
+        budget = FAST_TRIANGLES
+        for shape, name, grouped in self.names.solids():
+            if isinstance(shape, MeshFile):
+                data = self.scene.assets.mesh(shape)
+                if self.fast and (budget := budget - len(data.faces)) < 0:
+                    self.skipped += 1
+                    continue
+                flat = shape if data.normals is not None else shape.replace(face_normals=True)  # spares making normals
+                yield Part(shape, name, surface(flat, self.scene.assets), grouped)
+            else:
+                yield Part(shape, name, surface(shape, self.scene.assets), grouped)
+
+    @cached_property
+    def meshes(self) -> tuple[Part, ...]:
+        """Those that are triangles."""
+        return tuple(part for part in self.parts if part.mesh is not None)
+
+
+def leaves(bsdf: Bsdf | None) -> Iterator[Bsdf]:
+    """Iterate over the BSDFs in `bsdf` that wrap no other."""
+    if bsdf is None:
+        return
+    inner = getattr(bsdf, "bsdf", None)
+    if inner is None:
+        yield bsdf
+    for part in inner if isinstance(inner, tuple) else () if inner is None else (inner,):
+        yield from leaves(part)

@@ -1,0 +1,168 @@
+"""Hazards of surfaces: triangles that are none, that coincide, that face the wrong way, that do not close."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from equaltime.scene.geometry import SphereSurface
+from equaltime.scene.lint.facts import UNCERTAIN, MeshFacts, border, facts, surrounds
+from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.parts import Part, World
+
+__all__ = ["check_surfaces"]
+
+MUCH = 1e-2
+"""The share of a mesh's area from which slivers are no trifle."""
+
+
+def check_surfaces(world: World) -> Iterator[Finding]:
+    """Look at all triangles."""
+    known = {part: facts(part) for part in world.meshes}
+    yield from _degenerate(known)
+    yield from _slivers(known)
+    yield from _backwards(known)
+    yield from _coincident(known)
+    if not world.skipped:  # what is left out may be inside, or close the others
+        yield from _inverted(world, known)
+        yield from _open(world, known)
+
+
+def _degenerate(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    found = {part: fact.degenerate for part, fact in known.items() if fact.degenerate}
+    if not found:
+        return
+    gone = [part for part in found if known[part].degenerate == len(known[part].faces)]
+    more = f"; shapes of which nothing is left: {len(gone)}" if gone else ""
+    yield Finding(
+        "degenerate-triangles",
+        "warning" if gone else "note",
+        f"triangles without area once their vertices are rounded: {sum(found.values()):,}{more}",
+        first_places(part.name for part in gone or found),
+        sum(found.values()),
+        "leaves them out: no ray can meet them, and they are in no light's area",
+        "nothing, if their shapes are not missed; else write the vertices with more digits",
+    )
+
+
+def _slivers(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    found = {part: fact for part, fact in known.items() if fact.slivers}
+    if not found:
+        return
+    count, worst = sum(fact.slivers for fact in found.values()), max(fact.tilt for fact in found.values())
+    much = [part for part, fact in found.items() if fact.sliver_area > MUCH]
+    share = max(fact.sliver_area for fact in found.values())
+    yield Finding(
+        "sliver-triangles",
+        "warning" if much else "note",
+        f"triangles so thin or small that rounding may tilt them by more than {UNCERTAIN:g} radians: {count:,}; "
+        f"by up to {worst:.2g}, in up to {share:.2g} of a shape's area",
+        first_places(part.name for part in much or found),
+        count,
+        "takes normals from the rounded vertices in double precision, and starts rays clear of the error",
+        "mesh the shape anew, or bring it nearer to the camera or to the size of the scene",
+    )
+
+
+def _backwards(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    found = {part: fact for part, fact in known.items() if fact.backwards}
+    if not found:
+        return
+    count = sum(fact.backwards for fact in found.values())
+    most = [part for part, fact in found.items() if 2 * fact.backwards > len(fact.faces)]
+    yield Finding(
+        "normals-against-faces",
+        "warning" if most else "note",
+        f"triangles with all three shading normals on what the order of their vertices makes the back: {count:,}"
+        + (f"; shapes where it is most of them: {len(most)}" if most else ""),
+        first_places(part.name for part in most or found),
+        count,
+        "lets no light through between what the two say: such triangles are black or nearly so",
+        "face_normals = true shades them flat; or turn the faces round where the mesh was made",
+    )
+
+
+def _coincident(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    parts = [part for part in known if not part.grouped]
+    if not parts:
+        return
+    hashes = np.concatenate([known[part].faces for part in parts])
+    unique, counts = np.unique(hashes, return_counts=True)
+    twice = unique[counts > 1]
+    if not len(twice):
+        return
+    shared = {part: int(np.isin(known[part].faces, twice).sum()) for part in parts}
+    owners = [part for part, count in shared.items() if count]
+    unlike = {part.surface.sides.front for part in owners}, {part.surface.sides.radiance for part in owners}
+    matters = any(part.refracts or part.surface.sides.radiance is not None for part in owners)
+    serious = matters or any(len(kinds) > 1 for kinds in unlike)
+    copies = int((counts[counts > 1] - 1).sum())
+    kind = "of another material, or refracting, or emitting" if serious else "of the same material"
+    yield Finding(
+        "coincident-faces",
+        "warning" if serious else "note",
+        f"triangles that lie exactly on others, {kind}: {copies:,}",
+        first_places(part.name for part in owners),
+        copies,
+        "a ray meets one of them, always the same in every render; a ray that goes on may meet the other next",
+        "remove the copies; set apart what shall be two layers",
+    )
+
+
+def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    """Find closed shapes whose front is inside, looked at from outside."""
+    found = []
+    for part in world.parts:
+        if part.grouped or not (part.one_sided or part.refracts):
+            continue
+        if isinstance(part.surface, SphereSurface):
+            turned = part.surface.flip_normals
+            outside = float(np.linalg.norm(world.camera - part.surface.center)) > part.surface.radius
+        elif part in known:
+            turned = known[part].closed and known[part].volume < 0.0
+            outside = turned and not surrounds(part, world.camera)
+        else:
+            continue
+        if turned and outside and not _encloses(part, world):
+            found.append(part)
+    if found:
+        yield Finding(
+            "inverted-shapes",
+            "warning",
+            f"closed shapes with their front inside, while the camera is outside: {len(found)}",
+            first_places(part.name for part in found),
+            len(found),
+            "does as the file says: seen from outside they are black, or glass turned inside out",
+            "flip_normals = true, or twosided around the BSDF",
+        )
+
+
+def _encloses(part: Part, world: World) -> bool:
+    """Tell whether other shapes are within, as in a room or in a sky, for which the front is inside on purpose."""
+    low, high = part.bounds
+    return any(
+        other is not part and not other.grouped and ((low <= other.bounds) & (other.bounds <= high)).all()
+        for other in world.parts
+    )
+
+
+def _open(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+    """Refracting meshes that leave a gap, all of them taken together: liquids in glasses close each other."""
+    clear = [part for part in world.parts if part.refracts and not part.grouped]
+    meshes = [part for part in clear if part in known]
+    if not sum(known[part].balance for part in meshes) % (1 << 64):
+        meshes = []
+    gaps = dict(zip(meshes, border(meshes), strict=True)) if meshes else {}
+    sheets = [part for part in clear if part not in known and not isinstance(part.surface, SphereSurface)]
+    found = [*(part for part in meshes if gaps[part]), *sheets]
+    if found:
+        yield Finding(
+            "open-dielectrics",
+            "warning",
+            f"refracting shapes that do not close: {len(found)}; edges of one triangle alone: {sum(gaps.values()):,}",
+            first_places(part.name for part in found),
+            sum(gaps.values()) + len(sheets),
+            "refracts at each surface by itself: light that passes the gap goes on as if it had never left, or entered",
+            "close the mesh; for a single pane use thindielectric",
+        )
