@@ -34,7 +34,9 @@ def test_every_test_that_a_row_names_is_there(case: str) -> None:
     _, test, twin = ROWS[case]
     assert NAMED.findall(test) or test.startswith("does not apply:"), "a test, or why there is none"
     assert NAMED.findall(twin) or twin == "in it" or test.startswith("does not apply:"), "a twin"
-    missing = [named for cell in (test, twin) for named in NAMED.findall(cell) if not is_there(named[0], named[1] or None)]
+    missing = [
+        named for cell in (test, twin) for named in NAMED.findall(cell) if not is_there(named[0], named[1] or None)
+    ]
     assert missing == []
 
 
@@ -46,5 +48,7 @@ def test_a_test_that_is_not_there_is_found_to_be_missing() -> None:
 
 
 def test_every_test_here_that_is_named_by_a_case_is_one_of_the_catalogue() -> None:
-    names = re.findall(r"def test_([GSTEC])0?(\d+)_", "".join(p.read_text() for p in Path(__file__).parent.glob("*.py")))
+    names = re.findall(
+        r"def test_([GSTEC])0?(\d+)_", "".join(p.read_text() for p in Path(__file__).parent.glob("*.py"))
+    )
     assert {letter + number for letter, number in names} <= set(IDS)

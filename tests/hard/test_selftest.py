@@ -87,6 +87,7 @@ def test_images_without_noise_are_looked_at_pixel_by_pixel() -> None:
     dark[3, 5, 1] *= 1.0 - 3e-6
     assert judge_value([dark, dark], 0.1, LIMIT).score > MOST_ULP, "the twin: one channel of one pixel"
     assert not judge_value([1e-30 * image, 1e-30 * image], 0.0, LIMIT).passed, "nothing but 0 is 0"
+    assert not judge_value(noise(1.0, 9.0, seeds=2), 0.0, LIMIT).passed, "with however much noise"
 
 
 def test_bits_and_expectations_are_compared() -> None:

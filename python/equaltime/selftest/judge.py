@@ -75,7 +75,7 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
     """Judge images of independent seeds by the known mean of all their pixels, which are alike without noise."""
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
-    if len(stack) == 1 or np.ptp(stack, axis=0).max() <= MOST_ULP * unit:
+    if not expected or len(stack) == 1 or np.ptp(stack, axis=0).max() <= MOST_ULP * unit:
         return Outcome(expected, got, 0.0, "ulp", float(np.abs(stack - expected).max()) / unit, MOST_ULP)
     means = stack.mean(axis=(1, 2, 3))
     error = _standard_error(means)

@@ -94,7 +94,9 @@ class MitsubaSubject:
 
     def _images(self, scene: Scene, case: Case) -> list[Image]:
         self._peer.prepare(scene, self._threads)
-        return [next(self._peer.run(_FIRST_SEED + seed, (case.spp,))).image for seed in range(case.seeds)]
+        return [
+            next(self._peer.run(_FIRST_SEED + seed, (case.peer_spp or case.spp,))).image for seed in range(case.seeds)
+        ]
 
 
 def _timed(case: Case, judged: Callable[[Case], Outcome]) -> Outcome:
