@@ -20,7 +20,8 @@ from equaltime.selftest.judge import MOST_ULP, judge_bits, judge_same, judge_val
 from equaltime.selftest.subjects import MitsubaSubject, OurSubject
 from equaltime.selftest.units import in_units
 
-QUICK = [case for case in CASES if case.id in ("G2", "G3", "G10", "G13", "G17", "S1", "S3", "S7", "S16", "T8")]
+QUICK_IDS = "G2 G3 G10 G11 G13 G14 G17 S1 S3 S7 S16 T8".split()
+QUICK = [case for case in CASES if case.id in QUICK_IDS]
 LIMIT = limit_of(len(CASES))
 
 
@@ -58,7 +59,7 @@ def test_each_hard_scene_is_used_and_goes_with_the_package() -> None:
     root = Path(__file__).parents[2]
     files = {path.relative_to(root / "scenes").as_posix() for path in (root / "scenes" / "hard").iterdir()}
     used = {case.scene for case in CASES}
-    assert files == {scene for scene in used if scene.startswith("hard/")}
+    assert {name for name in files if name.endswith(".toml")} == {scene for scene in used if scene.startswith("hard/")}
     recipe = (root / "CMakeLists.txt").read_text()
     assert all(f"scenes/{scene.split('/')[0]}" in recipe for scene in used)
     assert all((scenes_folder() / scene).is_file() for scene in used)

@@ -20,6 +20,9 @@ from equaltime.selftest.subjects import PeerName
 
 __all__ = ["selftest"]
 
+_WIDTH_OF_FILES = 132
+_MANY_ULP = 2.0**20
+
 
 def selftest(
     only: Annotated[
@@ -55,34 +58,43 @@ def selftest(
 
 
 def _print(report: SelfTest) -> None:
+    beside = report.peer is not None
     table = Table(box=None, pad_edge=False)
     table.add_column("case", no_wrap=True)
-    table.add_column("what", overflow="fold", min_width=10)
-    table.add_column("stresses", overflow="fold", min_width=10)
-    for heading in ("expected", "got", "off by", "") + ((report.peer, "off by", "") if report.peer else ()):
+    for heading in ("what",) if beside else ("what", "stresses"):
+        table.add_column(heading, overflow="fold", min_width=12)
+    for heading in ("expected", "got", "off by", "", *((report.peer or "", "off by", "") if beside else ())):
         table.add_column(heading, justify="right", no_wrap=True)
     for case in report.cases:
-        table.add_row(*_cells(case, peer=report.peer is not None))
+        table.add_row(*_cells(case, beside))
     console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = _WIDTH_OF_FILES
     console.print(table)
     for line in (*_failures(report.cases), _summary(report)):
         console.print(line, soft_wrap=True, markup=False)
 
 
-def _cells(report: CaseReport, peer: bool) -> tuple[str | Text, ...]:
+def _cells(report: CaseReport, beside: bool) -> tuple[str | Text, ...]:
     case, ours = report.case, report.ours
-    expected = "" if ours.expected is None else f"{ours.expected:.6g}"
+    expected = "" if ours.expected is None else f"{ours.expected:.5g}"
+    if not beside:
+        spread = f" ± {ours.error:.1g}" if ours.error else ""
+        got, *rest = _outcome(ours)
+        return (case.id, case.name, case.stresses, expected, f"{got}{spread}", *rest)
     theirs = ("", "", "") if report.theirs is None else _outcome(report.theirs)
-    return (case.id, case.name, case.stresses, expected, *_outcome(ours), *(theirs if peer else ()))
+    return (case.id, case.name, expected, *_outcome(ours), *theirs)
 
 
 def _outcome(outcome: Outcome) -> tuple[str, str, Text]:
     verdict = Text("pass", style="green") if outcome.passed else Text("FAIL", style="bold red")
     if outcome.got is None:
         return "", "", verdict
-    spread = f" ± {outcome.error:.1g}" if outcome.error else ""
-    score = f"{outcome.score:.2g} sd" if outcome.kind == "z" else f"{outcome.score:.3g} ulp"
-    return f"{outcome.got:.6g}{spread}", score, verdict
+    if outcome.kind == "z":
+        off = f"{outcome.score:.2g} sd"
+    else:
+        off = f"{outcome.score:.2g} ulp" if outcome.score < _MANY_ULP else "much"
+    return f"{outcome.got:.5g}", off, verdict
 
 
 def _failures(cases: Sequence[CaseReport]) -> list[str]:

@@ -102,6 +102,7 @@ def _mirrors(bounces: int) -> Case:
 
 _UNITS = "thresholds that are lengths"
 _SLIVER: dict[str, Any] = {"stretch": [50, 5e-4, 1], "eye": [0.2, 1e-4, 0.3], "towards": [0.5, 5e-5, -0.2]}
+_STRIP = 0.5 / math.pi * (0.5 + math.pi / 4)
 _FAR = {"place": [1e6, -1e6, 1e6]}
 _INSIDE = {"shape": "sphere", "ior": 1.5, "eye": [-0.1, 0.2, 0.3]}
 
@@ -120,6 +121,7 @@ CASES: Final = (
     _furnace("furnace-box", 0.5, id="G7", stresses="triangles 1e5 times as long as wide", **_SLIVER),
     _furnace("furnace-sphere", 0.5, id="S28", stresses="a lamp all round that touches"),
     _furnace("furnace-sphere", 0.9, id="S28", stresses="a lamp all round that touches"),
+    _furnace("furnace-glass", 0.5, id="S17", stresses="energy through glass"),
     _mirrors(3000),
     Case("S8", "squares that face", "light sampling", "hard/facing-squares.toml", 0.19982489569838743),
     Case("S8", "squares that touch", "1 / d² next to a lamp", "hard/touching-squares.toml", 0.20004377607540316),
@@ -127,10 +129,13 @@ CASES: Final = (
     *(_ball_lamp(ratio) for ratio in (1e-1, 1e-3, 1e-5, 1e-7)),
     _ball_lamp(1e-10, id="S1", stresses="squares of densities overflow"),
     Case("S10", "ceiling 1e6 gaps wide", "half a world of light", "hard/ceiling.toml", 0.5),
+    Case("S11", "strip 2000 times as long as wide", "angles that cancel", "hard/strip-lamp.toml", _STRIP),
     Case("S7", "ground in a lamp's plane", "a cosine of 0", "hard/edge-on.toml", 0.0, seeds=2),
     Case("G13", "sun at 0.01°", "offsets along the ground", "hard/low-sun.toml", math.sin(math.radians(0.01)), seeds=2),
     Case("G16", "disk over ground 1e9 wider", "offsets by the size of triangles", "hard/stadium.toml", 0.1, spp=256),
     Case("G17", "lid 1e-5 before a lamp", "shadow rays that end early", "hard/covered-lamp.toml", 0.0, seeds=2),
+    Case("G11", "cage of 512 triangles", "edges that leak", "hard/cage.toml", 0.0, spp=256, seeds=2),
+    Case("G14", "lamp behind a bent wall", "which side is which", "hard/bent-wall.toml", 0.0, seeds=2),
     Case("G2", "shell 1e-6 around", "offsets wider than a gap", "hard/shell.toml", 0.5),
     Case("G10", "three squares in one place", "which is met", "hard/coincident.toml", 0.5),
     *(_ball(f"ball from {d:g} away", "digits of long rays", "G5", **_from(d)) for d in (1e2, 1e4, 1e7)),
