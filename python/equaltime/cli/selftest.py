@@ -80,8 +80,8 @@ def _cells(report: CaseReport, beside: bool) -> tuple[str | Text, ...]:
     expected = "" if ours.expected is None else f"{ours.expected:.5g}"
     if not beside:
         spread = f" ± {ours.error:.1g}" if ours.error else ""
-        got, *rest = _outcome(ours)
-        return (case.id, case.name, case.stresses, expected, f"{got}{spread}", *rest)
+        got, off, verdict = _outcome(ours)
+        return (case.id, case.name, case.stresses, expected, f"{got}{spread}", off, verdict)
     theirs = ("", "", "") if report.theirs is None else _outcome(report.theirs)
     return (case.id, case.name, expected, *_outcome(ours), *theirs)
 
