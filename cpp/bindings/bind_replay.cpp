@@ -41,7 +41,9 @@ class Report {
   py::dict of(const TracedVertex& v) const {
     py::dict d("origin"_a = point(v.ray.origin), "direction"_a = triple(v.ray.direction),
                "throughput"_a = number(v.beta), "gathered"_a = number(v.L, radiance_));
-    d["surface"] = v.it ? py::object(of(*v.it, v.place)) : py::none();
+    d["left"] = number(v.left);
+    d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.place)) : py::none();
+    d["particle"] = v.in_medium ? py::object(point(v.it->anchor.p)) : py::none();
     d["emitter"] = v.emitter ? py::object(of(*v.emitter)) : py::none();
     d["light"] = v.light ? py::object(of(*v.light)) : py::none();
     d["scattering"] = v.scattering ? py::object(of(*v.scattering)) : py::none();

@@ -52,9 +52,11 @@ struct Columns {
   py::array_t<bool> valid;
 };
 
+/// A BSDF by its number; after them, the phase functions of the media of any extinction.
 const Bsdf& bsdf_at(const Scene& scene, std::size_t index) {
-  require(index < scene.materials.size(), "no such BSDF");
-  return scene.materials[index].bsdf;
+  const std::size_t materials = scene.materials.size();
+  require(index < materials + scene.media.size(), "no such BSDF");
+  return index < materials ? scene.materials[index].bsdf : scene.media[index - materials].phase;
 }
 
 py::dict eval_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
@@ -186,6 +188,26 @@ py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light,
   return out;
 }
 
+/// Flights of rays of a throughput through a medium, numbered among those of any extinction, to a surface at so many
+/// of the user's units of length, with two numbers a row.
+py::dict sample_flights(const Scene& scene, std::size_t medium, const Array& beta, const Array& distance,
+                        const Array& u) {
+  require(medium < scene.media.size(), "no such medium");
+  const py::ssize_t n = count(u, 2, "u");
+  require(count(beta, 3, "beta") == n && distance.ndim() == 1 && distance.shape(0) == n, "as many beta and distances");
+  Columns out(n);
+  py::array_t<double> reach(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const Vec3f b = row(beta, i);
+    const auto most = static_cast<float>(scene.normalization.length(distance.at(i)));
+    const Flight f = scene.media[medium].sample({b.x, b.y, b.z}, most, {*u.data(i, 0), *u.data(i, 1)});
+    out.set(i, {}, f.weight, 0);
+    out.valid.mutable_at(i) = f.collides;
+    reach.mutable_at(i) = scene.normalization.world_length(static_cast<double>(f.distance));
+  }
+  return py::dict("weight"_a = out.value, "collides"_a = out.valid, "distance"_a = reach);
+}
+
 /// Places within a pixel that the scene's filter draws, in pixels from its centre, and their weights.
 py::dict sample_filter(const Scene& scene, const Array& u) {
   const py::ssize_t n = count(u, 2, "u");
@@ -248,6 +270,7 @@ void bind_sampling(py::module_& m) {
             "environment"_a = "plain");
   parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a,
             "environment"_a = "plain");
+  parts.def("sample_flights", &sample_flights, "scene"_a, "medium"_a, "beta"_a, "distance"_a, "u"_a);
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);

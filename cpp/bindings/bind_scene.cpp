@@ -168,6 +168,29 @@ void bind_builder(py::module_& m) {
           "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
           "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
       .def(
+          "add_medium",
+          [](D& d, const Triple& sigma_t, const Triple& albedo, double g) {
+            return append(d.media, MediumDescription{vec(sigma_t), vec(albedo), g});
+          },
+          "sigma_t"_a, "albedo"_a, "g"_a = 0.0)
+      .def(
+          "set_media",
+          [](D& d, std::uint32_t shape, Index exterior, Index interior) {
+            if (shape >= d.shapes.size()) throw py::value_error("media are of a shape that was added");
+            SurfaceDescription* s = std::visit(
+                [](auto& any) -> SurfaceDescription* {
+                  if constexpr (requires { any.surface; }) return &any.surface;
+                  return nullptr;
+                },
+                d.shapes[shape]);
+            if (s == nullptr) throw py::value_error("an instance has no media of its own");
+            s->exterior = exterior, s->interior = interior;
+          },
+          "shape"_a, py::kw_only(), "exterior"_a, "interior"_a)
+      .def(
+          "set_camera_medium", [](D& d, std::uint32_t medium) { d.camera_medium = medium; }, "medium"_a)
+      .def("cross_freely", [](D& d) { d.crossings_are_vertices = false; })
+      .def(
           "add_group",
           [](D& d, std::uint32_t first) {
             if (first > d.shapes.size()) throw py::value_error("a group begins with a shape that was added");

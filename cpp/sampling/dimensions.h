@@ -18,6 +18,7 @@ enum class BounceDimension : std::uint32_t {
   roulette,
   technique,
   material,  // which part of a mixture
+  medium,    // how far in a medium, and by which colour that is drawn
   count
 };
 

@@ -7,6 +7,7 @@
 #include "scene/conductor.h"
 #include "scene/dielectric.h"
 #include "scene/diffuse.h"
+#include "scene/phase.h"
 #include "scene/plastic.h"
 #include "scene/principled.h"
 #include "scene/rough_conductor.h"
@@ -17,7 +18,7 @@
 namespace equaltime {
 
 using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
-                          RoughDielectric, Principled>;
+                          RoughDielectric, Principled, Phase>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description);
 
@@ -35,6 +36,8 @@ template <auto E, class F>
     if (const auto* model = std::get_if<Dielectric>(&bsdf)) return f(*model);
     if (const auto* model = std::get_if<ThinDielectric>(&bsdf)) return f(*model);
   }
+  if constexpr (E.media)
+    if (const auto* model = std::get_if<Phase>(&bsdf)) return f(*model);
   if constexpr (E.principled)
     if (const auto* model = std::get_if<Principled>(&bsdf)) return f(*model);
   if constexpr (E.rough_dielectrics)

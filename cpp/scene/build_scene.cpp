@@ -51,6 +51,7 @@ class Builder {
   Normalization space_;  // that of the set being built
   std::vector<Texture> textures_;
   std::vector<Material> materials_;
+  Media media_;
   std::vector<Surface> surfaces_;
   Geometries geometries_;  // of the set being built
   std::vector<Normalization> group_spaces_;
@@ -76,6 +77,8 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   for (const auto& [shape, texture] : description_.emissions)
     if (shape == surfaces_.size()) area_lights_.set_emission(surface, surfaces_.size(), texture);
   surface.textured = surface.textured || description_.keeps_uvs;
+  surface.media[0] = media_.at(d.exterior), surface.media[1] = media_.at(d.interior);
+  surface.bounds_media = d.exterior || d.interior;
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
@@ -225,7 +228,7 @@ std::vector<MeshView> Builder::view_meshes(const Accel& accel, const SetOfShapes
 
 Lights Builder::make_lights() {
   const Bounds& bounds = normalization_.bounds();
-  const double radius = bounds.empty() ? 1 : 0.5 * length(bounds.extent());
+  const double reach = bounds.empty() ? 0 : 0.5 * length(bounds.extent()), radius = reach > 0 ? reach : 1;
   return Lights(std::move(area_lights_.lights), make_delta_lights(description_, normalization_),
                 make_environment(description_, normalization_), radius);
 }
@@ -233,6 +236,7 @@ Lights Builder::make_lights() {
 Scene Builder::build(Intersection mode) {
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1));
+  media_ = make_media(description_.media, normalization_);
   surfaces_.reserve(description_.shapes.size());
   const SetOfShapes top = add_set(description_.shapes);
   Geometries own = std::exchange(geometries_, {});
@@ -255,6 +259,9 @@ Scene Builder::build(Intersection mode) {
           std::move(materials_),
           std::move(textures_),
           description_.emissions.empty() ? std::vector<Emitter>() : std::move(area_lights_.emitters),
+          std::move(media_.dense),
+          media_.at(description_.camera_medium),
+          description_.crossings_are_vertices,
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),

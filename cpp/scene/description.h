@@ -70,12 +70,22 @@ using BsdfDescription =
                  ThinDielectricDescription, RoughDielectricDescription, PlasticDescription, RoughPlasticDescription,
                  PrincipledDescription, NullDescription, MixtureDescription>;
 
+// --- Media --------------------------------------------------------------------------------------------------------
+
+/// What is between surfaces, the same everywhere; scatters by Henyey and Greenstein's law.
+struct MediumDescription {
+  Vec3d sigma_t{1, 1, 1};          // extinction per unit of length; where there is none, vacuum
+  Vec3d albedo{0.75, 0.75, 0.75};  // the part of it that is scattering
+  double g = 0;                    // mean cosine of the angle by which light is turned
+};
+
 // --- Shapes -------------------------------------------------------------------------------------------------------
 
 /// What all shapes share. A side without a BSDF absorbs what reaches it; radiance leaves from the front side only.
 struct SurfaceDescription {
   std::optional<std::uint32_t> front, back;  // indices into SceneDescription::bsdfs
   std::optional<Vec3d> radiance;
+  std::optional<std::uint32_t> exterior = {}, interior = {};  // into its media: what is before the front, and behind
 };
 struct MeshDescription {
   std::vector<Vec3d> vertices;
@@ -192,6 +202,9 @@ struct SceneDescription {
   std::vector<SpotLightDescription> spot_lights;
   std::vector<DirectionalLightDescription> directional_lights;
   std::optional<EnvironmentDescription> environment;
+  std::vector<MediumDescription> media;
+  std::optional<std::uint32_t> camera_medium;  // where the sensor stands; vacuum if not given
+  bool crossings_are_vertices = true;          // of paths: going through a surface of nothing is as long as a bounce
   SensorDescription sensor = PerspectiveDescription{};
   FilmDescription film;
   bool keeps_uvs = false;  // of surfaces without textures too

@@ -85,6 +85,20 @@ double brightest(const SceneDescription& d) {
   return most;
 }
 
+bool stands_in_medium(const SceneDescription& d) noexcept {
+  if (!d.camera_medium || *d.camera_medium >= d.media.size()) return false;
+  return max_component(d.media[*d.camera_medium].sigma_t) > 0;
+}
+
+/// Where camera rays begin: in a medium, the way to the geometry matters too.
+void include_film(Bounds& b, const SceneDescription& d) {
+  const Transform& t = placement(d.sensor);
+  if (!std::holds_alternative<OrthographicDescription>(d.sensor)) return b.include(t.column(3));
+  const double height = static_cast<double>(d.film.height) / d.film.width;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-height, height}) b.include(t.point({x, y, 0}));
+}
+
 Spectrum scaled(const Vec3d& v, double s) noexcept {
   return {static_cast<float>(v.x * s), static_cast<float>(v.y * s), static_cast<float>(v.z * s)};
 }
@@ -109,8 +123,9 @@ Normalization::Normalization(const GroupDescription& group) {
 Normalization::Normalization(const SceneDescription& description) {
   std::vector<Bounds> groups;
   for (const GroupDescription& group : description.groups) groups.push_back(bounds_of(group.shapes, {}));
-  const Bounds world = bounds_of(description.shapes, groups);
+  Bounds world = bounds_of(description.shapes, groups);
   const Vec3d camera = placement(description.sensor).column(3);
+  if (stands_in_medium(description)) include_film(world, description);
   origin_ = world.empty() ? camera : max(world.lo, min(world.hi, camera));
   fit(world);
   double most = brightest(description);

@@ -99,6 +99,17 @@ inline SceneDescription full_room() {
   d.bends = {{nothing + 2, 1, true, 0.05}};
   d.shapes.emplace_back(
       RectangleDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 1, -0.75}), false, {nothing + 2, {}, {}}});
+  // Haze everywhere, a drop of milk in nothing's skin and one of ink in glass.
+  d.media = {{{0.125, 0.125, 0.25}, {0.5, 0.75, 0.5}, 0.5}, {{8, 4, 2}, {0.9, 0.8, 0.7}, -0.25}, {{4, 2, 8}, {}, 0}};
+  d.shapes.emplace_back(SphereDescription{{0, 0.75, 0.75}, 0.25, false, {nothing, nothing, {}, 0, 1}});
+  d.shapes.emplace_back(SphereDescription{{-0.5, 0.75, 0.75}, 0.125, false, {5, 5, {}, 0, 2}});
+  d.camera_medium = 0;
+  return d;
+}
+
+/// The same without its media.
+inline SceneDescription in_vacuum(SceneDescription d) {
+  for (MediumDescription& medium : d.media) medium.sigma_t = {0, 0, 0};
   return d;
 }
 
@@ -139,6 +150,7 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
   std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
   for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
   for (BendDescription& bend : d.bends) bend.scale *= s;
+  for (MediumDescription& medium : d.media) medium.sigma_t = medium.sigma_t / s;
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);
   for (SpotLightDescription& light : d.spot_lights)

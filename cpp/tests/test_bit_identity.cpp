@@ -71,7 +71,7 @@ TEST("a crop has the bits of the whole") {
 TEST("every kernel that covers a scene gives the same bits") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
-      for (const SceneDescription& description : {room(), room_of_curves(), full_room()}) {
+      for (const SceneDescription& description : {room(), room_of_curves(), in_vacuum(full_room()), full_room()}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
@@ -124,6 +124,33 @@ TEST("replays of all samples are the film, bit by bit, and what they list sums u
 TEST("a cheaper kernel is chosen for the plain room than for the full one") {
   CHECK(!choose_kernel(derive_effects(*built(room()))).effects.environment);
   CHECK(choose_kernel(derive_effects(*built(full_room()))).effects == kAllEffects);
+}
+
+TEST("media of no extinction call for nothing, and leave no bit elsewhere") {
+  SceneDescription bare = full_room();
+  for (ShapeDescription& shape : bare.shapes)
+    std::visit(
+        [](auto& any) {
+          if constexpr (requires { any.surface; }) any.surface.exterior = any.surface.interior = {};
+        },
+        shape);
+  bare.media.clear(), bare.camera_medium = {};
+  const auto vacuum = built(in_vacuum(full_room()));
+  CHECK(!derive_effects(*vacuum).media && derive_effects(*built(full_room())).media);
+  CHECK(same_bits(rendered(vacuum, 6, deep()), rendered(built(bare), 6, deep())));
+  CHECK(!same_bits(rendered(built(full_room()), 6, deep()), rendered(vacuum, 6, deep())));
+}
+
+TEST("surfaces of nothing may be vertices of paths or none, with every technique") {
+  SceneDescription description = full_room();
+  description.crossings_are_vertices = false;
+  for (const Technique technique : kTechniques) {
+    Settings settings = deep();
+    settings.technique = technique;
+    const auto scene = built(description);
+    CHECK(same_bits(rendered(scene, 5, settings, {.threads = 3, .tile = 3}), rendered(scene, 5, settings)));
+    CHECK(!same_bits(rendered(scene, 5, settings), rendered(built(full_room()), 5, settings)));
+  }
 }
 
 TEST("counters count: a path a sample, and no ray without need") {

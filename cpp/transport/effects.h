@@ -15,13 +15,14 @@ struct Effects {
   bool layered = false;           // plastics: an interface over a diffuse body
   bool rough_dielectrics = false;
   bool principled = false;
-  bool point_lights = false;      // and spots and directional lights: what no ray meets
+  bool point_lights = false;  // and spots and directional lights: what no ray meets
   bool environment = false;
   bool lens = false;         // the camera is no pinhole: a thin lens, or parallel rays
   bool textures = false;     // parameters of BSDFs, and radiance, that vary over a surface
   bool normal_maps = false;  // and bump maps
   bool instances = false;    // groups of shapes that are seen more than once
   bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
+  bool media = false;        // what is between surfaces takes or scatters light
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -51,6 +52,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::normal_maps, "normal_maps"},
     {&Effects::instances, "instances"},
     {&Effects::masks, "masks"},
+    {&Effects::media, "media"},
 };
 static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");
 

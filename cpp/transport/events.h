@@ -19,6 +19,14 @@ struct Sends {
   Spectrum beta, L;
 };
 
+/// The ray has come through its medium, which leaves this of its throughput, to the surface that it met or, if the
+/// medium scattered it, to a vertex before.
+struct Flies {
+  const Optional<Interaction>& it;
+  bool scattered;
+  Spectrum beta;
+};
+
 /// The ray has met a surface that emits towards it; light sampling has this density for its direction.
 struct MeetsEmitter {
   std::uint32_t light;

@@ -7,6 +7,7 @@
 #include "transport/events.h"
 #include "transport/settings.h"
 #include "transport/shadow.h"
+#include "transport/volume.h"
 
 namespace equaltime {
 
@@ -66,8 +67,8 @@ template <Effects E>
 /// Light that reaches the vertex straight from a sampled light, scattered towards wo.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                    const Bsdf& bsdf, const LightSample& light, std::uint32_t bounce,
-                                                    Probe& probe) noexcept {
+                                                    const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
+                                                    std::uint32_t bounce, Probe& probe) noexcept {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
   if (value.f.is_black()) return {};
@@ -77,7 +78,13 @@ template <Effects E, class Probe>
   if constexpr (E.textures) radiance = scene.radiance_of(light);
   probe.aims(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
-  const int crossings = settings.max_depth - static_cast<int>(bounce) - 2;
+  const int crossings =
+      scene.crossings_are_vertices ? settings.max_depth - static_cast<int>(bounce) - 2 : kUnlimitedDepth;
+  if constexpr (E.media) {
+    const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, probe);
+    if constexpr (Probe::listens) probe.note(event::Receives{weight, left.max_component()});
+    return left.is_black() ? Spectrum() : unoccluded * left;
+  }
   const float share = unblocked<E>(scene, it, above, light, crossings, probe);
   if constexpr (Probe::listens) probe.note(event::Receives{weight, share});
   return share > 0 ? unoccluded * share : Spectrum();
@@ -86,8 +93,9 @@ template <Effects E, class Probe>
 /// The same from one light, picked and sampled by the strategy.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
-                                                     const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
-                                                     std::uint32_t bounce, Point2f u, Probe& probe) noexcept {
+                                                     const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
+                                                     const Sampler& sampler, std::uint32_t bounce, Point2f u,
+                                                     Probe& probe) noexcept {
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
@@ -96,7 +104,7 @@ template <Effects E, class Probe>
   auto light =
       scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u);
   if (!light || (!aims && !light->delta)) return {};
-  return light_along<E>(scene, settings, it, bsdf, *light, bounce, probe);
+  return light_along<E>(scene, settings, it, bsdf, within, *light, bounce, probe);
 }
 
 }  // namespace equaltime

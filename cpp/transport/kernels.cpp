@@ -40,7 +40,13 @@ KernelRow row() {
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects = [] {
   Effects e = kAllEffects;
-  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = false;
+  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = false;
+  return e;
+}();
+
+constexpr Effects kAllButMedia = [] {
+  Effects e = kAllEffects;
+  e.media = false;
   return e;
 }();
 
@@ -53,6 +59,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
       row<Effects{.smooth_normals = true, .rough_conductors = true, .specular = true}>(),
       row<kCommonEffects>(),
+      row<kAllButMedia>(),
       row<kAllEffects>(),
   };
   return rows;

@@ -16,36 +16,49 @@ template <Effects E, class Probe>
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
   Arrival made;
+  Surroundings<E> within(scene);
+  std::uint32_t crossed = 0;  // surfaces that are no vertices
   for (int depth = 1;; ++depth) {
-    const auto bounce = static_cast<std::uint32_t>(depth - 1);
+    const std::uint32_t bounce = static_cast<std::uint32_t>(depth - 1) + crossed;
     VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
     if constexpr (Probe::listens) probe.note(event::Sends{ray, made, beta, L});
     auto it = probe.template intersect<E>(scene, ray);
-    if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
-    L += probe.met(beta * emitted<E>(scene, settings, *it, made, probe), scene.light_of(*it), depth);
-    std::uint32_t material = scene.material(*it);
-    if (depth >= settings.max_depth || material == kNone) return L;
+    const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, it);
+    if constexpr (Probe::listens) probe.note(event::Flies{it, phase != nullptr, beta});
+    std::uint32_t material = kNone;
+    if (phase == nullptr) {
+      if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
+      L += probe.met(beta * emitted<E>(scene, settings, *it, made, probe), scene.light_of(*it), depth);
+      material = scene.material(*it);
+    }
+    const bool crosses = E.masks && !scene.crossings_are_vertices;  // what is nothing, however long the path is
+    if ((depth >= settings.max_depth && !crosses) || (phase == nullptr && material == kNone)) return L;
     if constexpr (E.masks) {
-      material = scene.picked(material, *it, sampler.get_1d(slot(BounceDimension::material, bounce)));
-      if (scene.materials[material].kind == Material::Kind::nothing) {
+      if (phase == nullptr)
+        material = scene.picked(material, *it, sampler.get_1d(slot(BounceDimension::material, bounce)));
+      if (phase == nullptr && scene.materials[material].kind == Material::Kind::nothing) {
         ray = it->spawn(-it->wo, false);  // goes on as it arrived
+        within.leave(scene, *it, false);
+        if (!scene.crossings_are_vertices) --depth, ++crossed;
         continue;
       }
+      if (depth >= settings.max_depth) return L;
     }
     std::optional<Bsdf> own;
-    const Bsdf* bsdf = &scene.bsdf<E>(material, *it, own);
+    const Bsdf* bsdf = phase != nullptr ? phase : &scene.bsdf<E>(material, *it, own);
     probe.scatters(*bsdf);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
     } else if (is_uncommon(settings.technique)) [[unlikely]] {
-      const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, sampler, bounce, u, probe);
+      const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u, probe);
       L += probe.lit(beta * vertex.direct, depth + 1);
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      const Spectrum direct = direct_light<E>(scene, settings, *it, *bsdf, sampler, bounce, u.light_point, probe);
+      const Spectrum direct =
+          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
       L += probe.lit(beta * direct, depth + 1);
     }
     if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
@@ -62,6 +75,7 @@ template <Effects E, class Probe>
     }
     made.from = receiver_at<E>(*it, *bsdf), made.pdf = scattered->pdf, made.alone = scattered->delta;
     ray = it->spawn(scattered->wi, scattered->above);
+    within.leave(scene, *it, scattered->above);
   }
 }
 

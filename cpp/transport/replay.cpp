@@ -11,7 +11,8 @@ namespace {
 /// By the order of the variant.
 constexpr const char* kBsdfNames[] = {"diffuse",        "roughconductor", "conductor",
                                       "dielectric",     "thindielectric", "plastic",
-                                      "roughplastic",   "roughdielectric", "principled"};
+                                      "roughplastic",   "roughdielectric", "principled",
+                                      "phase"};
 static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
@@ -74,6 +75,13 @@ class PathTracer {
 
   void note(const event::Sends& sends) {
     replay_.vertices.push_back({sends.ray, sends.made, sends.beta, sends.L, {}, {}, {}, {}, {}});
+  }
+  void note(const event::Flies& flies) {
+    TracedVertex& vertex = current();
+    vertex.left = flies.beta;
+    if (!flies.scattered) return;
+    vertex.it = *flies.it, vertex.in_medium = true;
+    vertex.place.reset(), vertex.emitter.reset();
   }
   void note(const event::MeetsEmitter& met) {
     meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);

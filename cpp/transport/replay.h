@@ -47,6 +47,8 @@ struct TracedVertex {
   std::optional<TracedEmitter> emitter;
   std::optional<TracedLight> light;
   std::optional<TracedScattering> scattering;  // none where nothing is scattered: the path ends or passes straight on
+  Spectrum left = {};      // of the throughput, by the medium that the ray came through
+  bool in_medium = false;  // where it was scattered, so that there is no surface
 };
 
 /// Why a path has no more vertices.

@@ -16,8 +16,8 @@ namespace {
 constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
 constexpr const char* kBsdfNames[SplitParts::kBsdfs] = {
-    "none",           "diffuse", "roughconductor", "conductor",       "dielectric",
-    "thindielectric", "plastic", "roughplastic",   "roughdielectric", "principled",
+    "none",    "diffuse",      "roughconductor",  "conductor",  "dielectric", "thindielectric",
+    "plastic", "roughplastic", "roughdielectric", "principled", "phase",
 };
 
 }  // namespace

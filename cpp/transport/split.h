@@ -62,7 +62,7 @@ class SplitProbe {
   [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) noexcept { return accel.occluded(ray); }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
-    ++crossed_;
+    if (scene.crossings_are_vertices) ++crossed_;
     return scene.intersect<E>(ray);
   }
 

@@ -19,8 +19,8 @@ struct Vertex {
 /// without directions, such as a point, is aimed at as ever, and leaves every turn to the BSDF.
 template <Effects E, class Probe>
 [[nodiscard]] Vertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
-                                    const Bsdf& bsdf, const Sampler& sampler, std::uint32_t bounce, VertexNumbers u,
-                                    Probe& probe) noexcept {
+                                    const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
+                                    std::uint32_t bounce, VertexNumbers u, Probe& probe) noexcept {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
   if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
@@ -39,7 +39,7 @@ template <Effects E, class Probe>
   }
   if (picked && !has_directions) {
     const auto point = scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point);
-    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, *point, bounce, probe);
+    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, within, *point, bounce, probe);
   }
   auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
   if (!scattered) return vertex;
@@ -59,11 +59,11 @@ template <Effects E, class Probe>
 /// in memory, at 6 %.
 template <Effects E, class Probe>
 [[nodiscard, gnu::noinline]] Vertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
-                                                    const Bsdf& bsdf, Sampler sampler, std::uint32_t bounce,
-                                                    VertexNumbers u, Probe& probe) noexcept {
+                                                    const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
+                                                    std::uint32_t bounce, VertexNumbers u, Probe& probe) noexcept {
   if (settings.technique == Technique::mixture)
-    return mixture_vertex<E>(scene, settings, it, bsdf, sampler, bounce, u, probe);
-  return {direct_light<E>(scene, settings, it, bsdf, sampler, bounce, u.light_point, probe),
+    return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, u, probe);
+  return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, u.light_point, probe),
           sample_uniform<E>(it, bsdf, sampler, bounce, u.bsdf_direction)};
 }
 

@@ -41,8 +41,9 @@ class Replay:
     end: str
     """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``roulette``."""
     vertices: tuple[Mapping[str, Any], ...]
-    """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it arrives with, what was ``gathered``
-    before, and, or None, the ``surface`` that is met, the ``emitter`` that is seen there or in the environment, the
+    """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
+    medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
+    ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the
     ``light`` that was sampled, and the ``scattering``."""
 
     @property

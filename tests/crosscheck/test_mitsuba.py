@@ -28,14 +28,14 @@ except ImportError:
 
 from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
 
-from . import feature_scenes, material_scenes, surface_scenes  # noqa: E402
+from . import feature_scenes, material_scenes, media_scenes, surface_scenes  # noqa: E402
 from .feature_scenes import OTHER_RULE, lights  # noqa: E402
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "mitsuba"
 WIDTH = 256 if mi.variant() == "llvm_ad_rgb" else 128
 SHIPPED = {"cornell-box": (WIDTH, WIDTH), "veach-mis": (WIDTH, WIDTH * 9 // 16)}
-SCENES = feature_scenes.SCENES | material_scenes.MATERIALS | surface_scenes.SURFACES
-EVERYDAY = feature_scenes.EVERYDAY + material_scenes.EVERYDAY_MATERIALS
+SCENES = feature_scenes.SCENES | material_scenes.MATERIALS | media_scenes.MEDIA | surface_scenes.SURFACES
+EVERYDAY = feature_scenes.EVERYDAY + material_scenes.EVERYDAY_MATERIALS + media_scenes.EVERYDAY_MEDIA
 SEEDS = 64
 EACH = share(LEVEL, 2 * len(SHIPPED) + len(SCENES))
 

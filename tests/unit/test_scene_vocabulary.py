@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
-from equaltime.errors import SceneError
 from equaltime.scene import load_dict
 from equaltime.scene import model as m
 from equaltime.scene.sides import BLACK, sides
@@ -22,19 +19,6 @@ GROUP = {
     "group": {"type": "shapegroup", "part": BALL},
     "copy": {"type": "instance", "group": {"type": "ref", "id": "group"}},
 }
-DESCRIBED: dict[str, tuple[dict[str, Any], str]] = {
-    "homogeneous": ({"a": BALL | {"interior": {"type": "homogeneous", "phase": {"type": "hg"}}}}, "a.interior"),
-}
-
-
-@pytest.mark.parametrize("name", DESCRIBED)
-def test_what_the_core_cannot_use_yet_is_described_and_refused_by_its_place(name: str) -> None:
-    parts, place = DESCRIBED[name]
-    loaded = load_dict(scene(**parts))
-    assert name in {node.model_dump()["type"] for node in loaded.model.nodes()}
-    with pytest.raises(SceneError) as error:
-        _ = loaded.core
-    assert str(error.value) == f"{place}: the {m.PLUGINS[name].kind} '{name}' is not supported yet"
 
 
 def test_a_group_is_seen_where_an_instance_puts_it_and_nowhere_else() -> None:

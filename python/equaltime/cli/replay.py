@@ -81,7 +81,11 @@ def _told(path: Replay) -> Iterator[str]:
 
 def _vertex(vertex: Mapping[str, Any], *, last: bool) -> Iterator[str]:
     surface, emitter, light, scattering = (vertex[name] for name in ("surface", "emitter", "light", "scattering"))
-    if surface is None:
+    if vertex["left"] != vertex["throughput"]:
+        yield f"comes through a medium, which leaves {_numbers(vertex['left'])}"
+    if vertex["particle"] is not None:
+        yield f"is scattered by it at {_numbers(vertex['particle'])}"
+    elif surface is None:
         yield "meets nothing"
     else:
         yield from _surface(surface)

@@ -99,7 +99,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         Kind("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
         Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
         Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
-        Kind("media", "what fills the space", _one_of(Medium), "vacuum"),
+        Kind("media", "what fills the space", _one_of(Medium), "vacuum", bsdfs=("phase",)),
         Kind("many_lights", "a choice among lights", _shines),
         Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),

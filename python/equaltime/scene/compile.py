@@ -5,6 +5,7 @@ Each family has its own module, where a new node gets its step:
 ========================  ==============================================================================
 `compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
 `compile_textures`        textures, and what is a constant so far
+`compile_media`           media, between shapes and round the camera
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
 `compile_emitters`        the lights that are no shape
 `compile_sensors`         cameras, film and filters
@@ -19,6 +20,7 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder, CoreScene
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_emitters import add_emitter
+from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
@@ -37,7 +39,8 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     _check_integrator(model.integrator)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
-    shapes = Shapes(builder, assets, materials, textures)
+    media = Media(builder, model)
+    shapes = Shapes(builder, assets, materials, textures, media)
     for number in shown(model):
         shapes.add(model.shapes[number])
     for emitter in model.emitters:
@@ -45,6 +48,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     if isinstance(model.integrator, Aov) and any(what == "uv" for _, what in model.integrator.channels):
         builder.keep_uvs()
     set_sensor(builder, model.sensor)
+    media.surround(model.sensor)
     set_film(builder, model.sensor.film)
     return builder.build()
 

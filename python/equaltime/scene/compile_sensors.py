@@ -17,15 +17,12 @@ from equaltime.scene.model import (
     ThinLens,
     as_array,
 )
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["set_film", "set_sensor"]
 
 
 def set_sensor(builder: Builder, sensor: Sensor) -> None:
-    """Set the camera; raises `Unsupported` for one that the core cannot use yet."""
-    if sensor.medium is not None:
-        raise Unsupported(sensor.medium)
+    """Set the camera."""
     to_world, near, far = as_array(sensor.to_world), sensor.near_clip, sensor.far_clip
     if isinstance(sensor, Orthographic):
         builder.set_orthographic(to_world, near, far)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
+from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import (
@@ -19,7 +20,6 @@ from equaltime.scene.model import (
     as_array,
 )
 from equaltime.scene.sides import turns
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Shapes"]
 
@@ -29,15 +29,18 @@ WHITE: Color = (1.0, 1.0, 1.0)
 class Shapes:
     """Adds shapes, and each group once, however many instances it has."""
 
-    def __init__(self, builder: Builder, assets: Assets, materials: Materials, textures: Textures) -> None:
+    def __init__(
+        self, builder: Builder, assets: Assets, materials: Materials, textures: Textures, media: Media
+    ) -> None:
         self._builder = builder
         self._assets = assets
         self._materials = materials
         self._textures = textures
+        self._media = media
         self._groups: dict[ShapeGroup, int] = {}
 
     def add(self, shape: Shape) -> None:
-        """Add `shape`; raises ValueError if its file cannot be used, `Unsupported` if the core cannot use it yet."""
+        """Add `shape`; raises ValueError if its file cannot be used."""
         if isinstance(shape, Instance):
             self._builder.add_instance(self._group(shape.shapegroup), as_array(shape.to_world))
         else:
@@ -51,9 +54,6 @@ class Shapes:
 
     def _solid(self, shape: Solid) -> int:
         """Add a surface and return the core's number of it."""
-        for medium in (shape.interior, shape.exterior):
-            if medium is not None:
-                raise Unsupported(medium)
         placed = surface(shape, self._assets)
         turned = shape.bsdf is not None and turns(shape.bsdf)
         front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back, turned)
@@ -65,6 +65,7 @@ class Shapes:
             index = _add_surface(self._builder, placed, front, back, radiance)
         attributes = placed.attributes if isinstance(placed, MeshSurface) else {}
         self._textures.hand_over(index, attributes, shape.nodes())
+        self._media.bound(shape, index)
         return index
 
 

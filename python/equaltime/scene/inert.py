@@ -3,7 +3,8 @@
 The core folds what it is made of: textures of one colour, masks and blends that are all one thing, flat normal and bump
 maps, lenses of no aperture. Lights of no power are never added. Here are surfaces that are not there: a `null`, glass
 with the index of refraction of what is around it. A path that crosses one counts it, so that one is left out only where
-paths have no limit, and nothing else is asked of it than to let light pass.
+paths have no limit, or crossings do not count, and nothing else is asked of it than to let light pass. A medium without
+density does nothing, but to bound another.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from equaltime.scene.assets import Assets
+from equaltime.scene.compile_media import sees_media
 from equaltime.scene.model import (
     Aov,
     Area,
@@ -26,6 +28,7 @@ from equaltime.scene.model import (
     EnvMap,
     Instance,
     Mask,
+    Medium,
     NormalMap,
     Null,
     Plugin,
@@ -46,7 +49,7 @@ WHITE = (1.0, 1.0, 1.0)
 def shown(model: SceneModel) -> tuple[int, ...]:
     """Return which of the model's shapes are built: all that can change the image or are asked for by number."""
     numbered = isinstance(model.integrator, Aov | Depth)
-    if numbered or model.integrator.max_depth != -1:
+    if numbered or not (model.integrator.max_depth == -1 or sees_media(model.integrator)):
         return tuple(range(len(model.shapes)))
     return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape))
 
@@ -85,6 +88,8 @@ def is_inert(node: Plugin, assets: Assets) -> bool:
         return not any(node.radiance)
     if isinstance(node, EnvMap):
         return node.scale == 0.0 or not assets.image(node).any()
+    if isinstance(node, Medium):
+        return node.scale == 0.0 or not any(node.sigma_t)
     if isinstance(node, ThinLens):
         return node.aperture_radius == 0.0
     if isinstance(node, Checkerboard | Bitmap):

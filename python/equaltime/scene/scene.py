@@ -18,6 +18,7 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
 from equaltime.scene.changes import changed, deep
 from equaltime.scene.compile import compile_scene
+from equaltime.scene.compile_media import unseen_media
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
 from equaltime.scene.geometry import Surface
@@ -259,6 +260,8 @@ def _finish(
     warnings = (*report.notes, *map(str, done), *_check_files(resolved, assets, report))
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
+    if unseen := unseen_media(resolved.model):
+        warnings = (*warnings, unseen)
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
     return Scene(resolved.model, source, assets, warnings, done, places, {"load": perf_counter() - started})
 

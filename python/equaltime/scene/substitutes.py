@@ -216,7 +216,7 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
     },
     "integrator": {"aov": _outputs, **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path)},
     "film": {"specfilm": _as("film", "hdrfilm", _same("width", "height"))},
-    "medium": dict.fromkeys(("homogeneous", "heterogeneous"), _nothing),
+    "medium": {"heterogeneous": _nothing},
     "shape": dict.fromkeys(
         ("bsplinecurve", "linearcurve", "sdfgrid", "ellipsoids", "ellipsoidsmesh", "blender", "heightfield"), _nothing
     ),

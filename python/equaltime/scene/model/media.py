@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, NonNegativeFloat
+from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.values import Coefficient, Reflectance
+from equaltime.scene.model.values import Coefficient, Reflectance, as_coefficient
 
 __all__ = ["HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase"]
 
@@ -50,6 +50,20 @@ class Homogeneous(Plugin):
     sample_emitters: bool = True
     """A sampling hint of Mitsuba, not used; the next too."""
     has_spectral_extinction: bool = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_parts(cls, given: Any) -> Any:
+        """Take what older versions of Mitsuba have: ``sigma_s`` and ``sigma_a``, whose sum is the extinction."""
+        parts = {"sigma_s", "sigma_a"} & given.keys()
+        if not parts:
+            return given
+        if parts != {"sigma_s", "sigma_a"} or {"sigma_t", "albedo"} & given.keys():
+            raise ValueError("a medium has 'sigma_t' and 'albedo', or 'sigma_s' and 'sigma_a', not some of both")
+        scattered, absorbed = as_coefficient(given["sigma_s"]), as_coefficient(given["sigma_a"])
+        sums = [s + a for s, a in zip(scattered, absorbed, strict=True)]
+        albedo = [s / t if t > 0.0 else 0.0 for s, t in zip(scattered, sums, strict=True)]
+        return {k: v for k, v in given.items() if k not in parts} | {"sigma_t": sums, "albedo": albedo}
 
 
 Medium = Homogeneous

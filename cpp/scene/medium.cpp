@@ -1,0 +1,91 @@
+#include "scene/medium.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "scene/interaction.h"
+#include "scene/normalization.h"
+
+namespace equaltime {
+
+namespace {
+
+/// exp(-sigma·t); 1 where nothing is in the way, however far that is.
+double transmitted(double sigma, double t) noexcept { return sigma > 0 ? std::exp(-sigma * t) : 1.0; }
+
+/// Where there is no end, nothing is looked for beyond: 2^30 times the scene, from where no float32 tells its light
+/// from none.
+constexpr double kFarthest = 0x1p40;
+
+struct Colors {
+  explicit Colors(const Spectrum& s) noexcept
+      : of{static_cast<double>(s.r), static_cast<double>(s.g), static_cast<double>(s.b)} {}
+  double of[3];
+};
+
+Spectrum quotients(const double (&numerators)[3], double denominator) noexcept {
+  return {static_cast<float>(numerators[0] / denominator), static_cast<float>(numerators[1] / denominator),
+          static_cast<float>(numerators[2] / denominator)};
+}
+
+}  // namespace
+
+Spectrum Medium::transmittance(float distance) const noexcept {
+  const Colors sigma(sigma_t);
+  const auto t = static_cast<double>(distance);
+  const double left[3] = {transmitted(sigma.of[0], t), transmitted(sigma.of[1], t), transmitted(sigma.of[2], t)};
+  return quotients(left, 1);
+}
+
+Flight Medium::sample(const Spectrum& beta, float distance, Point2d u) const noexcept {
+  if (sigma_s.is_black()) return {distance, false, transmittance(distance)};
+  const Colors sigma(sigma_t), scattering(sigma_s), weight(beta);
+  const double sum = weight.of[0] + weight.of[1] + weight.of[2];
+  const double place = u.y * sum;
+  int picked = 2;
+  if (place < weight.of[0])
+    picked = 0;
+  else if (place < weight.of[0] + weight.of[1] || !(weight.of[2] > 0))
+    picked = weight.of[1] > 0 ? 1 : 0;
+  const double drawn = -std::log1p(-u.x) / sigma.of[picked];  // infinite, or no number, where nothing is in the way
+  const bool collides = drawn < static_cast<double>(distance);
+  const double t = collides ? drawn : static_cast<double>(distance);
+  if (collides && t > kFarthest) return {0, true, {}};
+  double values[3], density = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double left = transmitted(sigma.of[c], t);
+    density += weight.of[c] / sum * (collides ? sigma.of[c] * left : left);
+    values[c] = collides ? scattering.of[c] * left : left;
+  }
+  return {static_cast<float>(t), collides, quotients(values, density)};
+}
+
+std::uint32_t Media::at(const std::optional<std::uint32_t>& described) const {
+  if (!described) return kNone;
+  if (*described >= index.size()) throw std::invalid_argument("no medium " + std::to_string(*described));
+  return index[*described];
+}
+
+Media make_media(const std::vector<MediumDescription>& descriptions, const Normalization& normalization) {
+  Media media;
+  const double per_length = normalization.world_length(1);
+  for (const MediumDescription& d : descriptions) {
+    const auto fail = [&](const char* what) {
+      throw std::invalid_argument("medium " + std::to_string(media.index.size()) + ": " + what);
+    };
+    const auto in = [](const Vec3d& v, double most) {
+      return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x <= most && v.y <= most && v.z <= most;
+    };
+    if (!in(d.sigma_t, std::numeric_limits<double>::max())) fail("extinction is finite and not negative");
+    if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]");
+    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
+    const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
+    if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
+    media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
+    if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo, Phase{static_cast<float>(d.g), albedo}});
+  }
+  return media;
+}
+
+}  // namespace equaltime

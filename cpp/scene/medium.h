@@ -1,0 +1,50 @@
+// Medium: what light passes through between surfaces, the same everywhere. Lengths are normalised.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sampling/sampler.h"
+#include "scene/bsdf.h"
+#include "scene/description.h"
+
+namespace equaltime {
+
+/// How far a ray comes in a medium, and what its throughput is multiplied by.
+struct Flight {
+  float distance;
+  bool collides;  // with a particle, before the surface
+  Spectrum weight;
+};
+
+struct Medium {
+  Spectrum sigma_t;  // extinction per unit of length
+  Spectrum sigma_s;  // the part of it that is scattering
+  Bsdf phase;        // a Phase
+
+  /// What is left of light after a distance, which may be infinite.
+  [[nodiscard]] Spectrum transmittance(float distance) const noexcept;
+
+  /// The flight of a ray of throughput `beta`, which is not black, to a surface at `distance`, or infinitely far. Where
+  /// it collides is drawn for one colour, picked by what is left of it, and weighted by the mean density of all
+  /// colours so picked (the balance heuristic): the sum of the throughput's colours never grows. A medium that only
+  /// absorbs is not sampled: the light is weakened.
+  [[nodiscard]] Flight sample(const Spectrum& beta, float distance, Point2d u) const noexcept;
+};
+
+class Normalization;
+
+/// The media of a description. Those of no extinction are folded into vacuum.
+struct Media {
+  std::vector<Medium> dense;
+  std::vector<std::uint32_t> index;  // of each of the description, in `dense`; kNone if it is vacuum
+
+  /// Throws std::invalid_argument if there is none of that number.
+  [[nodiscard]] std::uint32_t at(const std::optional<std::uint32_t>& described) const;
+};
+
+/// Throws std::invalid_argument for numbers that make no sense.
+[[nodiscard]] Media make_media(const std::vector<MediumDescription>& descriptions, const Normalization& normalization);
+
+}  // namespace equaltime

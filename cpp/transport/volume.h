@@ -1,0 +1,102 @@
+// What becomes of a path between surfaces: where a medium scatters it, and how much of a light's radiance reaches a
+// vertex through media and through surfaces of nothing between them. Which medium a ray is in is said by the surface
+// that it left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba.
+#pragma once
+
+#include "scene/lights.h"
+#include "transport/effects.h"
+
+namespace equaltime {
+
+namespace detail {
+/// A vertex in a medium, on a ray that would have met a surface, if that is given: kept on this side of it.
+[[nodiscard]] inline Interaction vertex_within(const Ray& ray, float distance,
+                                               const Optional<Interaction>& surface) noexcept {
+  Interaction it{};
+  it.anchor = {ray.origin + ray.direction * distance, -ray.direction, 0};
+  if (surface) {
+    const SurfaceAnchor& s = surface->anchor;
+    const float height = dot(s.n, it.anchor.p - s.p);
+    if (height < s.offset) it.anchor.p = it.anchor.p + s.n * (s.offset - height);
+  }
+  it.wo = -ray.direction;
+  it.frame = Frame::from_normal(it.wo);
+  it.shape = it.primitive = it.instance = kNone;
+  it.front = true;
+  return it;
+}
+
+[[nodiscard]] inline float distance_along(const Ray& ray, const Optional<Interaction>& to) noexcept {
+  return to ? std::max(0.0F, dot(to->anchor.p - ray.origin, ray.direction)) : kInfinity;
+}
+}  // namespace detail
+
+/// The medium that a path is in; of no size, and nothing to do, in kernels that know none.
+template <Effects E>
+class Surroundings {
+ public:
+  explicit Surroundings(const Scene&) noexcept {}
+  [[nodiscard]] const Bsdf* follow(const Scene&, const Ray&, const Sampler&, std::uint32_t, const Spectrum&,
+                                   const Optional<Interaction>&) const noexcept {
+    return nullptr;
+  }
+  void leave(const Scene&, const Interaction&, bool) const noexcept {}
+};
+
+template <Effects E>
+requires(E.media) class Surroundings<E> {
+ public:
+  explicit Surroundings(const Scene& scene) noexcept : medium_(scene.camera_medium) {}
+
+  /// Follows a ray towards the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
+  /// scatters it before, `it` becomes the vertex where, and its phase function is returned, null otherwise.
+  [[nodiscard]] const Bsdf* follow(const Scene& scene, const Ray& ray, const Sampler& sampler, std::uint32_t bounce,
+                                   Spectrum& beta, Optional<Interaction>& it) const noexcept {
+    if (medium_ == kNone || beta.is_black()) return nullptr;
+    const Medium& medium = scene.media[medium_];
+    const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
+    const Flight flight = medium.sample(beta, detail::distance_along(ray, it), u);
+    beta *= flight.weight;
+    if (!flight.collides) return nullptr;
+    it = detail::vertex_within(ray, flight.distance, it);
+    return &medium.phase;
+  }
+  /// The path goes on to a side of a vertex.
+  void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
+    medium_ = scene.medium_beyond(it, above, medium_);
+  }
+  /// What is left of light that comes to the place, over a distance.
+  [[nodiscard]] Spectrum transmittance(const Scene& scene, float distance) const noexcept {
+    return medium_ == kNone ? Spectrum(1) : scene.media[medium_].transmittance(distance);
+  }
+
+ private:
+  std::uint32_t medium_;  // kNone: vacuum
+};
+
+/// The part of a light's radiance that gets through to the vertex, by colour.
+template <Effects E, class Probe>
+[[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
+                                   const LightSample& light, int crossings, Probe& probe) noexcept {
+  Spectrum share(1);
+  Interaction from = vertex;
+  for (;; --crossings) {
+    within.leave(scene, from, above);
+    const Ray shadow =
+        light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
+    const auto it = probe.template blocker<E>(scene, shadow);
+    const bool endless = !it && light.infinite;
+    share *=
+        within.transmittance(scene, endless ? kInfinity : length((it ? it->anchor.p : light.target.p) - shadow.origin));
+    if (!it || share.is_black()) return share;
+    const std::uint32_t material = scene.material(*it);
+    if (crossings <= 0 || material == kNone) return {};
+    const float passing = scene.passing(material, *it);
+    if (!(passing > 0)) return {};
+    share *= passing;
+    from = *it;
+    above = false;
+  }
+}
+
+}  // namespace equaltime

@@ -1,0 +1,90 @@
+"""Small scenes with media, as the volumetric integrator of Mitsuba sees them.
+
+The near clip is given: Mitsuba's rays, and with them its media, begin there, a hundredth away if nothing is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from .scene_parts import Dict, at, ball, box, copies, floor, lamp, point, rgb, rough, scene, window
+
+__all__ = ["EVERYDAY_MEDIA", "MEDIA"]
+
+EVERYDAY_MEDIA = ("a ball of coloured fog",)
+NOTHING: Dict = {"type": "null"}
+GREY, RUST = 0.9, (0.9, 0.5, 0.2)
+
+
+def color(*values: float) -> Any:
+    return values[0] if len(values) == 1 else rgb(*values)
+
+
+def fog(g: float = 0.0, albedo: tuple[float, ...] = (GREY,), sigma_t: tuple[float, ...] = (0.4,), **more: Any) -> Dict:
+    phase: Dict = {"type": "hg", "g": g} if g else {"type": "isotropic"}
+    return {"type": "homogeneous", "albedo": color(*albedo), "sigma_t": color(*sigma_t), "phase": phase, **more}
+
+
+def volume(*objects: Dict, depth: int = 5, medium: Dict | None = None, integrator: str = "volpath") -> Dict:
+    made = scene(*objects, near_clip=1e-3, **({} if medium is None else {"medium": medium}))
+    return made | {"integrator": {"type": integrator, "max_depth": depth}}
+
+
+def lit(*objects: Dict, depth: int = 5) -> Dict:
+    return volume(floor(), lamp(), window(), *objects, depth=depth)
+
+
+def everywhere(medium: Dict) -> Dict:
+    """Fog on all sides of everything."""
+    inside = {"exterior": medium}
+    return volume(floor() | inside, lamp() | inside, box(**inside), point(-1, 2, -3), medium=medium)
+
+
+def in_one_another() -> Dict:
+    thin = fog(0.5)
+    return lit(
+        {"type": "cube", "to_world": at(0, 0, 0, [1.2, 0.9, 1.2]), "bsdf": NOTHING, "interior": thin},
+        {"type": "sphere", "radius": 0.5, "bsdf": NOTHING, "interior": fog(0, (0.5,), scale=9.0), "exterior": thin},
+    )
+
+
+def half_there(opacity: float) -> Dict:
+    return {"type": "mask", "opacity": opacity, "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse"}}}
+
+
+MEDIA: dict[str, Callable[[Path], Dict]] = {
+    "a ball of fog": lambda _: lit(ball(NOTHING, interior=fog(0.6))),
+    "a ball of coloured fog": lambda _: lit(ball(NOTHING, interior=fog(0.0, RUST, (0.9, 0.3, 0.1), scale=3.0))),
+    "milk in glass": lambda _: lit(
+        ball({"type": "dielectric", "int_ior": 1.3}, interior=fog(-0.4, (0.8,), RUST, scale=2.0)), depth=8
+    ),
+    "ink in glass": lambda _: lit(
+        ball({"type": "dielectric", "int_ior": 1.3}, interior=fog(0.0, (0.0,), RUST, scale=2.0)), depth=8
+    ),
+    "jelly": lambda _: lit(
+        ball({"type": "roughdielectric", "int_ior": 1.2, "alpha": 0.3}, interior=fog(0.3, (0.7,), RUST)), depth=6
+    ),
+    "fog everywhere": lambda _: everywhere(fog(0.5, sigma_t=(0.3,))),
+    "fog in fog": lambda _: in_one_another(),
+    "things in fog": lambda _: lit(
+        {"type": "cube", "to_world": at(0, 0, 0, [1.5, 0.99, 1.2]), "bsdf": NOTHING, "interior": fog(0.5, RUST)},
+        {"type": "sphere", "radius": 0.4, "bsdf": rough("ggx", 0.3), "exterior": fog(0.5, RUST)},
+    ),
+    "a mask that is crossed for nothing": lambda _: lit(
+        {"type": "rectangle", "to_world": at(0, 0, 1, 0.8, 30), "bsdf": half_there(0.4)},
+        {"type": "disk", "to_world": at(0.5, 0, 0, 0.8, 20), "bsdf": half_there(0.6)},
+        depth=3,
+    ),
+    "fog in instances": lambda _: (
+        copies(
+            *(at(-1.2, 0, 0, 0.7, 30), at(0.8, 0.2, 0.5, [0.9, 0.5, 0.6], 60)),
+            ball={"type": "sphere", "bsdf": NOTHING, "interior": fog(0.3, scale=5.0)},
+        )
+        | {"integrator": {"type": "volpath", "max_depth": 5}}
+    ),
+    "media that the integrator does not see": lambda _: volume(
+        floor(), lamp(), ball(NOTHING, interior=fog()), integrator="path"
+    ),
+}
