@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+import equaltime as et
 from equaltime.scene import model as m
 from equaltime.scene.gltf import MAPPING
 from equaltime.scene.gltf.schema import MATERIAL_EXTENSIONS
@@ -47,7 +48,7 @@ def test_metal_is_opaque(tmp_path: Path) -> None:
     assert principled(tmp_path, extensions={"KHR_materials_transmission": {"transmissionFactor": 1}}).spec_trans == 0
 
 
-def test_a_volume_refracts_and_dyes(tmp_path: Path) -> None:
+def test_a_volume_refracts_and_takes_light_on_the_way(tmp_path: Path) -> None:
     extensions = {
         "KHR_materials_transmission": {"transmissionFactor": 1},
         "KHR_materials_ior": {"ior": 1.33},
@@ -55,7 +56,14 @@ def test_a_volume_refracts_and_dyes(tmp_path: Path) -> None:
     }
     found = principled(tmp_path, pbrMetallicRoughness={"metallicFactor": 0}, extensions=extensions, doubleSided=True)
     assert (found.spec_trans, found.eta) == (1, 1.33)
-    assert found.base_color == pytest.approx((0.5, 1, 1))
+    assert found.base_color == (1, 1, 1)
+    scene = et.load(tmp_path / "a.glb")
+    (inside,) = {shape.interior for shape in scene.model.shapes if isinstance(shape, m.Solid)}
+    assert inside is not None
+    assert inside.sigma_t == pytest.approx((math.log(4) / 4, 0, 0))
+    assert inside.albedo == (0, 0, 0)
+    assert isinstance(scene.model.integrator, m.VolPath)
+    assert scene.core.effects()["media"]
 
 
 def test_clear_coat_has_the_same_alpha(tmp_path: Path) -> None:

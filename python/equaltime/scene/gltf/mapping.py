@@ -24,8 +24,7 @@ MAPPING: Final = {
     "KHR_materials_transmission": "blendbsdf with thindielectric, or principled's spec_trans where there is a volume; "
     "approximation: what passes a thin wall is not blurred by its roughness",
     "KHR_materials_unlit": "area of the base colour; approximation: it shines on its surroundings",
-    "KHR_materials_volume": "principled's base_color; "
-    "approximation: attenuated by the thickness at the surface, not along the way",
+    "KHR_materials_volume": "homogeneous, inside what has a thickness, whatever that is",
     "KHR_mesh_quantization": "read as it is",
     "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
 }

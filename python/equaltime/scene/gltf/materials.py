@@ -39,11 +39,29 @@ class Materials:
         self._place = place
         self._bsdfs: dict[tuple[int | None, Variant], Object] = {}
         self._looks: dict[int | None, SurfaceLook] = {}
+        self._media: dict[int, Object] = {}
 
     @property
     def bsdfs(self) -> list[Object]:
         """All that were made so far."""
         return list(self._bsdfs.values())
+
+    @property
+    def media(self) -> list[Object]:
+        """All that were made so far, of what is inside surfaces."""
+        return list(self._media.values())
+
+    def medium(self, material: int | None) -> str | None:
+        """Return the id of what is inside a material, if that takes light."""
+        sigma_t = self.look(material).sigma_t
+        if material is None or not any(sigma_t):
+            return None
+        if material not in self._media:
+            parameters: dict[str, object] = {"sigma_t": sigma_t, "albedo": 0.0}
+            self._media[material] = plant(
+                "medium", "homogeneous", self._at(material), f"volume_{material}", **parameters
+            )
+        return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
         """Return what a material is made of."""

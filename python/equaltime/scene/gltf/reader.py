@@ -10,6 +10,7 @@ from typing import Final
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.materials import Materials
 from equaltime.scene.gltf.nodes import Placed, placed
+from equaltime.scene.gltf.plant import plant
 from equaltime.scene.gltf.shapes import Shapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
 from equaltime.scene.known import shortened, suggestion
@@ -68,7 +69,9 @@ class _Scene:
         daylight = self._daylight(lights, shapes)
         camera = self._camera(nodes)
         self._note_what_is_left_out()
-        parts = [camera, *self._materials.bsdfs, *shapes, *lights, *daylight]
+        media = self._materials.media
+        integrator = [plant("integrator", "volpath", self._place, "integrator")] if media else []
+        parts = [*integrator, camera, *self._materials.bsdfs, *media, *shapes, *lights, *daylight]
         return Object(self._place, "scene", "scene", children=[Child(part.id, part) for part in parts])
 
     def _chosen_scene(self) -> int | None:

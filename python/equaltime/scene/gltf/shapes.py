@@ -179,6 +179,8 @@ class Shapes:
             emitter=self._materials.emitter(primitive.material),
         )
         add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))
+        if (medium := self._materials.medium(primitive.material)) is not None:
+            add(result, "interior", Reference(place, medium))
         return result
 
 

@@ -20,6 +20,8 @@ __all__ = ["SurfaceLook", "look"]
 DEFAULT_IOR = 1.5
 RED, GREEN, BLUE = (0,), (1,), (2,)
 DIELECTRIC_F0 = 0.04
+BLACKEST = 2.0**-24
+"""What is left, after the distance of attenuation, of a colour that the file says is not: none is not to be had."""
 INFINITE_IOR = 1000.0
 """Stands for the index that KHR_materials_ior writes as 0, which reflects everything."""
 
@@ -38,6 +40,8 @@ class SurfaceLook:
     """The set of texture coordinates that all textures are looked up with."""
     notes: tuple[str, ...] = ()
     """Where this is not what the material asks for."""
+    sigma_t: tuple[float, ...] = ()
+    """Extinction of what is inside, per unit of length in the world, if there is something that takes light."""
 
 
 @dataclass(slots=True, eq=False)
@@ -47,6 +51,7 @@ class _Reading:
     material: Any
     slots: dict[str, Slot] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    sigma_t: tuple[float, ...] = ()
 
     def extension(self, name: str) -> Mapping[str, Any] | None:
         """Return the extension KHR_materials_`name` if the material has it."""
@@ -75,6 +80,7 @@ def look(material: Any) -> SurfaceLook:
         reading.extension("unlit") is not None,
         _uv_set(reading),
         tuple(reading.notes),
+        reading.sigma_t,
     )
 
 
@@ -188,11 +194,8 @@ def _transmission(reading: _Reading) -> None:
             reading.notes.append("what passes a thin wall is not blurred by its roughness")
         return
     color, distance = volume.get("attenuationColor", (1.0, 1.0, 1.0)), volume.get("attenuationDistance", math.inf)
-    if distance > 0.0 and math.isfinite(distance) and color != (1.0, 1.0, 1.0):
-        base = reading.slots["base_color"]
-        dyed = tuple(b * c ** (thick / distance) for b, c in zip(base.factor, color, strict=True))
-        reading.slots["base_color"] = Slot(dyed, base.texture, encoded=True)
-        reading.notes.append("the attenuation of KHR_materials_volume is that of its thickness, at the surface")
+    if distance > 0.0 and math.isfinite(distance) and tuple(color) != (1.0, 1.0, 1.0):
+        reading.sigma_t = tuple(-math.log(max(c, BLACKEST)) / distance for c in color)
 
 
 def _layers(reading: _Reading) -> None:
