@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from equaltime.effects.leaving import leave_out
 from equaltime.render import as_scene, check_arguments
 from equaltime.scene import Scene
 from equaltime.scene.naming import Names
@@ -80,19 +81,22 @@ def replay(
     *,
     strategy: Strategy | str = "best",
     seed: int = 0,
+    without: Sequence[str] = (),
 ) -> Replay:
     """Trace the path of sample number ``sample`` of a pixel, counted from 0, as a render with this seed does.
 
+    With effects left out ``without`` them, as there.
+
     Raises
     ------
-    SceneError, StrategyError
-        If the scene or the strategy cannot be read.
+    SceneError, StrategyError, EffectError
+        If the scene or the strategy cannot be read, or an effect not be left out.
     ValueError
         If the pixel is not on the film, or the sample or the seed is out of range.
     """
     check_arguments(spp=sample + 1, seed=seed)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
-    loaded = as_scene(scene)
+    loaded, chosen = leave_out(as_scene(scene), chosen, without)
     x, y, width, height = loaded.model.sensor.film.crop
     if not (x <= pixel[0] < x + width and y <= pixel[1] < y + height):
         raise ValueError(f"pixel {pixel[0]},{pixel[1]} is not on the film, {width}x{height} from {x},{y}")

@@ -143,7 +143,8 @@ class Session:
             pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made, self._bias
         )
         if self._renderer.nonfinite:
-            raise nonfinite_sample(self._scene, self.strategy, self._origin.seed, self._renderer, result)
+            origin = self._origin
+            raise nonfinite_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
         return result
 
 
@@ -202,7 +203,12 @@ def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int,
 
 
 def nonfinite_sample(
-    scene: Scene, strategy: Strategy, seed: int, renderer: _core.Renderer, result: Result | None = None
+    scene: Scene,
+    strategy: Strategy,
+    seed: int,
+    renderer: _core.Renderer,
+    result: Result | None = None,
+    without: tuple[str, ...] = (),
 ) -> NonFiniteSample:
     """Return the error for the first sample of a renderer that was not a number, with the command that shows it."""
     x, y, index = renderer.nonfinite[0]
@@ -213,6 +219,7 @@ def nonfinite_sample(
         sample = ("--pixel", f"{pixel[0]},{pixel[1]}", "--sample", str(index), "--seed", str(seed))
         problem = ("--size", f"{scene.size[0]}x{scene.size[1]}", "--max-depth", str(scene.max_depth))
         command = ("equaltime", "replay", str(scene.source), *sample, "--strategy", strategy.name, *problem)
+        command += tuple(word for name in without for word in ("--without", name))
     return NonFiniteSample(pixel, index, seed, result, command)
 
 

@@ -64,6 +64,13 @@ def test_another_sample_and_another_seed_are_other_paths() -> None:
     assert first.vertices == et.replay(scene, (12, 8), 0).vertices
 
 
+def test_a_path_can_be_replayed_without_effects() -> None:
+    scene = shipped("cornell-box.toml")
+    cut = et.replay(scene, (12, 8), 0, without=["long_paths=2"])
+    assert (cut.strategy, len(cut.vertices)) == ("best,truncate=2", 2)
+    assert cut.vertices[0]["light"] == et.replay(scene, (12, 8), 0).vertices[0]["light"]
+
+
 def test_pixels_are_those_of_the_whole_film_and_only_its_crop_has_any() -> None:
     whole, crop = shipped("cornell-box.toml"), shipped("cornell-box.toml", crop=(10, 5, 6, 6))
     assert et.replay(crop, (12, 8), 3).vertices == et.replay(whole, (12, 8), 3).vertices

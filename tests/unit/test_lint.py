@@ -198,6 +198,27 @@ def test_a_light_inside_a_glass_mesh_is_behind_glass(obj: Callable[..., dict[str
     assert "lights-behind-glass" not in at(1.3)
 
 
+def test_a_light_inside_what_lets_nothing_out_is_enclosed(obj: Callable[..., dict[str, Any]]) -> None:
+    def at(x: float, camera: float = 10.0, bsdf: str = "twosided") -> dict[str, Finding]:
+        side = {"type": "diffuse"} if bsdf == "twosided" else {}
+        box = obj(CUBE, SIDES, bsdf={"type": bsdf, **({"bsdf": side} if side else {})})
+        return found(scene(light={"type": "point", "position": [x, 0.1, 0.2]}, box=box, camera=camera))
+
+    assert at(0.3)["lights-enclosed"].severity == "warning"
+    assert at(1.3) == {}
+    assert at(0.3, camera=0.5) == {}
+    assert "lights-enclosed" not in at(0.3, bsdf="thindielectric")
+
+
+def test_a_camera_inside_of_what_shows_it_its_back_is_told(obj: Callable[..., dict[str, Any]]) -> None:
+    inward = [[a, c, b] for a, b, c in SIDES]
+    assert found(scene(box=obj(CUBE, SIDES), camera=0.5))["camera-enclosed"].severity == "warning"
+    assert found(scene(ball={"type": "sphere"}, camera=0.5))["camera-enclosed"].count == 1
+    assert found(scene(box=obj(CUBE, inward), camera=0.5)) == {}
+    assert found(scene(box=obj(CUBE, SIDES, bsdf=GLASS), camera=0.5)) == {}
+    assert found(scene(box=obj(CUBE, SIDES))) == {}
+
+
 def test_surfaces_that_reflect_everything_are_told_where_paths_have_no_limit() -> None:
     white = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
     assert found(scene(ball=white))["white-surfaces"].severity == "note"

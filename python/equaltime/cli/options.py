@@ -22,6 +22,7 @@ __all__ = [
     "Substitute",
     "Threads",
     "Time",
+    "Without",
 ]
 
 SceneFile = Annotated[
@@ -84,5 +85,14 @@ Substitute = Annotated[
     typer.Option(
         "--substitute",
         help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="EFFECT",
+        show_default=False,
+        help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects): biased, by an "
+        "amount that is measured and in the error. May be given again.",
     ),
 ]

@@ -24,6 +24,7 @@ from equaltime.cli.options import (
     Substitute,
     Threads,
     Time,
+    Without,
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
@@ -89,15 +90,7 @@ def render(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record as JSON on stdout, and nothing else.")
     ] = False,
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="EFFECT",
-            show_default=False,
-            help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects): biased, by an "
-            "amount that is measured and in the error. May be given again.",
-        ),
-    ] = None,
+    without: Without = None,
     within: Annotated[
         float | None,
         typer.Option(
@@ -170,6 +163,8 @@ def render(
                 decided=decisions.extend if quiet or as_json else print_lines,
             )
     except NonFiniteSample as found:
+        if found.result is None:  # it was a pilot's
+            raise
         failure, result = found, cast(Result, found.result)
     begin = clock.perf_counter()
     try:

@@ -10,7 +10,7 @@ import typer
 
 from equaltime.cli.arguments import parse_definitions, parse_pixel
 from equaltime.cli.messages import print_warnings
-from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute
+from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Without
 from equaltime.replay import Replay
 from equaltime.replay import replay as replay_sample
 from equaltime.scene import load_file
@@ -43,6 +43,7 @@ def replay(
     max_depth: MaxDepth = None,
     define: Define = None,
     substitute: Substitute = False,
+    without: Without = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
     """Show the path of one sample of a render, vertex by vertex, with every factor that made it.
@@ -55,7 +56,7 @@ def replay(
     changes = {"size": size, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     try:
-        path = replay_sample(loaded, pixel, sample, strategy=chosen, seed=seed)
+        path = replay_sample(loaded, pixel, sample, strategy=chosen, seed=seed, without=without or ())
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
     print(json.dumps(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))

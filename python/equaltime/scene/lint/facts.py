@@ -12,9 +12,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.scene.geometry import SphereSurface
 from equaltime.scene.lint.parts import Part
 
-__all__ = ["MeshFacts", "border", "facts", "surrounds"]
+__all__ = ["MeshFacts", "border", "facts", "surrounds", "within"]
 
 Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
@@ -99,12 +100,25 @@ def border(parts: list[Part]) -> list[int]:
     return [int(count) for count in np.bincount(alone, minlength=len(parts))]
 
 
+def within(place: Array, part: Part) -> bool:
+    """Tell whether a place is inside a shape that closes: a sphere, or a mesh of which every edge is shared."""
+    if isinstance(part.surface, SphereSurface):
+        return float(np.linalg.norm(place - part.surface.center)) < part.surface.radius
+    if part.mesh is None or part.grouped or not in_bounds(place, part):
+        return False
+    return facts(part).closed and surrounds(part, place)
+
+
+def in_bounds(place: Array, part: Part) -> bool:
+    """Tell whether a place is in a shape's box."""
+    return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
+
+
 def surrounds(part: Part, place: Array) -> bool:
     """Tell whether a place is inside a closed mesh: the solid angle of all triangles (Van Oosterom & Strackee 1983)."""
     mesh = part.mesh
     assert mesh is not None
-    low, high = part.bounds
-    if not ((low < place) & (place < high)).all():
+    if not in_bounds(place, part):
         return False
     total = 0.0
     for start in range(0, len(mesh.faces), CHUNK):

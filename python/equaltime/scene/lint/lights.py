@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from equaltime.scene.geometry import DiskSurface, SphereSurface
-from equaltime.scene.lint.facts import facts, surrounds
+from equaltime.scene.geometry import DiskSurface
+from equaltime.scene.lint.facts import within
 from equaltime.scene.lint.finding import Finding, first_places
-from equaltime.scene.lint.parts import Array, Part, World, leaves
+from equaltime.scene.lint.parts import Array, Part, World, leaves, lets_light_through
 from equaltime.scene.model import (
     Area,
     BsdfPlugin,
@@ -64,6 +64,7 @@ def check_lights(world: World) -> Iterator[Finding]:
             "add an emitter: a constant one is the simplest",
         )
     yield from _turned_away(world)
+    yield from _enclosed(world)
     yield from _through_glass(world)
 
 
@@ -123,6 +124,24 @@ def _plane(part: Part) -> tuple[Array, Array] | None:
     return (a[0], normals[0]) if (normals @ normals[0] > np.cos(FLAT)).all() else None
 
 
+def _enclosed(world: World) -> Iterator[Finding]:
+    """Find point and spot lights inside closed shapes that let nothing out, with the camera outside."""
+    solid = [part for part in world.parts if not part.grouped and not lets_light_through(part)]
+    lights = [e for e in world.scene.model.emitters if isinstance(e, Point | Spot) and not _is_dark(e, world)]
+    shut = [part for part in solid if not within(world.camera, part)]
+    found = [light for light in lights if any(within(_place(light), part) for part in shut)]
+    if found:
+        yield Finding(
+            "lights-enclosed",
+            "warning",
+            f"lights inside closed opaque shapes that the camera is not in: {len(found)}",
+            first_places(world.called(light) for light in found),
+            len(found),
+            "samples them as any other light, and finds nothing outside",
+            "move the light out of the shape, or leave it away",
+        )
+
+
 def _through_glass(world: World) -> Iterator[Finding]:
     """Find lights without extent: no ray meets them, so none of their light comes off a mirror or through glass."""
     lights = [
@@ -171,13 +190,9 @@ def _is_nothing(leaf: BsdfPlugin) -> bool:
     return isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior == leaf.ext_ior
 
 
+def _place(light: Point | Spot) -> Array:
+    return np.array(light.world_position) if isinstance(light, Point) else np.array(light.to_world)[:3, 3]
+
+
 def _within(light: Plugin, part: Part) -> bool:
-    if isinstance(light, Point):
-        place = np.array(light.world_position)
-    elif isinstance(light, Spot):
-        place = np.array(light.to_world)[:3, 3]
-    else:
-        return False
-    if isinstance(part.surface, SphereSurface):
-        return float(np.linalg.norm(place - part.surface.center)) < part.surface.radius
-    return part.mesh is not None and not part.grouped and facts(part).closed and surrounds(part, place)
+    return isinstance(light, Point | Spot) and within(_place(light), part)

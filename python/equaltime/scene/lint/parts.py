@@ -24,7 +24,7 @@ from equaltime.scene.model import (
 from equaltime.scene.naming import Name, Names
 from equaltime.scene.scene import Scene
 
-__all__ = ["Part", "World", "leaves"]
+__all__ = ["Part", "World", "leaves", "lets_light_through"]
 
 Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
@@ -139,6 +139,11 @@ class World:
     def meshes(self) -> tuple[Part, ...]:
         """Those that are triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
+
+
+def lets_light_through(part: Part) -> bool:
+    """Tell whether any light passes the surface."""
+    return part.shape.bsdf is not None and part.shape.bsdf.transmits
 
 
 def leaves(bsdf: Bsdf | None) -> Iterator[Bsdf]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from equaltime.scene.geometry import SphereSurface
-from equaltime.scene.lint.facts import UNCERTAIN, MeshFacts, border, facts, surrounds
+from equaltime.scene.lint.facts import UNCERTAIN, MeshFacts, border, facts, surrounds, within
 from equaltime.scene.lint.finding import Finding, first_places
 from equaltime.scene.lint.parts import Part, World
 
@@ -26,6 +26,7 @@ def check_surfaces(world: World) -> Iterator[Finding]:
     yield from _coincident(known)
     if not world.skipped:  # what is left out may be inside, or close the others
         yield from _inverted(world, known)
+        yield from _around_camera(world)
         yield from _open(world, known)
 
 
@@ -136,6 +137,27 @@ def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
             "does as the file says: seen from outside they are black, or glass turned inside out",
             "flip_normals = true, or twosided around the BSDF",
         )
+
+
+def _around_camera(world: World) -> Iterator[Finding]:
+    """Find closed shapes around the camera that turn their black backs to it."""
+    found = [part for part in world.parts if part.one_sided and _faces_out(part) and within(world.camera, part)]
+    if found:
+        yield Finding(
+            "camera-enclosed",
+            "warning",
+            f"closed one-sided shapes that the camera is inside of, with their front outside: {len(found)}",
+            first_places(part.name for part in found),
+            len(found),
+            "renders the backs as the file says: they absorb everything",
+            "move the camera out, turn the shape round with flip_normals = true, or put twosided around the BSDF",
+        )
+
+
+def _faces_out(part: Part) -> bool:
+    if isinstance(part.surface, SphereSurface):
+        return not part.surface.flip_normals
+    return part.mesh is not None and facts(part).volume > 0.0
 
 
 def _encloses(part: Part, world: World) -> bool:
