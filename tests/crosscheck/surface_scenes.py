@@ -58,11 +58,6 @@ SURFACES: dict[str, Callable[[Path], Dict]] = {
         both({"type": "roughplastic", "diffuse_reflectance": PALE, "alpha": 0.3, "nonlinear": True})
     ),
     "rough plastic of a checkerboard": lambda _: shown({"type": "roughplastic", "diffuse_reflectance": board()}),
-    "rough plastic of colours of vertices": lambda folder: mesh(
-        colored(folder / "mesh.ply"),
-        {"type": "roughplastic", "diffuse_reflectance": attribute("vertex_color")},
-        face_normals=True,
-    ),
     "frosted glass, GGX": lambda _: through(frosted(distribution="ggx")),
     "frosted glass, Beckmann": lambda _: through(frosted(distribution="beckmann", int_ior=1.8)),
     "frosted glass from within": lambda _: through(frosted(distribution="ggx", int_ior=1.0, ext_ior=1.3)),
@@ -76,6 +71,9 @@ SURFACES: dict[str, Callable[[Path], Dict]] = {
             base_color=bitmap(picture(folder / "picture.png")),
             roughness=bitmap(picture(folder / "grey.exr", channels=1), raw=True),
         )
+    ),
+    "principled, colours of vertices": lambda folder: mesh(  # which Mitsuba's plastics do not take
+        colored(folder / "mesh.ply"), principled(base_color=attribute("vertex_color")), face_normals=True
     ),
     "principled, brushed metal": lambda _: shown(both(principled(metallic=1.0, anisotropic=0.7))),
     "principled, a coat": lambda _: shown(principled(clearcoat=1.0, clearcoat_gloss=0.3)),
