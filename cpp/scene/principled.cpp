@@ -164,13 +164,16 @@ BsdfValue Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, 
   return value;
 }
 
+// Without transmission there is no inside: a back side that has the model at all, by twosided, is as a front.
 BsdfValue Principled::eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
+  front = front || !transmits;
   if (!(glassiness_ > 0) && (!front || !(wi.z > 0))) return {};
   const Optional<Vec3f> m = facet_between(wo, wi, front ? ior : 1 / ior);
   return m ? eval_at(wo, wi, *m, front) : BsdfValue();
 }
 
 Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept {
+  front = front || !transmits;
   if (!(glassiness_ > 0) && !front) return std::nullopt;
   const float eta = front ? ior : 1 / ior;
   const Lobes lobe = lobes(wo, front);
@@ -197,6 +200,7 @@ Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, float u_lob
 }
 
 Spectrum Principled::albedo(const Vec3f& wo, bool front) const noexcept {
+  front = front || !transmits;
   const float eta = front ? ior : 1 / ior;
   const Facets f = facets(wo.z, eta, fresnel_dielectric(wo.z, eta).reflectance, front);
   if (!front) return f.reflectance + f.transmittance;
