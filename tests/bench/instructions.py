@@ -1,0 +1,91 @@
+"""Instructions a path, by kernel, in a room that calls for no effect: counted by valgrind, the same each time.
+
+What differs between kernels is what the code of effects costs a scene that does not call for them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+SIZE, SAMPLES = 32, 8
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--core", metavar="FILE", help="another build of equaltime._core [the installed one]")
+    parser.add_argument("--render", metavar="EFFECTS", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.render is not None:
+        print(render(load(options.core), options.render.split()))
+        return
+    file = options.core or find()
+    core = load(file)
+    names = list(core.SceneBuilder().build().effects())
+    kernels: dict[str, str] = {}  # each once, by what it takes to get it
+    for also in ("", *names, " ".join(names)):
+        kernels.setdefault(render(core, also.split()), also)
+    counts = {kernel: count(file, also) for kernel, also in kernels.items()}
+    plain = next(iter(counts.values()))
+    for kernel, instructions in counts.items():
+        print(f"{instructions / SIZE**2 / SAMPLES:8.1f} a path, {instructions / plain:.4f} x: {kernel}")
+
+
+def find() -> str:
+    """Return the file of the installed core."""
+    from equaltime import _core  # here: what counts imports nothing else
+
+    return _core.__file__
+
+
+def load(file: str) -> Any:
+    """Load the core alone: all else would run under valgrind too."""
+    sys.modules.setdefault("equaltime", ModuleType("equaltime"))
+    spec = importlib.util.spec_from_file_location("equaltime._core", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def count(core: str, also: str) -> int:
+    """Return the instructions of the kernel that covers these effects too, those of Embree included."""
+    with tempfile.TemporaryDirectory() as folder:
+        tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={Path(folder) / 'out'}"]
+        worker = [sys.executable, __file__, "--core", core, "--render", also]
+        command = [*tool, "--toggle-collect=*render_block*", *worker]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found = re.search(r"I +refs: +([\d,]+)", done.stderr)
+    assert found is not None, done.stderr
+    return int(found[1].replace(",", ""))
+
+
+def render(core: Any, also: list[str]) -> str:
+    """Render a floor and a wall under a lamp, and return the kernel's name."""
+    builder = core.SceneBuilder()
+    grey = builder.add_diffuse((0.7, 0.6, 0.5))
+    lamp = np.diag([0.3, -0.3, -1.0, 1.0])
+    lamp[2, 3] = 2.0
+    wall = np.array([[1, 0, 0, 0], [0, 0, -1, 1], [0, 1, 0, 1], [0, 0, 0, 1.0]])
+    camera = np.array([[-1, 0, 0, 0], [0, 0, 1, -3], [0, 1, 0, 1], [0, 0, 0, 1.0]])
+    for place, radiance in ((np.eye(4), None), (wall, None), (lamp, (17.0, 12.0, 4.0))):
+        builder.add_rectangle(place, flip_normals=False, front=grey, back=grey, radiance=radiance)
+    builder.set_perspective(camera, 45.0)
+    builder.set_film(SIZE, SIZE, (0, 0, SIZE, SIZE), "box", 0.5)
+    renderer = core.Renderer(builder.build(), core.Settings(max_depth=8), seed=1, threads=1, also=also)
+    renderer.advance(SAMPLES)
+    return str(renderer.kernel)
+
+
+if __name__ == "__main__":
+    main()
