@@ -1,0 +1,62 @@
+"""An image taken apart: its parts add up to it, and those of short paths to the image that is cut there."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import equaltime as et
+from equaltime.session import make_renderer, split_light
+
+ROOT = Path(__file__).parents[2]
+TURN = {"rotate": {"axis": [1, 0, 0], "angle": -90}}
+FOG: dict[str, Any] = {
+    "type": "scene",
+    "integrator": {"type": "volpath", "max_depth": 8},
+    "sensor": {"type": "perspective", "fov": 50.0, "to_world": [{"translate": [0.0, 0.0, -4.0]}]},
+    "floor": {
+        "type": "rectangle",
+        "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": 90}}, {"translate": [0, -1, 0]}],
+    },
+    "ball": {
+        "type": "sphere",
+        "bsdf": {"type": "null"},
+        "interior": {"type": "homogeneous", "sigma_t": 1.5, "albedo": 0.9},
+    },
+    "point": {"type": "point", "position": [0.0, 3.0, 0.0]},
+    "sky": {"type": "constant", "radiance": 0.2},
+}
+SCENES = {
+    "box": ROOT / "scenes" / "cornell-box.toml",
+    "glass": ROOT / "tests" / "golden" / "glass.toml",
+    "veils": ROOT / "scenes" / "hard" / "veils.toml",
+    "fog": None,
+}
+STRATEGY = et.Strategy(roulette_depth=3)
+
+
+def scene(path: Path | None) -> et.Scene:
+    return (et.load_dict(FOG) if path is None else et.load(path)).with_(size=(16, 12))
+
+
+def image(scene: et.Scene, strategy: et.Strategy) -> NDArray[Any]:
+    renderer = make_renderer(scene, strategy, 3, 1)
+    renderer.advance(8)
+    mean: NDArray[Any] = renderer.moments["mean"].mean(axis=0)
+    return mean
+
+
+@pytest.mark.parametrize("path", SCENES.values(), ids=SCENES.keys())
+@pytest.mark.parametrize("depth", [2, 3, 5])
+def test_parts_add_up_to_the_image_and_short_paths_to_the_image_cut_there(path: Path | None, depth: int) -> None:
+    loaded = scene(path)
+    names, parts = split_light(loaded, STRATEGY, 3, 1, 8)
+    whole = image(loaded, STRATEGY)
+    for kind in ("length", "way", "bsdf", "light"):
+        chosen = [i for i, (k, _) in enumerate(names) if k == kind]
+        assert np.allclose(parts[:, :, chosen].sum(axis=2), whole, rtol=1e-5, atol=1e-6 * whole.max()), kind
+    short = [i for i, (k, what) in enumerate(names) if k == "length" and int(what) <= depth]
+    cut = image(loaded, et.Strategy(roulette_depth=3, truncate=depth))
+    assert np.allclose(parts[:, :, short].sum(axis=2), cut, rtol=1e-5, atol=1e-6 * whole.max())
