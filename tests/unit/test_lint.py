@@ -173,6 +173,13 @@ def test_a_flat_light_with_nothing_before_it_is_turned_away() -> None:
         shape = {"type": kind, "to_world": place, "flip_normals": flip, "emitter": {"type": "area"}}
         return found(scene(ball={"type": "sphere"}, lamp=shape))
 
+    def on_floor(height: float) -> dict[str, Finding]:
+        turned = [[1e3, 0, 0, 0], [0, 1e3, 0, 0], [0, 0, 1e3, height], [0, 0, 0, 1]]
+        shape = {"type": "rectangle", "to_world": turned, "flip_normals": True, "emitter": {"type": "area"}}
+        return found(scene(floor={"type": "disk"}, lamp=shape))
+
+    assert "lights-turned-away" in on_floor(0.0)
+    assert on_floor(1e-4) == {}
     for kind in ("rectangle", "disk"):
         assert lamp(kind, flip=True)["lights-turned-away"].severity == "warning", kind
         assert lamp(kind, flip=False) == {}, kind

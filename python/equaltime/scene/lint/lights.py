@@ -28,8 +28,8 @@ from equaltime.scene.model import (
 
 __all__ = ["check_lights"]
 
-AWAY = 1e-6
-"""What lies before a light by less than this share of the scene's size lies in its plane."""
+AWAY = 1e-12
+"""What lies before a light by less than this share of the scene's size, a few roundings, lies in its plane."""
 FLAT = 1e-4
 """How far the normals of a flat light's triangles may be apart, in radians."""
 
