@@ -63,7 +63,9 @@ def main() -> int:
 
 def defines(path: Path) -> dict[str, Any]:
     """Return values for the variables that have no default that either renderer knows."""
-    return {"integrator": "path"} if "$integrator" in path.read_text() else {}
+    text = path.read_text()
+    kind = "volpath" if "<medium" in text else "path"
+    return {"integrator": kind} if "$integrator" in text else {}
 
 
 def readable(path: Path) -> tuple[Path, et.Scene] | None:
