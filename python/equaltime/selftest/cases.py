@@ -145,7 +145,7 @@ CASES: Final = (
     *(_glass(ior) for ior in (1.0, 1.0000001, 1.5, 3.0)),
     Case("T8", "camera in glass", "where paths start", "hard/glass.toml", 1.5**2, define=_INSIDE, seeds=2),
     Case("S3", "bulb behind glass", "paths of no density", "hard/bulb-behind-glass.toml", 0.0, seeds=2),
-    Case("T14", "six veils", "roulette by throughput", "hard/veils.toml", 1.0, spp=256),
+    Case("T14", "six veils", "roulette by throughput", "hard/veils.toml", 1.0, spp=512),
     Case("G18", "instance scaled -1e-3 … 1e3", "bounds through transforms", "hard/stretched-instance.toml", 0.5),
     Case("E1", "2e7 samples of 0.1", "sums that stop growing", "hard/one-pixel.toml", 0.1, spp=20_000_000, seeds=1),
 )
