@@ -133,12 +133,14 @@ void bind_render(py::module_& m) {
            "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                       std::uint32_t tile, std::uint32_t replicates, const std::vector<std::string>& also) {
-             return std::make_unique<Renderer>(std::move(scene), settings,
-                                               RenderOptions{seed, threads, tile, replicates, effects_of(also)});
+                       std::uint32_t tile, std::uint32_t replicates, bool pixel_rays,
+                       const std::vector<std::string>& also) {
+             return std::make_unique<Renderer>(
+                 std::move(scene), settings,
+                 RenderOptions{seed, threads, tile, replicates, pixel_rays, effects_of(also)});
            }),
            "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2,
-           "also"_a = py::tuple(),
+           "pixel_rays"_a = false, "also"_a = py::tuple(),
            "`also` names effects that the kernel must cover though the scene does not call for them.")
       .def(
           "advance",
@@ -150,12 +152,31 @@ void bind_render(py::module_& m) {
           "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none())
       .def(
           "take_up",
-          [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays) {
-            r.take_up({.paths = paths, .rays = rays, .shadow_rays = shadow_rays});
+          [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays,
+             const std::tuple<std::uint64_t, std::uint64_t, std::size_t>& position) {
+            const auto [done, target, next_block] = position;
+            r.take_up({.paths = paths, .rays = rays, .shadow_rays = shadow_rays}, {done, target, next_block});
           },
-          py::kw_only(), "paths"_a, "rays"_a, "shadow_rays"_a,
+          py::kw_only(), "paths"_a, "rays"_a, "shadow_rays"_a, "position"_a,
           "Takes up a render whose moments were written into `moments`; ValueError if no passes leave such counts.")
+      .def(
+          "adapt",
+          [](Renderer& r, std::uint64_t pilot, const py::array_t<float, py::array::c_style>& rates) {
+            r.adapt(pilot, {rates.data(), rates.data() + rates.size()});
+          },
+          "pilot"_a, "rates"_a, "From here on samples are averages: each pixel's grow at its rate, (H, W).")
+      .def_property_readonly(
+          "position",
+          [](const Renderer& r) { return std::tuple(r.position().done, r.position().target, r.position().next_block); },
+          "(done, target, next block): every pixel has `done` samples, in the blocks before the next `target`.")
       .def_property_readonly("moments", &moments)
+      .def_property_readonly(
+          "pixel_rays",
+          [](const Renderer& r) {
+            const Film& film = const_cast<Renderer&>(r).film();
+            return py::array_t<std::uint64_t>({film.height(), film.width()}, r.pixel_rays().data());
+          },
+          "(H, W): rays of every pixel so far, if they are counted.")
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })

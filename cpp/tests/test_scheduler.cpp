@@ -70,7 +70,7 @@ TEST("a render taken up from its moments, cut anywhere, has the bits of one that
     if (!first.advance(kSamples, seconds)) ++cuts;
     Renderer second(scene(), shallow(), kMany);
     second.film().moments() = first.film().moments();
-    second.take_up(first.counters());
+    second.take_up(first.counters(), first.position());
     CHECK(second.advance(kSamples));
     CHECK(same_bits(second.film().moments(), reference()));
     CHECK(second.counters().paths == kSamples * second.film().width() * second.film().height());
@@ -86,20 +86,85 @@ TEST("moments that no pass leaves are not taken up") {
     renderer.film().moments() = whole.film().moments();
     change(renderer.film());
     try {
-      renderer.take_up(whole.counters());
+      renderer.take_up(whole.counters(), whole.position());
     } catch (const std::invalid_argument&) {
       return true;
     }
     return false;
   };
   CHECK(!refused([](Film&) {}));
-  CHECK(refused([](Film& f) { --f.at(0, 1, 1).count; }));                                // within a block
+  CHECK(refused([](Film& f) { --f.at(0, 1, 1).count; }));  // within a block
   CHECK(refused([](Film& f) { std::swap(f.at(0, 0, 0).count, f.at(1, 2, 2).count), ++f.at(0, 0, 0).count; }));
   CHECK(refused([](Film& f) {  // a whole block that is behind those after it
     for (std::uint32_t r = 0; r < 2; ++r)
       for (std::uint32_t y = 0; y < 2; ++y)
         for (std::uint32_t x = 0; x < 2; ++x) --f.at(r, x, y).count;
   }));
+}
+
+std::vector<float> slanted(const Film& film) {
+  std::vector<float> rates(std::size_t{film.width()} * film.height());
+  for (std::size_t i = 0; i < rates.size(); ++i)
+    rates[i] = 2 * static_cast<float>(i) / static_cast<float>(rates.size());
+  return rates;
+}
+
+TEST("rates give each pixel its number of samples beyond the pilot, the first of those that it would have had") {
+  Renderer renderer(scene(), shallow(), kMany);
+  const std::vector<float> rates = slanted(renderer.film());
+  const SampleSchedule schedule(4, rates, 2);
+  renderer.advance(4);
+  renderer.adapt(4, rates);
+  for (int cut = 0; !renderer.advance(kSamples, cut < 50 ? 1e-4 : 1e9); ++cut) {
+  }
+  for (std::uint32_t y = 0; y < renderer.film().height(); ++y)
+    for (std::uint32_t x = 0; x < renderer.film().width(); ++x) {
+      const std::uint64_t samples = schedule.count(std::size_t{y} * renderer.film().width() + x, kSamples);
+      CHECK(renderer.film().at(0, x, y).count + renderer.film().at(1, x, y).count == samples);
+      if (x != y) continue;  // one row's worth is enough to render again
+      Renderer even(scene(), shallow(), kMany);
+      even.advance(samples);
+      CHECK(even.film().at(1, x, y).mean[0] == renderer.film().at(1, x, y).mean[0]);
+    }
+}
+
+TEST("an uneven render taken up from its moments has the bits of one that was never cut") {
+  Renderer whole(scene(), shallow(), kMany);
+  const std::vector<float> rates = slanted(whole.film());
+  whole.advance(4);
+  whole.adapt(4, rates);
+  whole.advance(kSamples);
+  for (double seconds = 1e-5; seconds < 1; seconds *= 3) {
+    Renderer first(scene(), shallow(), kMany);
+    first.advance(4);
+    first.adapt(4, rates);
+    first.advance(kSamples, seconds);
+    Renderer second(scene(), shallow(), kMany);
+    second.film().moments() = first.film().moments();
+    second.adapt(4, rates);
+    second.take_up(first.counters(), first.position());
+    CHECK(second.advance(kSamples));
+    CHECK(same_bits(second.film().moments(), whole.film().moments()));
+  }
+}
+
+TEST("rates that cannot be, or come when samples differ already, are refused") {
+  const auto refused = [](std::uint64_t done, std::uint64_t pilot, float rate, std::size_t missing) {
+    Renderer renderer(scene(), shallow(), kMany);
+    renderer.advance(done);
+    try {
+      renderer.adapt(pilot, std::vector<float>(renderer.film().moments().size() / 2 - missing, rate));
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+    return false;
+  };
+  CHECK(!refused(4, 4, 1, 0));
+  CHECK(refused(4, 2, 1, 0));
+  CHECK(refused(3, 3, 1, 0));
+  CHECK(refused(4, 4, -1, 0));
+  CHECK(refused(4, 4, std::numeric_limits<float>::quiet_NaN(), 0));
+  CHECK(refused(4, 4, 1, 1));
 }
 
 TEST("no time at all renders nothing, and asking for what is there already is done at once") {

@@ -11,8 +11,12 @@ void render_block(const BlockTask& task, Film& film, RayCounter& probe, std::vec
   const double scale = task.scene.normalization.world_radiance_scale();
   const std::uint32_t replicates = film.replicates();
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
-    for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x)
-      for (std::uint64_t i = task.first; i < task.last; ++i) {
+    for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
+      const std::size_t pixel = std::size_t{y} * film.width() + x;
+      const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
+      const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
+      const std::uint64_t rays = probe.counters.rays + probe.counters.shadow_rays;
+      for (std::uint64_t i = first; i < last; ++i) {
         const Spectrum L = sample_pixel<E>(task, x, y, i, replicates, probe);
         if (L.is_finite()) {
           film.at(static_cast<std::uint32_t>(i % replicates), x, y).add(L, scale);
@@ -21,6 +25,8 @@ void render_block(const BlockTask& task, Film& film, RayCounter& probe, std::vec
           nonfinite.push_back({x, y, i});
         }
       }
+      if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;
+    }
 }
 
 template <Effects E>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "film/schedule.h"
 #include "transport/effects.h"
 #include "transport/probe.h"
 #include "transport/settings.h"
@@ -23,13 +24,15 @@ struct NonFinite {
   std::uint64_t index;
 };
 
-/// Samples [first, last) of every pixel of a block.
+/// What brings every pixel of a block from `first` samples to `last`, which are averages where the schedule is uneven.
 struct BlockTask {
   const Scene& scene;
   const Settings& settings;
   std::uint64_t seed;
   PixelBlock block;
   std::uint64_t first, last;
+  const SampleSchedule* schedule = nullptr;  // none: all pixels alike
+  std::uint64_t* pixel_rays = nullptr;       // if anybody asks, one for each of the film
 };
 
 /// Renders a block into the film; non-finite samples are kept out of it and appended to the list.

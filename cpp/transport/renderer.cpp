@@ -69,6 +69,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
   scene_->lights.prepare(settings_.lights, settings_.environment);
+  if (options.pixel_rays) pixel_rays_.resize(std::size_t{film_.width()} * film_.height());
 }
 
 std::vector<PixelBlock> Renderer::blocks() const {
@@ -85,55 +86,56 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
     stop.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
-  while (done_ < samples) {
-    if (target_ <= done_) target_ = std::min(samples, done_ + pass);
+  while (at_.done < samples) {
+    if (at_.target <= at_.done) at_.target = std::min(samples, at_.done + pass);
     run_pass(stop);
     if (stop.error) std::rethrow_exception(stop.error);
-    if (next_block_ < blocks_.size()) return false;
-    done_ = target_;
-    next_block_ = 0;
-    if (stop.now() && done_ < samples) return false;
+    if (at_.next_block < blocks_.size()) return false;
+    at_.done = at_.target;
+    at_.next_block = 0;
+    if (stop.now() && at_.done < samples) return false;
   }
   return true;
 }
 
-std::uint64_t Renderer::samples_of(const PixelBlock& block) const {
+bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const noexcept {
   const std::uint32_t replicates = film_.replicates();
-  std::uint64_t samples = 0;
-  for (std::uint32_t r = 0; r < replicates; ++r) samples += film_.at(r, block.x0, block.y0).count;
   for (std::uint32_t y = block.y0; y < block.y1; ++y)
-    for (std::uint32_t x = block.x0; x < block.x1; ++x)
+    for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+      const std::uint64_t samples = schedule_.count(std::size_t{y} * film_.width() + x, average);
       for (std::uint32_t r = 0; r < replicates; ++r)  // sample i belongs to replicate i mod R
-        if (film_.at(r, x, y).count != (samples + replicates - 1 - r) / replicates)
-          throw std::invalid_argument("the pixels of a block have different sample counts");
-  return samples;
+        if (film_.at(r, x, y).count != (samples + replicates - 1 - r) / replicates) return false;
+    }
+  return true;
 }
 
-void Renderer::take_up(const Counters& so_far) {
-  std::vector<std::uint64_t> samples;
-  samples.reserve(blocks_.size());
-  for (const PixelBlock& block : blocks_) samples.push_back(samples_of(block));
-  const auto [fewest, most] = std::minmax_element(samples.begin(), samples.end());
-  const auto next = std::find(samples.begin(), samples.end(), *fewest);
-  const bool ordered = std::all_of(samples.begin(), next, [&](std::uint64_t n) { return n == *most; }) &&
-                       std::all_of(next, samples.end(), [&](std::uint64_t n) { return n == *fewest; });
-  if (!ordered) throw std::invalid_argument("the blocks were not rendered in order");
-  done_ = *fewest;
-  target_ = *most;
-  next_block_ = static_cast<std::size_t>(next - samples.begin());
+void Renderer::adapt(std::uint64_t pilot, std::vector<float> rates) {
+  if (rates.size() != std::size_t{film_.width()} * film_.height()) throw std::invalid_argument("a rate for each pixel");
+  if (at_.done != 0 && (at_.done != pilot || at_.next_block != 0))
+    throw std::invalid_argument("the pixels do not have the pilot's samples");
+  schedule_ = SampleSchedule(pilot, std::move(rates), film_.replicates());
+}
+
+void Renderer::take_up(const Counters& so_far, const Position& position) {
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    if (!has_samples(blocks_[i], i < position.next_block ? position.target : position.done))
+      throw std::invalid_argument("the pixels have other sample counts than its passes leave");
+  at_ = position;
   counters_ = so_far;
 }
 
 void Renderer::run_pass(Stop& stop) {
-  std::atomic<std::size_t> next{next_block_};
+  std::atomic<std::size_t> next{at_.next_block};
   std::mutex merge;
+  std::uint64_t* rays = options_.pixel_rays ? pixel_rays_.data() : nullptr;
   const auto work = [&](unsigned) {
     RayCounter probe;
     std::vector<NonFinite> nonfinite;
     while (!stop.now()) {
       const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= blocks_.size()) break;
-      kernel_.render({*scene_, settings_, options_.seed, blocks_[i], done_, target_}, film_, probe, nonfinite);
+      kernel_.render({*scene_, settings_, options_.seed, blocks_[i], at_.done, at_.target, &schedule_, rays}, film_,
+                     probe, nonfinite);
     }
     const std::lock_guard lock(merge);
     counters_ += probe.counters;
@@ -141,7 +143,7 @@ void Renderer::run_pass(Stop& stop) {
       if (nonfinite_.size() < kLoggedNonFinite) nonfinite_.push_back(n);
   };
   on_threads(threads_, work);
-  next_block_ = std::min(next.load(), blocks_.size());
+  at_.next_block = std::min(next.load(), blocks_.size());
 }
 
 }  // namespace equaltime

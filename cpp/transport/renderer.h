@@ -16,6 +16,7 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // independent scrambles, for the error bar
+  bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
 };
 
@@ -28,14 +29,27 @@ class Renderer {
   /// one ended. Returns whether every pixel has its samples.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {});
 
-  /// Takes up an earlier render whose moments were put into the film: what is done follows from the pixels' counts.
-  /// Throws std::invalid_argument if no passes of this renderer leave such counts.
-  void take_up(const Counters& so_far);
+  /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`.
+  struct Position {
+    std::uint64_t done = 0, target = 0;
+    std::size_t next_block = 0;
+  };
+  [[nodiscard]] const Position& position() const noexcept { return at_; }
+
+  /// From here on, samples are averages: each pixel's own number grows at its rate. Call when every pixel has `pilot`
+  /// samples, or before `take_up`. Throws std::invalid_argument if some have others, or for rates that cannot be.
+  void adapt(std::uint64_t pilot, std::vector<float> rates);
+
+  /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
+  /// counts are not what passes of this renderer leave there.
+  void take_up(const Counters& so_far, const Position& position);
 
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const std::vector<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
+  /// Rays of every pixel since this was made, row-major; empty unless they are counted.
+  [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const KernelRow& kernel() const noexcept { return kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
   /// The block of each number, in the order in which they are begun.
@@ -44,7 +58,8 @@ class Renderer {
  private:
   struct Stop;
   void run_pass(Stop& stop);
-  [[nodiscard]] std::uint64_t samples_of(const PixelBlock& block) const;
+  /// Whether every pixel of the block has what the schedule gives it at this average.
+  [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
 
   std::shared_ptr<const Scene> scene_;
   Settings settings_;
@@ -53,9 +68,9 @@ class Renderer {
   const KernelRow& kernel_;
   Film film_;
   std::vector<PixelBlock> blocks_;
-  // Every pixel has `done_` samples; blocks before `next_block_` have `target_`.
-  std::uint64_t done_ = 0, target_ = 0;
-  std::size_t next_block_ = 0;
+  SampleSchedule schedule_;
+  std::vector<std::uint64_t> pixel_rays_;
+  Position at_;
   Counters counters_;
   std::vector<NonFinite> nonfinite_;
 };

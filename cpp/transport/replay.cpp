@@ -9,10 +9,8 @@ namespace equaltime {
 namespace {
 
 /// By the order of the variant.
-constexpr const char* kBsdfNames[] = {"diffuse",        "roughconductor", "conductor",
-                                      "dielectric",     "thindielectric", "plastic",
-                                      "roughplastic",   "roughdielectric", "principled",
-                                      "phase"};
+constexpr const char* kBsdfNames[] = {"diffuse", "roughconductor", "conductor",       "dielectric", "thindielectric",
+                                      "plastic", "roughplastic",   "roughdielectric", "principled", "phase"};
 static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
@@ -99,7 +97,8 @@ class PathTracer {
   }
   void note(const event::Scatters& scatters) {
     TracedScattering& scattering = current().scattering.emplace();
-    scattering = {kBsdfNames[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
+    scattering = {
+        kBsdfNames[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
     if (scatters.scattered) scattering.scattered = *scatters.scattered;
   }
   void note(const event::Survives& survives) { current().scattering->survival = survives.probability; }

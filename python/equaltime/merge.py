@@ -14,6 +14,7 @@ from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError
 from equaltime.images import Window
 from equaltime.result import Origin, Result, Stats, make_result
+from equaltime.strategy import Strategy
 
 __all__ = ["merge"]
 
@@ -43,6 +44,8 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     for part in parts[1:]:
         _check_alike(first, part)
     _check_disjoint(parts)
+    if Strategy.parse(first.record["strategy"]).adaptive != "none":
+        raise ImageError(f"{first.path}: cannot be merged: its samples follow a pilot, and the others' another one")
     moments = reduce(_core.merge_moments, (part.moments for part in parts))
     origin, pixels = _origin(first, parts), pixel_statistics(moments)
     return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts))

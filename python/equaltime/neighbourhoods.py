@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RADIUS", "Band", "box_sum", "neighbours", "over_bands"]
+__all__ = ["RADIUS", "Band", "box_sum", "neighbours", "others_count", "others_sum", "over_bands"]
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
@@ -49,21 +49,35 @@ def over_bands(height: int, halo: int, work: Callable[[Band], T]) -> list[T]:
 def box_sum(values: Floats) -> Floats:
     """Sum over the 7x7 neighbourhood of every pixel, zeros outside.
 
-    Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image. Of
-    seven in a row, the first four are two pairs.
+    Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image.
     """
-    for axis in (0, 1):
-        length, shape = values.shape[axis], list(values.shape)
-        shape[axis] += 2 * RADIUS
-        padded = np.zeros(shape)
-        line = np.moveaxis(padded, axis, 0)
-        line[RADIUS : RADIUS + length] = np.moveaxis(values, axis, 0)
-        pairs = line[:-1] + line[1:]
-        total = pairs[:length] + pairs[2 : 2 + length] + pairs[4 : 4 + length] + line[6 : 6 + length]
-        values = np.moveaxis(total, 0, axis)
-    return values
+    return _line_sum(_line_sum(values, 0), 1)
+
+
+def others_sum(values: Floats) -> Floats:
+    """Sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends."""
+    rows, beside = _line_sum(values, 1), _line_sum(values, 1, middle=False)
+    return _line_sum(rows, 0, middle=False) + beside
+
+
+def _line_sum(values: Floats, axis: int, middle: bool = True) -> Floats:
+    """Sum seven in a row, zeros outside, or the six around the middle. The first four are two pairs."""
+    length, shape = values.shape[axis], list(values.shape)
+    shape[axis] += 2 * RADIUS
+    padded = np.zeros(shape)
+    line = np.moveaxis(padded, axis, 0)
+    line[RADIUS : RADIUS + length] = np.moveaxis(values, axis, 0)
+    pairs = line[:-1] + line[1:]
+    last = pairs[4 : 4 + length] + line[6 : 6 + length]
+    second = pairs[2 : 2 + length] if middle else line[2 : 2 + length]
+    return np.moveaxis(pairs[:length] + second + last, 0, axis)
 
 
 def neighbours(height: int, width: int) -> Floats:
     """(H, W, 1): how many pixels of the image lie in the 7x7 neighbourhood of each."""
     return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
+
+
+def others_count(height: int, width: int) -> Floats:
+    """(H, W, 1): the same without the pixel itself."""
+    return np.maximum(neighbours(height, width) - 1.0, 1.0)

@@ -129,6 +129,9 @@ class Result:
     """Sample counts at which the render looked at its error, to stop at a target."""
     bias: Estimate | None = None
     """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
+    position: tuple[int, int, int] | None = None
+    """Where the passes stand, to take them up: samples that every pixel has on average, those of the blocks before the
+    next one, and that block's number."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
 
@@ -152,6 +155,7 @@ class Result:
             "error": self.error.as_dict(),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": list(self.looks),
+            **({} if self.position is None else {"position": list(self.position)}),
             "seconds": self.stats.seconds,
             "phases": dict(self.stats.phases),
             "paths": self.stats.paths,
@@ -204,6 +208,7 @@ def make_result(
     moments: NDArray[Any] | None = None,
     looks: tuple[int, ...] = (),
     bias: Estimate | None = None,
+    position: tuple[int, int, int] | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
@@ -212,7 +217,7 @@ def make_result(
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
-    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks, bias)
+    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks, bias, position)
 
 
 def _together(noise: Estimate, bias: Estimate) -> Estimate:

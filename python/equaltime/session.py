@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
+from equaltime.adaptive import METRICS, PILOT
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
@@ -63,9 +66,10 @@ class Session:
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
             self._take_up(resumed)
-        counts = self._renderer.moments["count"].sum(axis=0)
+        _, height, width = self._renderer.moments.shape
         looks = () if resumed is None else resumed.looks
-        self.passes = Passes(self._renderer, counts.size, limits, progress, samples=int(counts.min()), looks=looks)
+        done = self._renderer.position[0]
+        self.passes = Passes(self._renderer, height * width, limits, progress, samples=done, looks=looks)
 
     def _take_up(self, resumed: Checkpoint) -> None:
         _, height, width = self._renderer.moments.shape
@@ -74,7 +78,8 @@ class Session:
         resumed.check({**origin, "crop": [window.x, window.y, width, height], "build": _core.build_info()})
         self._renderer.moments[...] = resumed.moments
         try:
-            self._renderer.take_up(**{name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")})
+            numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
+            self._renderer.take_up(**numbers, position=tuple(resumed.record["position"]))
         except ValueError as error:
             raise RenderError(f"{resumed.path}: cannot be taken up: {error}") from error
 
@@ -140,7 +145,14 @@ class Session:
         )
         moments = self._renderer.moments
         result = make_result(
-            pixel_statistics(moments), stats, stopped_by, self._origin, moments, self.passes.looks.made, self._bias
+            pixel_statistics(moments),
+            stats,
+            stopped_by,
+            self._origin,
+            moments,
+            self.passes.looks.made,
+            self._bias,
+            self._renderer.position,
         )
         if self._renderer.nonfinite:
             origin = self._origin
@@ -176,14 +188,50 @@ def origin_of(
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
+    settings = core_settings(scene, strategy)
     _check_memory(scene)
+    make = _core.Renderer if strategy.adaptive == "none" else partial(_AdaptiveRenderer, metric=strategy.adaptive)
     try:
-        return _core.Renderer(
-            scene.core, core_settings(scene, strategy), seed=seed, threads=threads, replicates=_REPLICATES
-        )
+        return make(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
+
+
+class _AdaptiveRenderer(_core.Renderer):
+    """A renderer whose samples are averages once every pixel has the pilot's; decisions follow from that alone."""
+
+    def __init__(
+        self, scene: _core.Scene, settings: _core.Settings, metric: str, *, seed: int, threads: int, replicates: int
+    ) -> None:
+        options: dict[str, Any] = {"seed": seed, "threads": threads, "replicates": replicates, "pixel_rays": True}
+        super().__init__(scene, settings, **options)
+        self._metric = METRICS[metric]
+        self._pilot = partial(_core.Renderer, scene, settings, **options)
+        self._decided = False
+
+    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
+        """Bring the image to ``samples`` a pixel, on average."""
+        if samples <= PILOT or self._decided:
+            return super().advance(samples, seconds, poll)
+        begin = time.perf_counter()
+        if not super().advance(PILOT, seconds, poll):
+            return False
+        self._decide(self)
+        left = None if seconds is None else max(0.0, seconds - (time.perf_counter() - begin))
+        return super().advance(samples, left, poll)
+
+    def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
+        """Take up a render; its pilot is made once more, since the film holds more than that by now."""
+        pilot = self._pilot()
+        pilot.advance(PILOT)
+        self._decide(pilot)
+        super().take_up(paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
+
+    def _decide(self, pilot: _core.Renderer) -> None:
+        rates = self._metric(pixel_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
+        self.adapt(PILOT, rates.astype(np.float32))
+        self._decided = True
 
 
 def split_light(
@@ -225,9 +273,8 @@ def nonfinite_sample(
 
 def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
     """Return a strategy, with the scene's depth, as the core reads it."""
-    return _core.Settings(
-        **strategy.model_dump(exclude={"truncate"}), truncate=strategy.truncate or 0, max_depth=scene.max_depth
-    )
+    words = strategy.model_dump(exclude={"truncate", "adaptive"})
+    return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
 
 
 def _check_memory(scene: Scene) -> None:

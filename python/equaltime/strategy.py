@@ -66,6 +66,10 @@ class Strategy(BaseModel):
     """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
     sampler: Literal["independent", "stratified", "sobol"] = "sobol"
     """Independent numbers; jittered strata, as many as samples at powers of four; or Owen-scrambled Sobol points."""
+    adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "none"
+    """Which pixels get more samples after a pilot (`equaltime.adaptive`): none; those whose neighbours showed a large
+    error (``error``, unbiased). For comparison, and biased, those among scattered values, those with an error of their
+    own, or all but those that seem done (``cutoff``: the rule of most renderers)."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -95,7 +99,7 @@ class Strategy(BaseModel):
     @property
     def biased(self) -> bool:
         """Whether the image converges to something else than the scene's light transport."""
-        return self.truncate is not None
+        return self.truncate is not None or self.adaptive in _LOOK_AT_THEMSELVES
 
     @property
     def name(self) -> str:
@@ -161,6 +165,8 @@ _CONDITIONS: Mapping[str, _Condition] = {
     "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
+_LOOK_AT_THEMSELVES = ("neighbours", "history", "cutoff")
+""""Adaptive metrics by which the number of a pixel's samples depends on these samples."""
 
 
 def _settle(values: Any) -> tuple[Any, list[str]]:

@@ -18,6 +18,7 @@ CHOICES: dict[str, list[object]] = {
     "survival": [None, 0.75, 0.95],
     "truncate": [None, 3],
     "sampler": ["independent", "stratified", "sobol"],
+    "adaptive": ["none", "error"],
 }
 
 

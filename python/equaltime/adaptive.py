@@ -1,0 +1,118 @@
+"""Adaptive sampling: after an equal pilot, every pixel's samples grow at a rate of its own.
+
+**Unbiased by construction.** The mean of a pixel's samples is unbiased if their number does not depend on them. With
+the metric ``error`` it does not: the number is a function of the pilot samples of *other* pixels alone, and pixels use
+independent random numbers. Neighbours enter by the 7x7 around the pixel without the pixel itself. Two numbers
+that belong to the whole image would let the pixel in by the back door: for its mean a pixel on a black tile of a
+chessboard takes that of the white ones, and for the mean of all weights, which keeps the total, that of the weights
+whose neighbourhoods do not reach into its tile. No sample is discarded, and no later one changes a rate.
+
+**What is best.** A pixel's part of error² (`equaltime.error_estimate`) is ``v / (n D)``, v the variance of one sample,
+n their number, D the denominator; if a sample takes c rays, the sum is smallest for a given number of rays where n
+grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image.
+
+The other metrics are there to be compared with: they look at the pixel itself, so they are biased, and named so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.error_estimate import PixelStatistics
+from equaltime.neighbourhoods import RADIUS, box_sum, neighbours, others_count, others_sum
+
+__all__ = ["METRICS", "PILOT"]
+
+Floats = NDArray[np.float64]
+
+PILOT = 16
+"""Samples that every pixel gets before anything is decided."""
+_TILE = 16
+"""Side of a tile, in pixels."""
+_LEAST = 0.1
+"""The rate that every pixel has however quiet its neighbours were, since a pilot sees little."""
+
+
+def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
+    """Return rates (H, W) of mean about 1 from the pilot of other pixels, as said above."""
+    height, width = pilot.samples.shape
+    if min(height, width) < 2 * _TILE:
+        return np.ones((height, width))
+    variance = others_sum(pilot.variance)
+    local = others_sum(pilot.mean) / others_count(height, width)
+    cost = np.sqrt(np.maximum(others_sum(rays[..., None])[..., 0], 1.0))
+    rows, columns = (np.arange(length) // _TILE for length in (height, width))
+    colours = (rows[:, None] + columns[None, :]) % 2
+    rates = np.empty((height, width))
+    for colour in (0, 1):
+        weights = _weights(variance, local, 0.1 * float(pilot.mean[colours != colour].mean())) / cost
+        for tile, elsewhere in _tiles(weights):
+            if colours[tile][0, 0] == colour:
+                rates[tile] = _relative(weights[tile], elsewhere)
+    return rates
+
+
+def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
+    """Give every tile with the mean weight of the pixels whose 7x7 neighbourhoods do not reach into it.
+
+    Sums from all four sides that end before the tile: a difference of sums would leave a rounding error of its own.
+    """
+    height, width = weights.shape
+    padded = np.zeros((height + 1, width + 1))
+    padded[1:, 1:] = weights
+    from_left = padded.cumsum(axis=1)[1:]
+    from_right = np.pad(weights[:, ::-1].cumsum(axis=1)[:, ::-1], ((0, 0), (0, 1)))
+    from_top = from_left[:, -1].cumsum()
+    from_top, from_bottom = np.concatenate([[0.0], from_top]), np.append(from_left[::-1, -1].cumsum()[::-1], 0.0)
+    for y in range(0, height, _TILE):
+        top, bottom = max(y - RADIUS, 0), min(y + _TILE + RADIUS, height)
+        left_sums, right_sums = from_left[top:bottom].sum(axis=0), from_right[top:bottom].sum(axis=0)
+        for x in range(0, width, _TILE):
+            left, right = max(x - RADIUS, 0), min(x + _TILE + RADIUS, width)
+            total = from_top[top] + from_bottom[bottom] + left_sums[left] + right_sums[right]
+            pixels = height * width - (bottom - top) * (right - left)
+            yield (slice(y, y + _TILE), slice(x, x + _TILE)), float(total) / pixels
+
+
+def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
+    """Return rates in proportion to the pixel's own relative standard error."""
+    weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
+    return _relative(weights, float(weights.mean()))
+
+
+def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
+    """Return rates in proportion to how far values scatter over the 7x7 around the pixel, which noise and edges do."""
+    around = neighbours(*pilot.samples.shape)
+    local = box_sum(pilot.mean) / around
+    scatter = np.maximum(box_sum(np.square(pilot.mean)) / around - np.square(local), 0.0)
+    weights = _weights(scatter, local, 0.1 * float(pilot.mean.mean()))
+    return _relative(weights, float(weights.mean()))
+
+
+def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
+    """Return rates 0 where the pixel's own error seems below half the image's, and alike elsewhere: the common rule."""
+    weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
+    goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))
+    return goes_on / max(float(goes_on.mean()), 1e-3)
+
+
+METRICS: Mapping[str, Callable[[PixelStatistics, Floats], Floats]] = {
+    "error": error_rates,
+    "history": history_rates,
+    "neighbours": neighbours_rates,
+    "cutoff": cutoff_rates,
+}
+
+
+def _weights(variance: Floats, value: Floats, dark: float) -> Floats:
+    """Return the square root of the mean over RGB of ``variance / (value² + dark²)``, (H, W); 0 in a black image."""
+    floor = max(dark, np.finfo(np.float64).tiny ** 0.25)
+    return np.asarray(np.sqrt((variance / (np.square(value) + floor**2)).mean(axis=-1)))
+
+
+def _relative(weights: Floats, mean: float) -> Floats:
+    """Return rates in proportion to the weights, on top of a least: 1 for a weight that is the mean."""
+    return _LEAST + (1.0 - _LEAST) * weights / mean if 0.0 < mean < np.inf else np.ones_like(weights)

@@ -1,0 +1,135 @@
+"""Adaptive sampling: the construction that makes it unbiased, and that a render with it is like any other."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import equaltime as et
+from equaltime.adaptive import METRICS, PILOT
+from equaltime.error_estimate import PixelStatistics
+from equaltime.errors import ImageError, StrategyError
+
+Floats = NDArray[np.float64]
+SHAPE = (48, 64)
+EVEN = np.full(SHAPE, 100.0)
+"""Rays of the pilot."""
+
+
+def pilot_of(halves: Floats) -> PixelStatistics:
+    """Make a pilot from the means of its two replicates, (2, H, W)."""
+    both = np.repeat(halves[..., None], 3, axis=-1)
+    variance = np.square(both[0] - both[1]) / 4.0
+    return PixelStatistics(both.mean(axis=0), variance, np.full(halves.shape[1:], PILOT), 1.0)
+
+
+def a_pilot(seed: int = 1) -> PixelStatistics:
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal((2, *SHAPE)) * np.linspace(0.05, 1.0, SHAPE[1])
+    return pilot_of(np.exp(noise))
+
+
+@pytest.mark.parametrize("place", [(0, 0), (20, 30), (15, 16), (47, 63), (3, 47)])
+def test_the_rate_of_a_pixel_does_not_depend_on_its_own_pilot_by_a_bit(place: tuple[int, int]) -> None:
+    before = a_pilot()
+    changed = PixelStatistics(before.mean.copy(), before.variance.copy(), before.samples, before.degrees)
+    rays = EVEN.copy()
+    changed.mean[place], changed.variance[place], rays[place] = 1e9, 1e20, 1e6
+    assert METRICS["error"](changed, rays)[place] == METRICS["error"](before, EVEN)[place]
+    assert METRICS["history"](changed, rays)[place] != METRICS["history"](before, EVEN)[place], "the twin"
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_rates_keep_the_total_and_follow_the_noise(metric: str) -> None:
+    rates = METRICS[metric](a_pilot(), EVEN)
+    assert abs(rates.mean() - 1.0) < 0.06  # a noisy tile knows a whole without it; of twelve, that is felt
+    assert rates[:, -16:].mean() > 2.0 * rates[:, :16].mean()
+
+
+def test_samples_that_take_more_rays_are_fewer() -> None:
+    rays = EVEN.copy()
+    rays[:, :32] *= 4.0
+    even, uneven = METRICS["error"](a_pilot(), EVEN), METRICS["error"](a_pilot(), rays)
+    assert (uneven[:, :24] < 0.8 * even[:, :24]).mean() > 0.5
+    assert (uneven[:, 40:] > even[:, 40:]).all()
+
+
+@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize("value", [0.0, 1.0])
+def test_a_pilot_without_noise_says_nothing(metric: str, value: float) -> None:
+    rates = METRICS[metric](pilot_of(np.full((2, *SHAPE), value)), EVEN)
+    assert np.isfinite(rates).all()
+    assert np.ptp(rates) == 0.0
+
+
+def test_an_image_too_small_for_a_chessboard_is_sampled_evenly() -> None:
+    rates = METRICS["error"](pilot_of(np.random.default_rng(2).random((2, 15, 40))), np.ones((15, 40)))
+    assert (rates == 1.0).all()
+
+
+def mean_of_rare_light(metric: str, seeds: int) -> tuple[float, float]:
+    """Return the mean over pixels and seeds of images whose truth is 1, and its standard error.
+
+    One sample in fifty is 50, the others are 0; three times the pilot's samples follow by its rates.
+    """
+    rng = np.random.default_rng(5)
+    means = []
+    for _ in range(seeds):
+        halves = rng.binomial(PILOT // 2, 0.02, (2, 32, 32)) * 50.0 / (PILOT // 2)
+        later = 2 * np.rint(1.5 * PILOT * METRICS[metric](pilot_of(halves), np.ones((32, 32)))).astype(np.int64)
+        found = 50.0 * rng.binomial(later, 0.02)
+        means.append(float(((PILOT * halves.mean(axis=0) + found) / (PILOT + later)).mean()))
+    return float(np.mean(means)), float(np.std(means, ddof=1) / math.sqrt(seeds))
+
+
+def test_images_are_right_on_average_where_looking_at_oneself_is_not() -> None:
+    """False alarms: 1 in 15,787 (4 sigma, two-sided)."""
+    mean, error = mean_of_rare_light("error", 300)
+    assert abs(mean - 1.0) < 4.0 * error
+    for metric in ("history", "cutoff"):
+        mean, error = mean_of_rare_light(metric, 300)
+        assert mean < 1.0 - 10.0 * error, f"the twin: {metric}"
+
+
+def box(size: tuple[int, int] = (48, 48)) -> et.Scene:
+    return et.load(Path(__file__).parents[2] / "scenes/cornell-box.toml").with_(size=size)
+
+
+def test_bits_do_not_depend_on_threads_or_on_being_taken_up(tmp_path: Path) -> None:
+    scene, strategy = box(), "best,adaptive=error"
+    whole = et.render(scene, spp=64, strategy=strategy, threads=2)
+    assert whole.samples.min() < 64 < whole.samples.max()
+    assert abs(whole.spp - 64) < 4
+    assert (et.render(scene, spp=64, strategy=strategy, threads=1).image == whole.image).all()
+    for first in (8, PILOT, 40):
+        et.render(scene, spp=first, strategy=strategy).save(tmp_path / "part.exr")
+        again = et.render(scene, spp=64, strategy=strategy, resume=tmp_path / "part.exr")
+        assert (again.image == whole.image).all()
+        assert (again.samples == whole.samples).all()
+
+
+def test_a_time_limit_leaves_what_can_be_taken_up(tmp_path: Path) -> None:
+    scene, strategy = box(), "best,adaptive=error"
+    whole = et.render(scene, spp=96, strategy=strategy)
+    for seconds in (0.01, 0.1, 0.3):
+        et.render(scene, time=seconds, strategy=strategy).save(tmp_path / "cut.exr")
+        spp = max(96, et.progressive(scene, strategy=strategy, resume=tmp_path / "cut.exr", spp=1).result.spp)
+        if spp == 96:
+            again = et.render(scene, spp=96, strategy=strategy, resume=tmp_path / "cut.exr")
+            assert (again.image == whole.image).all()
+
+
+def test_adaptive_renders_are_not_merged_and_biased_metrics_say_so(tmp_path: Path) -> None:
+    scene = box((32, 32))
+    for seed in (1, 2):
+        et.render(scene, spp=24, strategy="best,adaptive=error", seed=seed).save(tmp_path / f"{seed}.exr")
+    with pytest.raises(ImageError, match="pilot"):
+        et.merge([tmp_path / "1.exr", tmp_path / "2.exr"])
+    assert not et.Strategy.parse("best,adaptive=error").biased
+    assert all(et.Strategy.parse(f"best,adaptive={metric}").biased for metric in METRICS if metric != "error")
+    with pytest.raises(StrategyError, match="error"):
+        et.Strategy.parse("best,adaptive=errors")
