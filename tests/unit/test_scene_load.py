@@ -38,9 +38,10 @@ FILES = [*sorted(path for path in SCENES.rglob("*.toml") if not is_experiment(pa
 def test_every_shipped_scene_loads_builds_and_says_how_many_samples_it_wants(file: Path) -> None:
     loaded = load(file, **defines(file))
     assert loaded.source == file
-    assert loaded.core.shapes == len(loaded.model.shapes)
     assert loaded.core.lights > 0
-    assert loaded.spp or file.parent.name == "experiments"  # there the experiment says it
+    if file.parent.name != "hard":  # there shapes call for nothing, or are seen more than once
+        assert loaded.core.shapes == len(loaded.model.shapes)
+    assert loaded.spp or file.parent.name in ("experiments", "hard")  # there the experiment or the case says it
     assert not loaded.warnings
 
 

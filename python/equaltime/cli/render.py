@@ -116,8 +116,8 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, Sobol points, lights by power, roulette), mis, bsdf and light (each plain), naive
-    (uniform directions, roulette by albedo), and
+    Strategies: the presets best (MIS, Sobol points, lights by a tree, roulette), mis, bsdf and light (each plain),
+    naive (uniform directions, roulette by albedo), and
 
     * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
 
@@ -126,6 +126,8 @@ def render(
     * sampler=independent|stratified|sobol
 
     * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
+
+    * adaptive=none|error (more samples where the neighbours are noisy), neighbours|history|cutoff (biased)
 
     * truncate=none|N (cuts paths: biased)
     """

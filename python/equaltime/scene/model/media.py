@@ -55,7 +55,7 @@ class Homogeneous(Plugin):
     @classmethod
     def _by_parts(cls, given: Any) -> Any:
         """Take what older versions of Mitsuba have: ``sigma_s`` and ``sigma_a``, whose sum is the extinction."""
-        parts = {"sigma_s", "sigma_a"} & given.keys()
+        parts = {"sigma_s", "sigma_a"} & given.keys() if isinstance(given, Mapping) else set()
         if not parts:
             return given
         if parts != {"sigma_s", "sigma_a"} or {"sigma_t", "albedo"} & given.keys():
