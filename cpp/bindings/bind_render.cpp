@@ -93,15 +93,6 @@ py::array moments(py::object self) {
   return py::array_t<PixelMoments>({film.replicates(), film.height(), film.width()}, film.moments().data(), self);
 }
 
-py::array_t<PixelMoments> merge_moments(const py::array_t<PixelMoments, py::array::c_style>& a,
-                                        const py::array_t<PixelMoments, py::array::c_style>& b) {
-  if (a.ndim() != b.ndim() || !std::equal(a.shape(), a.shape() + a.ndim(), b.shape()))
-    throw std::invalid_argument("moments of different shapes");
-  py::array_t<PixelMoments> joined(std::vector<py::ssize_t>(a.shape(), a.shape() + a.ndim()));
-  std::transform(a.data(), a.data() + a.size(), b.data(), joined.mutable_data(), PixelMoments::merge);
-  return joined;
-}
-
 py::dict counters(const Renderer& r) {
   const Counters& c = r.counters();
   return py::dict("paths"_a = c.paths, "rays"_a = c.rays, "shadow_rays"_a = c.shadow_rays, "nonfinite"_a = c.nonfinite);
@@ -126,7 +117,6 @@ py::dict build_info() {
 }  // namespace
 
 void bind_render(py::module_& m) {
-  PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
   py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
       .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
            "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
@@ -181,8 +171,6 @@ void bind_render(py::module_& m) {
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
-  m.def("merge_moments", &merge_moments, "a"_a, "b"_a,
-        "Moments of the union of two disjoint sets of samples, pixel by pixel: (R, H, W) each.");
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");
 }
 

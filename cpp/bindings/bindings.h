@@ -8,6 +8,7 @@
 namespace equaltime {
 
 void bind_bench(pybind11::module_& m);     // the limit ratio
+void bind_film(pybind11::module_& m);      // moments and what is made of them
 void bind_meshes(pybind11::module_& m);    // mesh files
 void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
 void bind_render(pybind11::module_& m);    // Settings, Renderer, build information

@@ -5,6 +5,7 @@
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "The C++ core of equaltime. Use it through the package's public functions.";
+  equaltime::bind_film(m);
   equaltime::bind_bench(m);
   equaltime::bind_meshes(m);
   equaltime::bind_scene(m);

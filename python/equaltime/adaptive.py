@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics
-from equaltime.neighbourhoods import RADIUS, box_sum, neighbours, others_count, others_sum
+from equaltime.film import box_sum
+from equaltime.neighbourhoods import RADIUS, neighbours, others_count, others_sum
 
 __all__ = ["METRICS", "PILOT"]
 

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.neighbourhoods import RADIUS, Band, box_sum, neighbours, over_bands
+from equaltime.film import box_sum, join_replicates
+from equaltime.neighbourhoods import RADIUS, Band, neighbours, over_bands
 
 __all__ = ["REFERENCE_DOUBT", "Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
 
@@ -93,23 +94,7 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
     moments
         (R, H, W) structured array with fields ``count``, ``mean`` (3) (and others, which are not used).
     """
-    height, width = moments.shape[1:]
-    mean = np.empty((height, width, 3))
-    variance = np.empty((height, width, 3))
-    samples = np.empty((height, width), np.int64)
-
-    def join(band: Band) -> None:
-        rows = moments[:, band.rows]
-        counts = rows["count"].astype(np.float64)[..., None]
-        total = counts.sum(axis=0)
-        joined = (counts * rows["mean"]).sum(axis=0) / np.maximum(total, 1.0)
-        with np.errstate(over="ignore"):  # beyond 1e154 the variance is infinite, and the error unknown
-            spread = (counts * np.square(rows["mean"] - joined)).sum(axis=0)
-        others = np.count_nonzero(counts, axis=0) - 1
-        mean[band.rows], samples[band.rows] = joined, total[..., 0]
-        variance[band.rows] = np.where(others >= 1, spread / np.maximum(others * total, 1.0), np.nan)
-
-    over_bands(height, 0, join)
+    mean, variance, samples = join_replicates(moments)
     return PixelStatistics(mean, variance, samples, float(len(moments) - 1))
 
 

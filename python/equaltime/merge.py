@@ -8,10 +8,10 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from equaltime import _core
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError
+from equaltime.film import merge_moments
 from equaltime.images import Window
 from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.strategy import Strategy
@@ -46,7 +46,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     _check_disjoint(parts)
     if Strategy.parse(first.record["strategy"]).adaptive != "none":
         raise ImageError(f"{first.path}: cannot be merged: its samples follow a pilot, and the others' another one")
-    moments = reduce(_core.merge_moments, (part.moments for part in parts))
+    moments = reduce(merge_moments, (part.moments for part in parts))
     origin, pixels = _origin(first, parts), pixel_statistics(moments)
     return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts))
 

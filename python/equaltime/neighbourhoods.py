@@ -11,7 +11,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RADIUS", "Band", "box_sum", "neighbours", "others_count", "others_sum", "over_bands"]
+from equaltime.film import box_sum
+
+__all__ = ["RADIUS", "Band", "neighbours", "others_count", "others_sum", "over_bands"]
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
@@ -46,14 +48,6 @@ def over_bands(height: int, halo: int, work: Callable[[Band], T]) -> list[T]:
         return list(pool.map(work, bands))
 
 
-def box_sum(values: Floats) -> Floats:
-    """Sum over the 7x7 neighbourhood of every pixel, zeros outside.
-
-    Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image.
-    """
-    return _line_sum(_line_sum(values, 0), 1)
-
-
 def others_sum(values: Floats) -> Floats:
     """Sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends."""
     rows, beside = _line_sum(values, 1), _line_sum(values, 1, middle=False)
@@ -61,7 +55,7 @@ def others_sum(values: Floats) -> Floats:
 
 
 def _line_sum(values: Floats, axis: int, middle: bool = True) -> Floats:
-    """Sum seven in a row, zeros outside, or the six around the middle. The first four are two pairs."""
+    """Sum seven in a row, zeros outside, or the six around the middle."""
     length, shape = values.shape[axis], list(values.shape)
     shape[axis] += 2 * RADIUS
     padded = np.zeros(shape)

@@ -1,0 +1,75 @@
+// Arithmetic on films: moments, the statistics of pixels, and sums over neighbourhoods.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+
+#include "bindings/bindings.h"
+#include "film/statistics.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace equaltime {
+
+namespace {
+
+using Moments = py::array_t<PixelMoments, py::array::c_style>;
+using Doubles = py::array_t<double, py::array::c_style>;
+
+Moments merge_moments(const Moments& a, const Moments& b) {
+  if (a.ndim() != b.ndim() || !std::equal(a.shape(), a.shape() + a.ndim(), b.shape()))
+    throw std::invalid_argument("moments of different shapes");
+  Moments joined(std::vector<py::ssize_t>(a.shape(), a.shape() + a.ndim()));
+  std::transform(a.data(), a.data() + a.size(), b.data(), joined.mutable_data(), PixelMoments::merge);
+  return joined;
+}
+
+py::tuple join(const Moments& moments) {
+  if (moments.ndim() != 3) throw std::invalid_argument("moments are (R, H, W)");
+  const py::ssize_t height = moments.shape(1), width = moments.shape(2);
+  Doubles mean({height, width, py::ssize_t{3}}), variance({height, width, py::ssize_t{3}});
+  py::array_t<std::int64_t> samples({height, width});
+  const PixelMoments* from = moments.data();
+  double *mean_to = mean.mutable_data(), *variance_to = variance.mutable_data();
+  std::int64_t* samples_to = samples.mutable_data();
+  const auto replicates = static_cast<std::size_t>(moments.shape(0)), pixels = static_cast<std::size_t>(height * width);
+  {
+    const py::gil_scoped_release release;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const JoinedPixel pixel = join_replicates(from + i, replicates, pixels);
+      std::copy_n(pixel.mean, 3, mean_to + 3 * i);
+      std::copy_n(pixel.variance, 3, variance_to + 3 * i);
+      samples_to[i] = static_cast<std::int64_t>(pixel.samples);
+    }
+  }
+  return py::make_tuple(mean, variance, samples);
+}
+
+Doubles neighbourhood_sums(const Doubles& image) {
+  if (image.ndim() != 3) throw std::invalid_argument("an image is (H, W, C)");
+  const auto size = [&](int axis) { return static_cast<std::size_t>(image.shape(axis)); };
+  const std::span<const double> values(image.data(), static_cast<std::size_t>(image.size()));
+  std::vector<double> sums;
+  {
+    const py::gil_scoped_release release;
+    sums = box_sum(values, size(0), size(1), size(2));
+  }
+  Doubles result({image.shape(0), image.shape(1), image.shape(2)});
+  std::copy(sums.begin(), sums.end(), result.mutable_data());
+  return result;
+}
+
+}  // namespace
+
+void bind_film(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
+  m.def("merge_moments", &merge_moments, "a"_a, "b"_a,
+        "Moments of the union of two disjoint sets of samples, pixel by pixel: (R, H, W) each.");
+  m.def(
+      "join_replicates", &join, "moments"_a,
+      "(R, H, W) moments as the mean of all samples (H, W, 3), the estimated variance of that mean, and their number.");
+  m.def("box_sum", &neighbourhood_sums, "image"_a, "Sums over 7x7 neighbourhoods of (H, W, C), zeros outside.");
+}
+
+}  // namespace equaltime

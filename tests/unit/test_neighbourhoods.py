@@ -1,0 +1,56 @@
+"""Sums over neighbourhoods against the plain definition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.film import box_sum
+from equaltime.neighbourhoods import RADIUS, neighbours, others_count, others_sum
+
+Floats = NDArray[np.float64]
+
+
+def by_definition(image: Floats, middle: bool) -> Floats:
+    height, width, _ = image.shape
+    sums = np.zeros_like(image)
+    for y in range(height):
+        for x in range(width):
+            around = image[max(y - RADIUS, 0) : y + RADIUS + 1, max(x - RADIUS, 0) : x + RADIUS + 1]
+            sums[y, x] = around.sum(axis=(0, 1)) - (0.0 if middle else image[y, x])
+    return sums
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (2, 9, 1), (13, 4, 3), (8, 8, 2)])
+@pytest.mark.parametrize(("sum_of", "middle"), [(box_sum, True), (others_sum, False)])
+def test_sums_are_those_of_the_definition(
+    shape: tuple[int, int, int], sum_of: Callable[[Floats], Floats], middle: bool
+) -> None:
+    image = np.random.default_rng(1).random(shape)
+    assert np.allclose(sum_of(image), by_definition(image, middle), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("value", [1e300, np.inf, np.nan])
+def test_a_pixel_beyond_all_others_is_felt_in_its_neighbourhood_alone(value: float) -> None:
+    image = np.random.default_rng(2).random((20, 20, 1))
+    spotted = image.copy()
+    spotted[9, 10] = value
+    changed = box_sum(spotted) != box_sum(image)
+    near = np.zeros_like(changed)
+    near[6:13, 7:14] = True
+    assert (changed == near).all()
+    assert others_sum(spotted)[9, 10] == others_sum(image)[9, 10]
+
+
+def test_an_image_seen_through_a_slice_is_summed_like_its_copy() -> None:
+    image = np.random.default_rng(3).random((30, 40, 6))
+    assert (box_sum(image[3:20:2, ::-1, 1:4]) == box_sum(image[3:20:2, ::-1, 1:4].copy())).all()
+
+
+def test_counts_of_neighbours_are_sums_of_ones() -> None:
+    ones = np.ones((9, 12, 1))
+    assert (neighbours(9, 12) == by_definition(ones, True)).all()
+    assert (others_count(9, 12) == by_definition(ones, False)).all()
