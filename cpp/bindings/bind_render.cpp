@@ -163,10 +163,11 @@ void bind_render(py::module_& m) {
       .def_property_readonly(
           "pixel_rays",
           [](const Renderer& r) {
-            const Film& film = const_cast<Renderer&>(r).film();
-            return py::array_t<std::uint64_t>({film.height(), film.width()}, r.pixel_rays().data());
+            if (r.pixel_rays().empty()) throw py::value_error("made without pixel_rays, which counts them");
+            const auto& film = r.scene().film;
+            return py::array_t<std::uint64_t>({film.crop_height, film.crop_width}, r.pixel_rays().data());
           },
-          "(H, W): rays of every pixel so far, if they are counted.")
+          "(H, W): rays of every pixel since it was made; ValueError unless they are counted.")
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })

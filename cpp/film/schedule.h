@@ -27,7 +27,6 @@ class SampleSchedule {
     const double rounds = static_cast<double>(average - pilot_) * static_cast<double>(rates_[pixel]) / replicates_;
     return pilot_ + replicates_ * static_cast<std::uint64_t>(rounds + 0.5);
   }
-  [[nodiscard]] std::uint64_t pilot() const noexcept { return pilot_; }
 
  private:
   static constexpr float kMostRate = 1e6F;  // keeps counts far from 2^64

@@ -5,7 +5,8 @@ the metric ``error`` it does not: the number is a function of the pilot samples 
 independent random numbers. Neighbours enter by the 7x7 around the pixel without the pixel itself. Two numbers
 that belong to the whole image would let the pixel in by the back door: for its mean a pixel on a black tile of a
 chessboard takes that of the white ones, and for the mean of all weights, which keeps the total, that of the weights
-whose neighbourhoods do not reach into its tile. No sample is discarded, and no later one changes a rate.
+whose neighbourhoods do not reach into its tile. No sample is discarded, and no later one changes a rate. A crop is an
+image by itself, with another mean: here alone it has not the bits of the whole.
 
 **What is best.** A pixel's part of error² (`equaltime.error_estimate`) is ``v / (n D)``, v the variance of one sample,
 n their number, D the denominator; if a sample takes c rays, the sum is smallest for a given number of rays where n
@@ -35,6 +36,8 @@ _TILE = 16
 """Side of a tile, in pixels."""
 _LEAST = 0.1
 """The rate that every pixel has however quiet its neighbours were, since a pilot sees little."""
+_MOST = 0.5
+"""Of the image's samples: what one tile may add to them, which does not see its own weights in the mean."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
@@ -53,7 +56,7 @@ def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
         for tile, elsewhere in _tiles(weights):
             if colours[tile][0, 0] == colour:
                 rates[tile] = _relative(weights[tile], elsewhere)
-    return rates
+    return np.asarray(np.minimum(rates, _MOST * height * width / _TILE**2))
 
 
 def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:

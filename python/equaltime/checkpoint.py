@@ -47,6 +47,14 @@ class Checkpoint:
         """Sample counts at which its error was looked at."""
         return tuple(self.record["looks"])
 
+    @property
+    def position(self) -> tuple[int, int, int]:
+        """Where its passes stood, as `Result.position` says; raises `RenderError` if it does not tell."""
+        match self.record.get("position"):
+            case [int(done), int(target), int(next_block)] if min(done, target, next_block) >= 0:
+                return done, target, next_block
+        raise RenderError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+
     def check(self, wanted: Mapping[str, Any]) -> None:
         """Raise `RenderError` if this is a part of another render, with what differs.
 

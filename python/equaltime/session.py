@@ -79,7 +79,7 @@ class Session:
         self._renderer.moments[...] = resumed.moments
         try:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
-            self._renderer.take_up(**numbers, position=tuple(resumed.record["position"]))
+            self._renderer.take_up(**numbers, position=resumed.position)
         except ValueError as error:
             raise RenderError(f"{resumed.path}: cannot be taken up: {error}") from error
 
@@ -215,7 +215,7 @@ class _AdaptiveRenderer(_core.Renderer):
         if samples <= PILOT or self._decided:
             return super().advance(samples, seconds, poll)
         begin = time.perf_counter()
-        if not super().advance(PILOT, seconds, poll):
+        if not super().advance(PILOT, seconds, poll) or self.nonfinite:  # which ends the render
             return False
         self._decide(self)
         left = None if seconds is None else max(0.0, seconds - (time.perf_counter() - begin))

@@ -66,6 +66,23 @@ def test_a_pilot_without_noise_says_nothing(metric: str, value: float) -> None:
     assert np.ptp(rates) == 0.0
 
 
+def test_where_there_is_no_noise_a_tenth_of_the_samples_is_spent() -> None:
+    """Not none: a pilot that saw nothing does not know that there is nothing."""
+    halves = np.where(np.arange(SHAPE[1]) % 8 < 4, 1.0, 3.0) * np.ones((2, *SHAPE))
+    halves[:, :, 40:] *= np.exp(0.3 * np.random.default_rng(6).standard_normal((2, SHAPE[0], 24)))
+    assert (METRICS["error"](pilot_of(halves), EVEN)[:, :37] == 0.1).all()
+    assert (METRICS["neighbours"](pilot_of(halves), EVEN)[:, :37] > 0.5).any(), "the twin takes edges for noise"
+
+
+def test_one_tile_with_all_the_noise_gets_no_more_than_half_of_all_samples_besides() -> None:
+    halves = np.ones((2, *SHAPE))
+    halves += 1e-9 * np.random.default_rng(3).standard_normal(halves.shape)
+    halves[:, 16:32, 16:32] += np.random.default_rng(4).standard_normal((2, 16, 16))
+    rates = METRICS["error"](pilot_of(halves), EVEN)
+    assert rates.max() == 0.5 * rates.size / 16**2
+    assert rates.mean() < 2.0
+
+
 def test_an_image_too_small_for_a_chessboard_is_sampled_evenly() -> None:
     rates = METRICS["error"](pilot_of(np.random.default_rng(2).random((2, 15, 40))), np.ones((15, 40)))
     assert (rates == 1.0).all()
@@ -105,6 +122,7 @@ def test_bits_do_not_depend_on_threads_or_on_being_taken_up(tmp_path: Path) -> N
     assert whole.samples.min() < 64 < whole.samples.max()
     assert abs(whole.spp - 64) < 4
     assert (et.render(scene, spp=64, strategy=strategy, threads=1).image == whole.image).all()
+    assert (et.render(scene, spp=64, strategy=strategy, seed=1).samples != whole.samples).any(), "the twin"
     for first in (8, PILOT, 40):
         et.render(scene, spp=first, strategy=strategy).save(tmp_path / "part.exr")
         again = et.render(scene, spp=64, strategy=strategy, resume=tmp_path / "part.exr")
@@ -114,13 +132,13 @@ def test_bits_do_not_depend_on_threads_or_on_being_taken_up(tmp_path: Path) -> N
 
 def test_a_time_limit_leaves_what_can_be_taken_up(tmp_path: Path) -> None:
     scene, strategy = box(), "best,adaptive=error"
-    whole = et.render(scene, spp=96, strategy=strategy)
-    for seconds in (0.01, 0.1, 0.3):
-        et.render(scene, time=seconds, strategy=strategy).save(tmp_path / "cut.exr")
-        spp = max(96, et.progressive(scene, strategy=strategy, resume=tmp_path / "cut.exr", spp=1).result.spp)
-        if spp == 96:
-            again = et.render(scene, spp=96, strategy=strategy, resume=tmp_path / "cut.exr")
-            assert (again.image == whole.image).all()
+    whole = et.render(scene, spp=800, strategy=strategy)
+    for seconds in (0.01, 0.1):
+        cut = et.render(scene, time=seconds, strategy=strategy)
+        assert cut.spp < 400
+        cut.save(tmp_path / "cut.exr")
+        again = et.render(scene, spp=800, strategy=strategy, resume=tmp_path / "cut.exr")
+        assert (again.image == whole.image).all()
 
 
 def test_adaptive_renders_are_not_merged_and_biased_metrics_say_so(tmp_path: Path) -> None:
