@@ -177,8 +177,8 @@ def _bias_p(first: _File, second: _File) -> float | None:
     blocks = (height // _BLOCK) * (width // _BLOCK)
     if first.variance is None or second.variance is None or blocks < _FEWEST_BLOCKS or _same_seed(first, second):
         return None
-    sides = (BlockMeans.of_pixels(file.image, file.variance, _BLOCK, _DEGREES) for file in (first, second))  # type: ignore[arg-type]
-    return compare_blocks(*sides).p
+    images = (first.image, first.variance), (second.image, second.variance)
+    return compare_blocks(*(BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)).p
 
 
 def _same_seed(first: _File, second: _File) -> bool:

@@ -11,6 +11,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -212,7 +213,7 @@ class _Session:
                     self.folder,
                     self.threads,
                     len(peers) * len(self.scenes),
-                    lambda share, turn=turn: self._tell("agreement", turn, share, None),  # type: ignore[misc]
+                    partial(self._tell, "agreement", turn, time_left=None),
                 )
 
     def _reference(self, number: int) -> Reference:

@@ -55,7 +55,7 @@ class Tail:
         """Why upper ends of intervals cannot be trusted; nothing if they can, or nothing can be seen."""
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
-        return f"heavy tail: one pixel of one render makes {100 * self.share:.2g} % of the error, and others may more"
+        return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
 
     @property
     def unseen(self) -> float:

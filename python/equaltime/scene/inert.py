@@ -117,7 +117,7 @@ def _is_flat(bent: NormalMap, assets: Assets) -> bool:
     texture = bent.normalmap
     if isinstance(texture, Checkerboard):
         color = texture.color0
-        return color == texture.color1 == (0.5, 0.5, color[2]) and color[2] > 0.5  # type: ignore[index]
+        return isinstance(color, tuple) and color == texture.color1 and color[0] == color[1] == 0.5 < color[2]
     if not isinstance(texture, Bitmap) or not _is_constant(texture, assets):
         return False
     texels = assets.texture(texture)

@@ -82,8 +82,8 @@ def draw_rays(directions: Directions, columns: int) -> Figure:
     """Draw every scene's rays, uniform ones over those from the BSDF, so many scenes beside each other."""
     bands = math.ceil(len(directions) / columns)
     size = (1.4 * columns, bands * 2.55)
-    figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
-    figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)  # type: ignore[union-attr, call-arg]
+    figure: Figure = optional("matplotlib.figure").Figure(figsize=size, facecolor="none")
+    figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
     grid = figure.add_gridspec(2 * bands, columns)
     for place, (name, rays) in enumerate(directions.items()):
         band, column = divmod(place, columns)
