@@ -46,6 +46,7 @@ from equaltime.result import Result, Stats
 from equaltime.scene import Scene, load, load_dict
 from equaltime.selftest import SelfTest, selftest
 from equaltime.strategy import Strategy
+from equaltime.tev import Viewer
 
 __all__ = [
     "EffectError",
@@ -69,6 +70,7 @@ __all__ = [
     "Stats",
     "Strategy",
     "StrategyError",
+    "Viewer",
     "__version__",
     "compare",
     "cost",

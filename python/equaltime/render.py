@@ -26,6 +26,7 @@ from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session, origin_of
 from equaltime.strategy import Strategy
+from equaltime.tev import Viewer
 
 if TYPE_CHECKING:
     from equaltime.effects.pilot import LeftOut
@@ -60,6 +61,7 @@ def render(
     without: Sequence[str] = (),
     within: float | None = None,
     decided: Callable[[Sequence[str]], object] | None = None,
+    show: Viewer | None = None,
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
@@ -102,6 +104,8 @@ def render(
         An error, such as 0.01: leave out what a pilot shows can be left out within it, also the longest paths.
     decided
         Called once, before the first sample, with what was left out or kept and why, in words.
+    show
+        A viewer that is shown the image after passes, a few times a second, and at the end.
 
     Returns
     -------
@@ -143,10 +147,19 @@ def render(
             decided(left.why)
         bias = left.bias if left.names else None
         session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias)
-    pilot = None
+    watchers: list[Callable[[Session], object]] = []
     if quoted is not None and (error or time) and not session.passes.samples:
-        pilot = partial(_watch, Pilot(session, limits.error, None if error else time), quoted)
-    result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pilot)
+        watchers.append(partial(_watch, Pilot(session, limits.error, None if error else time), quoted))
+    if show is not None:
+        watchers.append(partial(_show, show))
+
+    def pass_ended(session: Session) -> None:
+        for watcher in watchers:
+            watcher(session)
+
+    result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended)
+    if show is not None:
+        show.show(result.image)
     stats = replace(result.stats, phases={**result.stats.phases, **piloting})
     return replace(result, stats=stats, aovs=first_hits(loaded))
 
@@ -182,6 +195,11 @@ def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) ->
     if session.passes.samples == FIRST_LOOK:
         with suppress(RenderError):
             quoted(pilot.quote())
+
+
+def _show(viewer: Viewer, session: Session) -> None:
+    if viewer.due:
+        viewer.show(session.image())
 
 
 def check_arguments(

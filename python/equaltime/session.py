@@ -122,6 +122,10 @@ class Session:
         """Estimate the error of what is done so far."""
         return image_error(pixel_statistics(self._renderer.moments))
 
+    def image(self) -> NDArray[np.float64]:
+        """Return the image so far, (H, W, 3)."""
+        return pixel_statistics(self._renderer.moments).mean
+
     @property
     def scene_bytes(self) -> int:
         """Memory of the scene in the core."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from equaltime.quote import Quote
 from equaltime.scene import Scene
 
-__all__ = ["duration", "percent", "print_error", "print_lines", "print_quote", "print_warnings"]
+__all__ = ["duration", "percent", "print_error", "print_lines", "print_quote", "print_warning", "print_warnings"]
 
 
 def duration(seconds: float) -> str:
@@ -25,7 +25,12 @@ def print_error(text: str) -> None:
 def print_warnings(scene: Scene) -> None:
     """Print one line ``warning: …`` for everything odd about the scene's files."""
     for warning in scene.warnings:
-        print(f"warning: {_visible(warning)}", file=sys.stderr)
+        print_warning(warning)
+
+
+def print_warning(text: str) -> None:
+    """Print one line ``warning: …``."""
+    print(f"warning: {_visible(text)}", file=sys.stderr)
 
 
 def print_lines(lines: Sequence[str]) -> None:

@@ -20,6 +20,7 @@ __all__ = [
     "Size",
     "StrategyWords",
     "Substitute",
+    "Tev",
     "Threads",
     "Time",
     "Without",
@@ -85,6 +86,15 @@ Substitute = Annotated[
     typer.Option(
         "--substitute",
         help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
+    ),
+]
+Tev = Annotated[
+    str | None,
+    typer.Option(
+        "--tev",
+        metavar="HOST:PORT",
+        show_default=False,
+        help="Show the passes in tev, the viewer, which listens at localhost:14158 unless told otherwise.",
     ),
 ]
 Without = Annotated[

@@ -11,7 +11,7 @@ import typer
 
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
 from equaltime.cli.lint import print_hazards
-from equaltime.cli.messages import duration, print_error, print_lines, print_quote, print_warnings
+from equaltime.cli.messages import duration, print_error, print_lines, print_quote, print_warning, print_warnings
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -22,19 +22,21 @@ from equaltime.cli.options import (
     Size,
     StrategyWords,
     Substitute,
+    Tev,
     Threads,
     Time,
     Without,
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
-from equaltime.errors import ImageError, NonFiniteSample
+from equaltime.errors import ImageError, NonFiniteSample, RenderError
 from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
+from equaltime.tev import Viewer
 
 __all__ = ["render"]
 
@@ -100,6 +102,7 @@ def render(
             help="Leave out what a pilot shows can be left out within this error, and say what and why.",
         ),
     ] = None,
+    tev: Tev = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Render a scene to an EXR with its error bar.
@@ -144,6 +147,7 @@ def render(
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
+    viewer = None if tev is None else _viewer(tev, output)
     try:
         with progress_bar(quiet) as progress:
             result = render_scene(
@@ -163,11 +167,14 @@ def render(
                 without=without or (),
                 within=within,
                 decided=decisions.extend if quiet or as_json else print_lines,
+                show=viewer,
             )
     except NonFiniteSample as found:
         if found.result is None:  # it was a pilot's
             raise
         failure, result = found, cast(Result, found.result)
+    if viewer is not None and viewer.problem is not None:
+        print_warning(viewer.problem)
     begin = clock.perf_counter()
     try:
         with held_back() as signals:
@@ -185,6 +192,13 @@ def render(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _viewer(address: str, output: Path) -> Viewer:
+    try:
+        return Viewer(address, output.name)
+    except RenderError as problem:
+        raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
 def _record(result: Result, writing: float, files: tuple[Path, ...], decisions: list[str]) -> dict[str, Any]:

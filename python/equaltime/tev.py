@@ -1,0 +1,115 @@
+"""A render's passes in tev, the viewer (https://github.com/Tom94/tev), over its network protocol.
+
+A message is its length in bytes (all of it, uint32), a byte that says what it is, and its fields: numbers are little
+endian, a truth is a byte, a text ends with a zero byte. Two kinds are sent: 4 creates an image of some channels, 6
+updates a rectangle of one, whose channels may lie interleaved.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import RenderError
+
+__all__ = ["PORT", "Viewer"]
+
+PORT = 14158
+"""Where tev listens unless it is told otherwise."""
+
+_CREATE, _UPDATE = 4, 6
+_CHANNELS = ("R", "G", "B")
+_PATIENCE = 2.0
+"""Seconds to wait for a viewer that does not take what it is sent."""
+_INTERVAL = 0.2
+_MOST_SHARE = 0.02
+"""Of the time, that goes into showing."""
+_MOST_BYTES = 1 << 24
+"""Of the pixels of a message."""
+
+
+class Viewer:
+    """An image in tev that follows a render: give it to `equaltime.render` as ``show``.
+
+    A viewer that cannot be reached, or goes away, says so in `problem`, and is sent nothing from then on: a render is
+    never lost to it.
+
+    Parameters
+    ----------
+    address
+        ``HOST:PORT``, or ``HOST``.
+    name
+        What the viewer calls the image.
+
+    Raises
+    ------
+    RenderError
+        If the address is none.
+    """
+
+    def __init__(self, address: str = "localhost", name: str = "equaltime") -> None:
+        host, _, port = address.rpartition(":") if ":" in address else (address, "", str(PORT))
+        if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 2**16:
+            raise RenderError(f"tev: expected HOST:PORT, such as localhost:{PORT}, found '{address}'")
+        self.problem: str | None = None
+        """Why the viewer is shown nothing more; None while it is."""
+        self._address, self._host, self._port = address, host.strip("[]"), int(port)
+        self._name = name
+        self._socket: socket.socket | None = None
+        self._shape: tuple[int, ...] | None = None
+        self._next = 0.0
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time for another picture: not too often, nor so that showing takes more than its share."""
+        return self.problem is None and time.monotonic() >= self._next
+
+    def show(self, image: NDArray[Any]) -> None:
+        """Send an image (H, W, 3), linear."""
+        if self.problem is not None:
+            return
+        begin = time.monotonic()
+        try:
+            self._send(np.ascontiguousarray(image, "<f4"))
+        except OSError as error:
+            self.problem = f"tev at {self._address}: {error.strerror or error or 'no answer'}; the render goes on"
+            self.close()
+        end = time.monotonic()
+        self._next = end + max(_INTERVAL, (end - begin) / _MOST_SHARE)
+
+    def close(self) -> None:
+        """Let go of the viewer, which keeps the image."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _send(self, image: NDArray[np.float32]) -> None:
+        height, width, _ = image.shape
+        if self._socket is None:
+            self._socket = socket.create_connection((self._host, self._port), _PATIENCE)
+        if self._shape != image.shape:
+            size = struct.pack("<3i", width, height, len(_CHANNELS))
+            self._socket.sendall(_message(_CREATE, True, self._name, size, *map(_text, _CHANNELS)))
+            self._shape = image.shape
+        rows = max(1, _MOST_BYTES // (4 * len(_CHANNELS) * width))
+        for y in range(0, height, rows):
+            band = image[y : y + rows]
+            count = struct.pack("<i", len(_CHANNELS))
+            place = struct.pack("<4i", 0, y, width, len(band))
+            layout = struct.pack("<6q", 0, 1, 2, 3, 3, 3)  # where each channel begins, and steps to its next pixel
+            fields = (count, *map(_text, _CHANNELS), place, layout, band.tobytes())
+            self._socket.sendall(_message(_UPDATE, False, self._name, *fields))
+
+
+def _message(kind: int, grab_focus: bool, name: str, *fields: bytes) -> bytes:
+    body = b"".join([struct.pack("<B?", kind, grab_focus), _text(name), *fields])
+    return struct.pack("<I", 4 + len(body)) + body
+
+
+def _text(words: str) -> bytes:
+    return words.replace("\0", "").encode() + b"\0"
