@@ -17,7 +17,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cost.agreement import LEVEL
-from equaltime.cost.peers import CommandPeer, MitsubaPeer
+from equaltime.cost.peers import CommandPeer, MitsubaPeer, agreement
 from equaltime.cost.peers.agreement import check, own_reference
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
@@ -91,6 +91,16 @@ def test_the_example_agrees(tmp_path: Path) -> None:
     assert gate.note == ""
     assert gate.size == (48, 36)
     assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_our_side_is_rendered_once_for_all_peers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    example = InProcess(module(text(), tmp_path))
+    first = check(example, ball(), threads=1)
+    monkeypatch.setattr(agreement, "render", None)
+    shares: list[float] = []
+    second = check(example, ball(), threads=1, progress=shares.append, ours=first.ours)
+    assert second.agreement.looks == first.agreement.looks
     assert shares[-1] == 1.0
 
 

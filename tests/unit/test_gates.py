@@ -18,6 +18,7 @@ from equaltime.cost.reference import KnownReference
 from equaltime.cost.subject import Checkpoint, RendererKind
 
 SCENE = et.load(Path(__file__).parents[2] / "scenes" / "cornell-box.toml").with_(size=(8, 8), max_depth=2)
+OURS = agreement.BlockMeans(np.ones((2, 2, 3)), np.ones((2, 2, 3)), 63.0)
 
 
 class Verdict(NamedTuple):
@@ -46,10 +47,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Answer with a p-value of 1e-5, and tell the levels that were asked for."""
     levels: list[float] = []
 
-    def check(peer: Peer, scene: et.Scene, threads: int, level: float, progress: Any) -> peer_agreement.Gate:
+    def check(_: Peer, scene: et.Scene, threads: int, level: float, progress: Any, ours: Any) -> peer_agreement.Gate:
         levels.append(level)
         verdict: Any = Verdict(1e-5)
-        return peer_agreement.Gate(verdict, level, (8, 8), 64)
+        return peer_agreement.Gate(verdict, OURS, level, (8, 8), 64)
 
     def own(*_: Any) -> KnownReference:
         return KnownReference(Reference(np.full((8, 8, 3), 7.0), np.zeros((8, 8, 3))), {"own": True})
@@ -60,7 +61,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def enter(folder: Folder, count: int) -> dict[str, Any]:
-    gates.pass_gate(Peer(), "box", SCENE, ReferenceWish(), folder, 1, count)
+    gates.pass_gates([Peer()], "box", SCENE, ReferenceWish(), folder, 1, count)
     noted: dict[str, Any] = folder.read_provenance()["agreements"]["box"]["theirs"]
     return noted
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from equaltime.cost import reference as references
 from equaltime.cost.experiment import ReferenceWish
@@ -11,20 +12,23 @@ from equaltime.cost.folder import Folder
 from equaltime.cost.subject import Subject
 from equaltime.scene import Scene
 
-__all__ = ["pass_gate"]
+if TYPE_CHECKING:
+    from equaltime.cost.agreement import BlockMeans
+
+__all__ = ["pass_gates"]
 
 
-def pass_gate(
-    peer: Subject,
+def pass_gates(
+    peers: Sequence[Subject],
     name: str,
     scene: Scene,
     wish: ReferenceWish,
     folder: Folder,
     threads: int,
     gates: int,
-    report: Callable[[float], object] | None = None,
+    report: Callable[[Subject, float], object] | None = None,
 ) -> None:
-    """Compare a peer with equaltime on a scene, once, and leave its own reference in the folder if they differ.
+    """Compare peers with equaltime on a scene, each once, and leave references of their own for those that differ.
 
     What came of it is in the provenance, under ``agreements``, scene and label.
 
@@ -33,17 +37,23 @@ def pass_gate(
     name
         Of the scene.
     gates
-        How many of these comparisons the experiment has: they share one false-alarm rate.
+        How many of these comparisons the experiment has, on all scenes: they share one false-alarm rate.
     """
     from equaltime.cost.agreement import LEVEL, share
     from equaltime.cost.peers import agreement
 
     known: Mapping[str, Any] = folder.read_provenance().get("agreements", {}).get(name, {})
-    if peer.label in known:
-        return
-    gate = agreement.check(peer, scene, threads, share(LEVEL, gates), progress=report)
-    if not gate.agrees:
-        own = agreement.own_reference(peer, scene, wish.error, wish.seconds, threads)
-        references.write(folder.reference(name, peer.label), own)
-    facts = {"agrees": gate.agrees, "p": gate.agreement.p, "level": gate.level, "seeds": gate.seeds, "note": gate.note}
-    folder.note("agreements", name, {**known, peer.label: {**facts, "size": list(gate.size)}})
+    ours: dict[bool, BlockMeans] = {}
+    for peer in peers:
+        if peer.label in known:
+            continue
+        resizable = agreement.resizable(peer)
+        told = None if report is None else partial(report, peer)
+        gate = agreement.check(peer, scene, threads, share(LEVEL, gates), progress=told, ours=ours.get(resizable))
+        ours[resizable] = gate.ours
+        if not gate.agrees:
+            own = agreement.own_reference(peer, scene, wish.error, wish.seconds, threads)
+            references.write(folder.reference(name, peer.label), own)
+        facts = {"agrees": gate.agrees, "p": gate.agreement.p, "level": gate.level, "seeds": gate.seeds}
+        known = {**known, peer.label: {**facts, "note": gate.note, "size": list(gate.size)}}
+        folder.note("agreements", name, known)

@@ -20,7 +20,7 @@ from equaltime.cost.directions import write_directions
 from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
 from equaltime.cost.forming import Studio
-from equaltime.cost.gates import pass_gate
+from equaltime.cost.gates import pass_gates
 from equaltime.cost.identity import identity_of
 from equaltime.cost.metrics import Reference
 from equaltime.cost.record import Key, Recorder
@@ -202,19 +202,13 @@ class _Session:
 
     def _pass_gates(self) -> None:
         """Hold every peer against equaltime on every scene."""
-        peers = [entry.label for entry in self.experiment.strategies if entry.peer is not None]
-        for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
-            if turn.key[1] in peers:
-                pass_gate(
-                    turn.subject,
-                    turn.key[0],
-                    self.scenes[turn.number],
-                    self.experiment.reference,
-                    self.folder,
-                    self.threads,
-                    len(peers) * len(self.scenes),
-                    partial(self._tell, "agreement", turn, time_left=None),
-                )
+        labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
+        peers = [subject for subject in self.subjects if subject.label in labels]
+        gates = len(peers) * len(self.scenes)
+        for number, entry in enumerate(self.experiment.scenes):
+            told = partial(self._tell_agreement, number)
+            scene, wish = self.scenes[number], self.experiment.reference
+            pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
 
     def _reference(self, number: int) -> Reference:
         """Return the scene's reference: what the folder has counts, even if a better one could be had."""
@@ -238,6 +232,10 @@ class _Session:
         budget = self.experiment.budget
         mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
         return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
+
+    def _tell_agreement(self, number: int, peer: Subject, fraction: float) -> None:
+        turn = self._turns[number * len(self.subjects) + self.subjects.index(peer)]
+        self._tell("agreement", turn, fraction, None)
 
     def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None) -> None:
         if self.progress is not None:

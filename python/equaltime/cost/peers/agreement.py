@@ -23,7 +23,7 @@ from equaltime.images import SOFTWARE
 from equaltime.render import render
 from equaltime.scene import Scene
 
-__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference"]
+__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "resizable"]
 
 SEEDS = 64
 """Independent renders of either side: what the test of agreement asks for."""
@@ -38,6 +38,8 @@ class Gate:
     """What came of the comparison of a peer with equaltime on one scene."""
 
     agreement: Agreement
+    ours: BlockMeans
+    """Equaltime's side, which serves for every peer that is compared at this size."""
     level: float
     """The rate at which peers that agree fail."""
     size: tuple[int, int]
@@ -68,6 +70,7 @@ def check(
     level: float = LEVEL,
     seeds: int = SEEDS,
     progress: Callable[[float], object] | None = None,
+    ours: BlockMeans | None = None,
 ) -> Gate:
     """Render a small version of ``scene`` with both, box-filtered and with many seeds, and compare.
 
@@ -80,28 +83,37 @@ def check(
         The false-alarm rate. For many peers and scenes the one of all is kept by `equaltime.cost.agreement.share`.
     progress
         Called with the share of the work that is done, 0 … 1.
+    ours
+        Equaltime's side, if it is known from the gate of another peer on the same scene, as resizable as this one.
 
     Raises
     ------
     PeerError
         If the peer cannot render the scene.
     """
-    small = _small(scene) if getattr(peer, "resizable", True) else with_box_filter(scene)
+    small = _small(scene) if resizable(peer) else with_box_filter(scene)
     peer.prepare(small, threads)
+    renders = seeds if ours is not None else 2 * seeds
+
+    def means(images: Iterator[NDArray[np.float32]], before: int) -> BlockMeans:
+        return BlockMeans.of_seeds(told(images, before), _BLOCK)
 
     def told(images: Iterator[NDArray[np.float32]], before: int) -> Iterator[NDArray[np.float32]]:
         for number, image in enumerate(images, before + 1):
             if progress is not None:
-                progress(number / (2 * seeds))
+                progress(number / renders)
             yield image
 
-    sides = (
-        told((_one(peer, _FIRST_SEED + seed, _SPP) for seed in range(seeds)), 0),
-        told((render(small, spp=_OUR_SPP, seed=seed, threads=threads).image for seed in range(seeds)), seeds),
-    )
-    theirs, ours = (BlockMeans.of_seeds(images, _BLOCK) for images in sides)
+    theirs = means((_one(peer, _FIRST_SEED + seed, _SPP) for seed in range(seeds)), 0)
+    if ours is None:
+        ours = means((render(small, spp=_OUR_SPP, seed=seed, threads=threads).image for seed in range(seeds)), seeds)
     _, _, width, height = small.model.sensor.film.crop
-    return Gate(compare(theirs, ours), level, (width, height), seeds)
+    return Gate(compare(theirs, ours), ours, level, (width, height), seeds)
+
+
+def resizable(peer: Subject) -> bool:
+    """Tell whether a peer can be told the size of its image."""
+    return bool(getattr(peer, "resizable", True))
 
 
 def own_reference(
