@@ -134,10 +134,15 @@ float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept 
   return area_pdf(receiver, wi, point, normal_, area_);
 }
 
-float RectangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+std::optional<Vec3f> RectangleLight::met(Vec3f receiver, Vec3f wi) const noexcept {
   const auto hit = plane_towards(receiver, wi, Vec3d(corner_), Vec3d(edge_x_), Vec3d(edge_y_));
   const auto within = [](double x) { return x >= 0 && x <= 1; };
-  return hit && within(hit->a) && within(hit->b) ? pdf(receiver, wi, hit->point) : 0.0F;
+  return hit && within(hit->a) && within(hit->b) ? std::optional(hit->point) : std::nullopt;
+}
+
+float RectangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const auto point = met(receiver, wi);
+  return point ? pdf(receiver, wi, *point) : 0.0F;
 }
 
 double RectangleLight::power() const noexcept { return emitted_power(radiance_, area_); }

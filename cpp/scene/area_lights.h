@@ -90,6 +90,9 @@ class RectangleLight {
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
+  friend class PictureLight;
+  /// The point that a direction meets, on either side.
+  [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - corner_); }
   [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;

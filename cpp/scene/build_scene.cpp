@@ -123,8 +123,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     area_lights_.add_triangles(index, out, surface, flipped);
   } else if (!surface.radiance.is_black()) {
-    area_lights_.add(surface, index, 0,
-                     RectangleLight(out.vertices[0], edge_x, edge_y, flipped, area_lights_.mean_radiance(surface)));
+    area_lights_.add_rectangle(surface, index, out.vertices[0], edge_x, edge_y, flipped);
   }
   add_mesh(index, std::move(out));
 }

@@ -86,6 +86,15 @@ void AreaLights::add(Surface& surface, std::size_t shape, std::size_t primitive,
   emitters.push_back({static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(primitive)});
 }
 
+void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
+                               const Vec3d& edge_y, bool flipped) {
+  const auto lit_by = [&](const Spectrum& mean) { return RectangleLight(corner, edge_x, edge_y, flipped, mean); };
+  if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
+    return add(surface, shape, 0, lit_by(mean_radiance(surface)));
+  const auto picture = std::make_shared<const Picture>(textures[surface.emission], surface.radiance);
+  add(surface, shape, 0, PictureLight(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
+}
+
 void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
   if (surface.radiance.is_black()) return;
   surface.light_per_primitive = true;

@@ -25,6 +25,9 @@ struct AreaLights {
   /// The mean over a rectangle, a sphere, a disk or a cylinder, roughly.
   [[nodiscard]] Spectrum mean_radiance(const Surface& surface) const noexcept;
   void add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light);
+  /// A rectangle, by its texture if it has one.
+  void add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y,
+                     bool flipped);
   /// One light a triangle.
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
 };

@@ -16,12 +16,13 @@
 #include "scene/directional_light.h"
 #include "scene/environment.h"
 #include "scene/light_tree.h"
+#include "scene/picture_light.h"
 #include "scene/point_light.h"
 #include "scene/spot_light.h"
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight>;
+using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureLight>;
 /// Lights that no ray meets: only light sampling finds them.
 using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
@@ -37,6 +38,8 @@ template <auto E, class F>
     if (const auto* disk = std::get_if<DiskLight>(&light)) return f(*disk);
     if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
   }
+  if constexpr (E.textures)
+    if (const auto* picture = std::get_if<PictureLight>(&light)) return f(*picture);
   if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
   return f(*std::get_if<TriangleLight>(&light));
 }
@@ -156,7 +159,12 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
         if (sample) sample->light = pick.light;
       return sample;
     }
-  auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept { return l.sample(receiver.p, u, pick.pmf); });
+  auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept {
+    if constexpr (std::is_same_v<std::decay_t<decltype(l)>, PictureLight>)
+      return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
+    else
+      return l.sample(receiver.p, u, pick.pmf);
+  });
   if constexpr (E.textures) sample->light = pick.light;
   return sample;
 }

@@ -1,5 +1,6 @@
 #include "scene/texture.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -63,10 +64,31 @@ std::size_t nearest(float x, std::uint32_t n, TextureWrap wrap) noexcept {
   return std::min(static_cast<std::uint32_t>(fold(x, wrap) * static_cast<float>(n)), n - 1);
 }
 
+/// Where scale·x + shift is a whole number and a part, for x from 0 to 1, with both ends.
+std::vector<double> knots(double scale, double shift, double part) {
+  const double first = std::min(shift, shift + scale), last = std::max(shift, shift + scale);
+  std::vector<double> places{0};
+  for (double k = std::ceil(first - part); k + part <= last; ++k) {
+    const double place = (k + part - shift) / scale;
+    if (place > 0 && place < 1) places.push_back(place);
+  }
+  if (scale < 0) std::reverse(places.begin() + 1, places.end());
+  places.push_back(1);
+  return places;
+}
+
 }  // namespace
 
 UvMap::UvMap(const UvTransform& t) noexcept {
   for (std::size_t i = 0; i < t.size(); ++i) m_[i] = static_cast<float>(t[i]);
+}
+
+TextureGrid UvMap::grid(double columns, double rows, double part, std::size_t most) const {
+  const double across = static_cast<double>(m_[0]) * columns, down = static_cast<double>(m_[4]) * rows;
+  const auto limit = static_cast<double>(most);
+  if (m_[1] != 0 || m_[3] != 0 || !(std::abs(across) < limit && std::abs(down) < limit)) return {};
+  return {knots(across, static_cast<double>(m_[2]) * columns, part),
+          knots(down, static_cast<double>(m_[5]) * rows, part)};
 }
 
 Bitmap::Bitmap(BitmapDescription d)
@@ -147,6 +169,13 @@ std::optional<Spectrum> Bitmap::constant() const noexcept {
   return color;
 }
 
+TextureGrid Bitmap::grid(std::size_t most) const {
+  const bool steps = filter_ == TextureFilter::nearest;
+  TextureGrid grid = to_uv_.grid(width_, height_, steps ? 0 : 0.5, most);
+  grid.steps = steps;
+  return grid;
+}
+
 Checkerboard::Checkerboard(const CheckerboardDescription& d) noexcept
     : to_uv_(d.to_uv),
       colors_{spectrum(d.color0), spectrum(d.color1)},
@@ -160,6 +189,12 @@ std::size_t Checkerboard::square_at(Point2f uv) const noexcept {
 
 std::optional<Spectrum> Checkerboard::constant() const noexcept {
   return colors_[0] == colors_[1] ? std::optional(colors_[0]) : std::nullopt;
+}
+
+TextureGrid Checkerboard::grid(std::size_t most) const {
+  TextureGrid grid = to_uv_.grid(2, 2, 0, most);
+  grid.steps = true;
+  return grid;
 }
 
 void MeshAttribute::add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces) {

@@ -37,6 +37,13 @@ struct TexturePlace {
           barycentric};
 }
 
+/// The lines of u and of v along which a texture changes its rule, from 0 to 1: between them it is linear in both, or
+/// the same if it goes by steps. Empty if there are no such lines, or too many.
+struct TextureGrid {
+  std::vector<double> u, v;
+  bool steps = false;
+};
+
 /// The affine map from a surface's uv to a texture's, in float32.
 class UvMap {
  public:
@@ -48,6 +55,9 @@ class UvMap {
   [[nodiscard]] Point2f pull_back(Point2f gradient) const noexcept {
     return {m_[0] * gradient.x + m_[3] * gradient.y, m_[1] * gradient.x + m_[4] * gradient.y};
   }
+  /// Where the texture's own coordinates, times so many, are whole numbers and a part; nothing if they are not parallel
+  /// to the surface's.
+  [[nodiscard]] TextureGrid grid(double columns, double rows, double part, std::size_t most) const;
 
  private:
   std::array<float, 6> m_;
@@ -65,6 +75,7 @@ class Bitmap {
   [[nodiscard]] float number(const TexturePlace& at) const noexcept { return eval(at).luminance(); }
   /// The colour, if it is the same everywhere.
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
+  [[nodiscard]] TextureGrid grid(std::size_t most) const;
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof(*this) + texels_.size(); }
 
  private:
@@ -94,6 +105,7 @@ class Checkerboard {
   [[nodiscard]] float number(const TexturePlace& at) const noexcept { return numbers_[square_at(at.uv)]; }
   [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
+  [[nodiscard]] TextureGrid grid(std::size_t most) const;
   [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(Checkerboard); }
 
  private:
@@ -115,6 +127,7 @@ class MeshAttribute {
   [[nodiscard]] float number(const TexturePlace& place) const noexcept { return eval(place).luminance(); }
   [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] static std::optional<Spectrum> constant() noexcept { return std::nullopt; }
+  [[nodiscard]] static TextureGrid grid(std::size_t) { return {}; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
