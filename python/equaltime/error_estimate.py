@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 from equaltime.film import box_sum, join_replicates
 from equaltime.neighbourhoods import RADIUS, Band, neighbours, over_bands
 
-__all__ = ["REFERENCE_DOUBT", "Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
+__all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
 
 Floats = NDArray[np.float64]
 
-# What making the reference R from the noisy image itself does to the error, as a standard deviation. Measured against
-# converged images: 0.02 to 0.06 too little on the Cornell box and montelight's scenes, 128 pixels wide, errors 0.1 to
-# 0.5; less on larger images.
-REFERENCE_DOUBT = 0.04
+# What making the reference R from the noisy image itself does to the error, as standard deviations of its logarithm,
+# measured against converged images of 16x16 to 96x96 pixels: of how far it moves as R leans all the way from a pixel's
+# mean to the darker of its replicates; times the noise, where R is all the local mean; and at least.
+_LEANING, _SMOOTH, _LEAST_DOUBT = 0.35, 0.15, 0.01
 _Z95 = 1.960
 _MANY = 300.0
 
@@ -145,7 +145,7 @@ def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved = _contributions(pixels, sizes, m)
+    contributions, moved, doubt = _contributions(pixels, sizes, m)
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
@@ -157,7 +157,7 @@ def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
     if effective < 1.0:
         return Estimate(value, 0.0, math.inf)
     chance = _quantile(level, effective) * 0.5 * math.sqrt(estimated + realised)
-    factor = math.exp(math.hypot(chance, _Z95 * REFERENCE_DOUBT))
+    factor = math.exp(math.hypot(chance, _Z95 * doubt))
     return Estimate(value, value / factor, value * factor)
 
 
@@ -170,11 +170,12 @@ def _quantile(level: float, degrees: float) -> float:
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
-def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float]:
-    """Return each pixel's part of error², (H, W), and the variance per pixel that the denominators' noise adds.
+def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float]:
+    """Return each pixel's part of error², (H, W), and two things about the denominators.
 
-    The latter by the delta method: pixel j moves the local means around it, and m, by its own noise; all
-    contributions there share that. Both derivatives have one sign, so the parts add up in absolute value.
+    The first is the variance per pixel that their noise adds. By the delta method: pixel j moves the local means around
+    it, and m, by its own noise; all contributions there share that. Both derivatives have one sign, so the parts add up
+    in absolute value. The second is the doubt about R, the standard deviation of the logarithm of the error.
     """
     contributions = np.empty(pixels.samples.shape)
     even = bool((pixels.samples == pixels.samples.flat[0]).all())
@@ -182,12 +183,17 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
     def contribute(band: Band) -> tuple[float, ...]:
         variance, counts = pixels.variance[band.wide], sizes[band.wide]
         noise = box_sum(variance)
-        square, shared = _reference(pixels.mean[band.wide], variance, noise, counts)
+        reference, shared, leaning = _reference(pixels.mean[band.wide], variance, noise, counts)
+        square = np.square(reference)
         square += (0.1 * m) ** 2
         parts = variance / square
         contributions[band.rows] = _channel_mean(parts[band.inner])
+        noisy = np.minimum(parts * np.sqrt(parts), parts)  # structure that rests on the local mean is below the noise
+        smooth = float(np.vdot(noisy[band.inner], shared[band.inner]))
         slope = np.divide(parts, square, out=square)
         slopes = float(slope[band.inner].sum())
+        slope *= reference
+        leant = float(np.vdot(slope[band.inner], leaning[band.inner]))
         pooled = noise / counts if even else _pooled_variance(pixels, band.wide)
         error = np.sqrt(pooled[band.inner])
         shared *= slope
@@ -195,13 +201,15 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
         by_local = _channel_mean(box_sum(shared)[band.inner] * error)
         by_mean = _channel_mean(error)
         products = ((by_local, by_local), (by_local, by_mean), (by_mean, by_mean))
-        return slopes, *(float(np.vdot(a, b)) for a, b in products)
+        return slopes, smooth, leant, *(float(np.vdot(a, b)) for a, b in products)
 
     sums = over_bands(len(contributions), 3 * RADIUS, contribute)
-    slopes, locals_squared, crossed, errors_squared = (sum(column) for column in zip(*sums, strict=True))
+    slopes, smooth, leant, locals_squared, crossed, errors_squared = (sum(column) for column in zip(*sums, strict=True))
     influence = 0.02 * m * slopes / pixels.mean.size
     total = locals_squared + 2.0 * influence * crossed + influence**2 * errors_squared
-    return contributions, total / contributions.size
+    whole = max(3.0 * float(contributions.sum()), np.finfo(np.float64).tiny)
+    doubt = math.sqrt(_LEANING**2 * (leant / whole) ** 2 + _SMOOTH**2 * (smooth / whole) ** 2 + _LEAST_DOUBT**2)
+    return contributions, total / contributions.size, doubt
 
 
 def _channel_mean(values: Floats) -> Floats:
@@ -209,31 +217,28 @@ def _channel_mean(values: Floats) -> Floats:
     return np.asarray((values[..., 0] + values[..., 1] + values[..., 2]) / 3.0)
 
 
-def _reference(mean: Floats, variance: Floats, noise: Floats, sizes: Floats) -> tuple[Floats, Floats]:
-    """Return R² for the denominators, and R times the share of the local mean in it.
+def _reference(mean: Floats, variance: Floats, noise: Floats, sizes: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return R for the denominators, the share of the local mean in it, and its lean, below.
 
-    R weighs the pixel against the 7x7 local mean by how much of the local scatter is more than (twice) the noise, as
-    Lee's filter does (Lee 1980): at an edge the local mean is wrong by much, and the pixel by little once it has
-    converged. From R² its own noise is subtracted, but for a quarter of it, or a bright dot would excuse itself.
-    ``noise`` is the sum of the variance over the neighbourhood.
+    R weighs the pixel against the 7x7 local mean by how much of the local scatter is more than the noise, as Lee's
+    filter does (Lee 1980): at an edge the local mean is wrong by much, and the pixel by little once it has converged.
+    Noise is skewed: a pixel that has met a rare bright path has a large variance and is itself too bright, and would
+    excuse itself. So R leans from the pixel towards the darker of two replicates (which is its standard error below
+    it), half way. ``noise`` is the sum of the variance over the neighbourhood.
     """
     local = box_sum(mean)
     local /= sizes
     apart = mean - local
     scatter = box_sum(np.square(apart))
     rest = np.divide(noise, scatter, out=np.ones_like(noise), where=scatter > 0.0)  # what the weight leaves to 1
-    rest *= 2.0
     np.minimum(rest, 1.0, out=rest)
     weight = 1.0 - rest
     apart *= weight
     local += apart
-    square = np.square(local)
-    own_noise = np.square(weight) * variance
-    own_noise += np.square(rest / sizes) * noise
-    reduced = square - own_noise
-    square *= 0.25
-    rest *= local
-    return np.maximum(reduced, square, out=reduced), rest
+    lean = np.sqrt(variance)
+    lean *= weight
+    local -= 0.5 * lean
+    return np.maximum(local, 0.0, out=local), rest, lean
 
 
 def _spread(contributions: Floats, degrees: float) -> float:

@@ -9,7 +9,7 @@ from functools import partial
 from statistics import NormalDist
 
 from equaltime.budget import Looks
-from equaltime.error_estimate import REFERENCE_DOUBT, Estimate
+from equaltime.error_estimate import Estimate
 
 __all__ = ["Law", "fit"]
 
@@ -65,11 +65,10 @@ class Law:
         return _interval(samples.value * self.seconds_per_sample, math.hypot(doubt, _SPEED_DOUBT))
 
     def _seen(self, samples: int, level: float) -> Estimate:
-        """Return what a look at the error is likely to see: the doubt by chance grows with the level."""
+        """Return what a look is likely to see: the doubt about the error grows with the level and falls with the error."""
         value = self.error_at(samples).value
-        by_chance = math.sqrt(max(0.0, self.log_error_doubt**2 - REFERENCE_DOUBT**2))
-        quantile = NormalDist().inv_cdf(0.5 + 0.5 * level)
-        factor = math.exp(math.hypot(quantile * by_chance, _Z95 * REFERENCE_DOUBT))
+        doubt = self.log_error_doubt * math.sqrt(min(1.0, value / self.error))
+        factor = math.exp(min(NormalDist().inv_cdf(0.5 + 0.5 * level) * doubt, 700.0))
         return Estimate(value, value / factor, value * factor)
 
     def as_dict(self) -> dict[str, float]:

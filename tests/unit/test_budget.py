@@ -63,7 +63,22 @@ def test_a_render_that_is_taken_up_goes_on_with_its_looks() -> None:
         return falling(0.55)(taken_up.next)
 
     taken_up.look(noted, taken_up.next, 0.01)
-    assert levels == [pytest.approx(1.0 - 2.0 * 0.05 * 6.0 / (4.0 * math.pi) ** 2)]
+    assert levels == [pytest.approx(1.0 - 2.0 * 0.05 / 2.0**4)]
+
+
+def test_looks_that_cannot_end_a_render_spend_no_level() -> None:
+    looks, levels = Looks(), list[float]()
+
+    def noted(level: float) -> Estimate:
+        levels.append(level)
+        return falling(0.5)(looks.next)
+
+    while not looks.look(noted, looks.next, 0.01):
+        pass
+    idle = sum(n**-0.5 >= 0.02 for n in looks.made)
+    assert idle >= 2
+    assert levels[: idle + 1] == [pytest.approx(0.95)] * (idle + 1)
+    assert levels[idle + 1 :] == sorted(set(levels[idle + 1 :]))
 
 
 def wrong_stops(level_of: Callable[[float], float], trials: int = 4000) -> float:
