@@ -65,7 +65,7 @@ class Law:
         return _interval(samples.value * self.seconds_per_sample, math.hypot(doubt, _SPEED_DOUBT))
 
     def _seen(self, samples: int, level: float) -> Estimate:
-        """Return what a look is likely to see: the doubt about the error grows with the level and falls with the error."""
+        """Return what a look is likely to see: its doubt grows with the level and falls with the error."""
         value = self.error_at(samples).value
         doubt = self.log_error_doubt * math.sqrt(min(1.0, value / self.error))
         factor = math.exp(min(NormalDist().inv_cdf(0.5 + 0.5 * level) * doubt, 700.0))
