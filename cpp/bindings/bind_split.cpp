@@ -1,9 +1,12 @@
-// Where the light of an image comes from.
+// Where the light of an image comes from, and where some may hide.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
+
 #include "bindings/bindings.h"
 #include "transport/split.h"
+#include "transport/unseen.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -33,6 +36,23 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
   return py::make_tuple(names, py::array_t<double>(shape, measured->means.data()));
 }
 
+py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& settings,
+                           const py::array_t<std::uint32_t, py::array::c_style>& pixels, std::uint64_t seed,
+                           unsigned threads, std::uint64_t samples, std::uint32_t replicates) {
+  const std::size_t count = static_cast<std::size_t>(pixels.size());
+  const std::size_t film = std::size_t{scene->film.crop_width} * scene->film.crop_height;
+  const std::span<const std::uint32_t> asked(pixels.data(), count);
+  if (std::any_of(asked.begin(), asked.end(), [film](std::uint32_t pixel) { return pixel >= film; }))
+    throw py::value_error("a pixel is outside of the film");
+  const std::vector<double> found = [&] {
+    const py::gil_scoped_release release;
+    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, asked,
+                      samples);
+  }();
+  const std::size_t shape[] = {count, 3};
+  return py::array_t<double>(shape, found.data());
+}
+
 }  // namespace
 
 void bind_split(py::module_& m) {
@@ -40,6 +60,10 @@ void bind_split(py::module_& m) {
         "replicates"_a = 2,
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
         "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
+  m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
+        "replicates"_a = 2,
+        "(N, 3): the largest that a few samples of these pixels (y * width + x of the crop) would be if nothing stood "
+        "between surfaces and the lights that they aim at.");
 }
 
 }  // namespace equaltime

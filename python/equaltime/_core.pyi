@@ -284,3 +284,12 @@ class Renderer:
 def split_light(
     scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1, replicates: int = 2
 ) -> tuple[list[tuple[str, str]], NDArray[np.float64]]: ...
+def unshadowed(
+    scene: Scene,
+    settings: Settings,
+    pixels: NDArray[np.uint32],
+    seed: int = 0,
+    threads: int = 0,
+    samples: int = 1,
+    replicates: int = 2,
+) -> NDArray[np.float64]: ...
