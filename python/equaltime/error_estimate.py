@@ -13,6 +13,7 @@ units of the image.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
@@ -125,7 +126,9 @@ def _pooled_variance(pixels: PixelStatistics, rows: slice) -> Floats:
     return np.where(known, pooled, np.inf)
 
 
-def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
+def image_error(
+    pixels: PixelStatistics, level: float = 0.95, hidden: Callable[[PixelStatistics, float], float] | None = None
+) -> Estimate:
     """Estimate the error of the image by the definition at the top of this file.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``). It
@@ -136,9 +139,18 @@ def image_error(pixels: PixelStatistics, level: float = 0.95) -> Estimate:
 
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
-    are beyond any estimate made from the samples, and where single samples outshine all others (errors far above
+    are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`) tells what part of error² black
+    pixels may hide at a level, which widens the upper limit. Where single samples outshine all others (errors far above
     100 %) the estimate is a rough one.
     """
+    seen = _seen_error(pixels, level)
+    if hidden is None or not math.isfinite(seen.high):
+        return seen
+    return Estimate(seen.value, seen.low, math.hypot(seen.high, math.sqrt(hidden(pixels, level))))
+
+
+def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
+    """Return the error by what samples have seen."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
         return UNKNOWN
     sizes = neighbours(*pixels.samples.shape)

@@ -1,5 +1,5 @@
-"""Arithmetic on films and images that the core does: it is paid for in every render."""
+"""What the core does with films and images beside rendering: arithmetic, and what black pixels could have seen."""
 
-from equaltime._core import box_sum, join_replicates, merge_moments
+from equaltime._core import box_sum, join_replicates, merge_moments, unshadowed
 
-__all__ = ["box_sum", "join_replicates", "merge_moments"]
+__all__ = ["box_sum", "join_replicates", "merge_moments", "unshadowed"]

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits, Looks
-from equaltime.error_estimate import Estimate, image_error, pixel_statistics
+from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics
 from equaltime.result import StoppedBy
 
 __all__ = ["PassRenderer", "Passes", "Progress", "ProgressCallback", "pass_end"]
@@ -92,6 +92,8 @@ class Passes:
         When to stop; may be changed between passes.
     samples, looks
         Of a render that is taken up: samples that every pixel has, and the counts at which it looked at its error.
+    hidden
+        What black pixels may hide, for the error.
     """
 
     def __init__(
@@ -103,6 +105,7 @@ class Passes:
         clock: Callable[[], float] = time.perf_counter,
         samples: int = 0,
         looks: tuple[int, ...] = (),
+        hidden: Callable[[PixelStatistics, float], float] | None = None,
     ) -> None:
         self.limits = limits
         self.stopped_by: StoppedBy | None = None
@@ -113,7 +116,7 @@ class Passes:
         self.rendering = 0.0
         """Seconds spent in passes, without what is done between them."""
         self._renderer, self._clock, self._start = renderer, clock, clock()
-        self._looks = Looks(looks)
+        self._looks, self._hidden = Looks(looks), hidden
         self._report = None if progress is None else _Reporter(self, progress)
 
     @property
@@ -170,7 +173,7 @@ class Passes:
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
 
     def _error(self, level: float) -> Estimate:
-        return image_error(pixel_statistics(self._renderer.moments), level)
+        return image_error(pixel_statistics(self._renderer.moments), level, self._hidden)
 
     def _next_end(self) -> int:
         ends = [pass_end(self.samples, self.pixels)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -209,11 +209,14 @@ def make_result(
     looks: tuple[int, ...] = (),
     bias: Estimate | None = None,
     position: tuple[int, int, int] | None = None,
+    hidden: Callable[[PixelStatistics, float], float] | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
     errors = standard_error(pixels)
-    error = image_error(pixels) if bias is None else _together(image_error(pixels), bias)
+    error = image_error(pixels, hidden=hidden)
+    if bias is not None:
+        error = _together(error, bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)

@@ -24,6 +24,7 @@ from equaltime.passes import Passes, ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
+from equaltime.unseen import Unseen
 
 __all__ = [
     *("Session", "core_settings", "make_renderer", "nonfinite_sample"),
@@ -69,7 +70,10 @@ class Session:
         _, height, width = self._renderer.moments.shape
         looks = () if resumed is None else resumed.looks
         done = self._renderer.position[0]
-        self.passes = Passes(self._renderer, height * width, limits, progress, samples=done, looks=looks)
+        self._unseen = Unseen.of(scene.core, core_settings(scene, strategy), seed, threads)
+        self.passes = Passes(
+            self._renderer, height * width, limits, progress, samples=done, looks=looks, hidden=self._unseen
+        )
 
     def _take_up(self, resumed: Checkpoint) -> None:
         _, height, width = self._renderer.moments.shape
@@ -120,7 +124,7 @@ class Session:
 
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""
-        return image_error(pixel_statistics(self._renderer.moments))
+        return image_error(pixel_statistics(self._renderer.moments), hidden=self._unseen)
 
     def image(self) -> NDArray[np.float64]:
         """Return the image so far, (H, W, 3)."""
@@ -157,6 +161,7 @@ class Session:
             self.passes.looks.made,
             self._bias,
             self._renderer.position,
+            self._unseen,
         )
         if self._renderer.nonfinite:
             origin = self._origin

@@ -1,0 +1,94 @@
+"""Light that no sample has found: what black pixels may hide.
+
+A pixel whose samples were all black has no variance, and its error bar would say that it is certainly black. But if N
+samples saw nothing, what they look for may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). What
+there is to be seen at most is what next-event estimation would return if nothing stood between the surfaces that were
+met and the lights aimed at, which costs no shadow ray to know. So the radiance of such a pixel is below
+``-ln(p) · that / N`` with a confidence of 1 - p, and the error that it may make of the image follows.
+
+N and what may be seen are those of the whole 7x7 neighbourhood, and pixels count only if all of it is black: elsewhere
+the neighbours that saw light have a variance, and speak for those that did not. Where no light faces what is met, or
+nothing is, a pixel is dark for certain, and exempt. All this widens the upper limit of an image's error; it never moves
+the estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.error_estimate import PixelStatistics
+from equaltime.film import box_sum, unshadowed
+from equaltime.neighbourhoods import RADIUS
+
+__all__ = ["Unseen"]
+
+Floats = NDArray[np.float64]
+
+_STEP = 2
+"""Of the pixels of a neighbourhood, every second along each side is asked what it could have seen."""
+
+
+class Unseen:
+    """What may be hidden from one render.
+
+    Parameters
+    ----------
+    possible
+        Gives for pixels (y * width + x) the most that a sample of each could have seen, (N, 3).
+    """
+
+    def __init__(self, possible: Callable[[NDArray[np.uint32]], Floats]) -> None:
+        self._possible = possible
+        self._known: Floats | None = None
+
+    @classmethod
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
+        """Return what may be hidden from a render of the core's scene with the core's settings."""
+        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads))
+
+    def __call__(self, pixels: PixelStatistics, level: float) -> float:
+        """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
+        m = float(pixels.mean.mean())
+        black = ~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1))
+        if m == 0.0 or not black.any():
+            return 0.0
+        hidden = box_sum(np.where(black, 0.0, 1.0)[..., None])[..., 0] == 0.0
+        if not hidden.any():
+            return 0.0
+        largest = _largest_around(self._find(black & (_around(hidden) > 0.0)))[hidden]
+        samples = box_sum(pixels.samples[..., None].astype(np.float64))[hidden]
+        square = np.square(math.log(2.0 / (1.0 - level)) * largest / samples)
+        return float((square / (square + (0.1 * m) ** 2)).sum()) / pixels.mean.size
+
+    def _find(self, asked: NDArray[np.bool_]) -> Floats:
+        """Return what could have been seen, (H, W, 3), by those pixels; each is asked once in a render."""
+        if self._known is None:
+            self._known = np.full((*asked.shape, 3), np.nan)
+        lattice = np.zeros_like(asked)
+        lattice[::_STEP, ::_STEP] = True
+        unknown = np.flatnonzero(asked & lattice & np.isnan(self._known[..., 0])).astype(np.uint32)
+        if unknown.size:
+            self._known.reshape(-1, 3)[unknown] = self._possible(unknown)
+        return np.where(asked[..., None], np.nan_to_num(self._known), 0.0)
+
+
+def _around(mask: NDArray[np.bool_]) -> Floats:
+    return box_sum(mask[..., None].astype(np.float64))[..., 0]
+
+
+def _largest_around(values: Floats) -> Floats:
+    """Return the largest over the 7x7 neighbourhood of each pixel, of what is not negative."""
+    for axis in (0, 1):
+        line = np.moveaxis(values, axis, 0)
+        found = line.copy()
+        for step in range(1, RADIUS + 1):
+            np.maximum(found[step:], line[:-step], out=found[step:])
+            np.maximum(found[:-step], line[step:], out=found[:-step])
+        values = np.moveaxis(found, 0, axis)
+    return values
