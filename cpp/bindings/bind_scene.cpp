@@ -24,13 +24,6 @@ using ArrayF = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 Vec3d vec(const Triple& t) { return {t[0], t[1], t[2]}; }
 
-Transform transform(const ArrayD& a) {
-  if (a.ndim() != 2 || a.shape(0) != 4 || a.shape(1) != 4) throw py::value_error("a transform is a 4x4 matrix");
-  Transform t;
-  std::copy_n(a.data(), 16, t.m[0].data());
-  return t;
-}
-
 /// The rows of an (N, 3) or (N, 2) array as vectors.
 template <class Out, int Columns = 3, class Array>
 std::vector<Out> rows(const Array& a, const char* what) {
@@ -49,20 +42,23 @@ SurfaceDescription surface(std::optional<std::uint32_t> front, std::optional<std
   return s;
 }
 
+/// The surface of a shape, which media and priorities are of.
+SurfaceDescription& solid(SceneDescription& d, std::uint32_t shape) {
+  if (shape >= d.shapes.size()) throw py::value_error("media are of a shape that was added");
+  SurfaceDescription* s = std::visit(
+      [](auto& any) -> SurfaceDescription* {
+        if constexpr (requires { any.surface; }) return &any.surface;
+        return nullptr;
+      },
+      d.shapes[shape]);
+  if (s == nullptr) throw py::value_error("an instance has no media of its own");
+  return *s;
+}
+
 template <class T, class... Args>
 std::uint32_t append(std::vector<T>& list, Args&&... args) {
   list.emplace_back(std::forward<Args>(args)...);
   return static_cast<std::uint32_t>(list.size() - 1);
-}
-
-FilterKind filter(const std::string& name) {
-  if (name == "box") return FilterKind::box;
-  if (name == "tent") return FilterKind::tent;
-  if (name == "gaussian") return FilterKind::gaussian;
-  if (name == "mitchell") return FilterKind::mitchell;
-  if (name == "lanczos") return FilterKind::lanczos;
-  throw py::value_error("a filter is \"box\", \"tent\", \"gaussian\", \"mitchell\" or \"lanczos\", not \"" + name +
-                        "\"");
 }
 
 ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale, const ArrayD& to_world) {
@@ -92,6 +88,8 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
   const auto n = static_cast<py::ssize_t>(o.size());
   const auto table = [n](py::ssize_t width) { return py::array_t<double>({n, width}); };
   py::array_t<double> t(n), p = table(3), ng = table(3), ns = table(3), uv = table(2), albedo = table(3);
+  py::array_t<double> dp_du = table(3), dp_dv = table(3);
+  const double unit = scene.normalization.world_length(1);
   py::array_t<std::int64_t> shape(n), primitive(n);
   py::array_t<bool> front(n);
   for (py::ssize_t i = 0; i < n; ++i) {
@@ -102,6 +100,8 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
     const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{}, shading_normal = it ? Vec3d(it->frame.n) : Vec3d{};
     const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
     const Point2f place = it ? scene.place(*it).uv : Point2f{};
+    const Derivatives moves = it ? scene.derivatives(*it) : Derivatives{};
+    const Vec3d du = Vec3d(moves.du) * unit, dv = Vec3d(moves.dv) * unit;
     t.mutable_at(i) = it ? length(point - o[k]) : std::numeric_limits<double>::infinity();
     shape.mutable_at(i) = it ? static_cast<std::int64_t>(it->shape) : -1;
     primitive.mutable_at(i) = it ? static_cast<std::int64_t>(it->primitive) : -1;
@@ -111,9 +111,11 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
     std::copy_n(&shading_normal.x, 3, ns.mutable_data(i, 0));
     std::copy_n(&place.x, 2, uv.mutable_data(i, 0));
     std::copy_n(&color.r, 3, albedo.mutable_data(i, 0));
+    std::copy_n(&du.x, 3, dp_du.mutable_data(i, 0));
+    std::copy_n(&dv.x, 3, dp_dv.mutable_data(i, 0));
   }
   return py::dict("t"_a = t, "shape"_a = shape, "primitive"_a = primitive, "p"_a = p, "n"_a = ng, "front"_a = front,
-                  "shading_normal"_a = ns, "uv"_a = uv, "albedo"_a = albedo);
+                  "shading_normal"_a = ns, "uv"_a = uv, "albedo"_a = albedo, "dp_du"_a = dp_du, "dp_dv"_a = dp_dv);
 }
 
 void bind_builder(py::module_& m) {
@@ -122,6 +124,7 @@ void bind_builder(py::module_& m) {
   py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
   bind_bsdfs(builder);
   bind_textures(builder);
+  bind_sensors(builder);
   builder.def(py::init<>())
       .def(
           "add_mesh",
@@ -176,17 +179,13 @@ void bind_builder(py::module_& m) {
       .def(
           "set_media",
           [](D& d, std::uint32_t shape, Index exterior, Index interior) {
-            if (shape >= d.shapes.size()) throw py::value_error("media are of a shape that was added");
-            SurfaceDescription* s = std::visit(
-                [](auto& any) -> SurfaceDescription* {
-                  if constexpr (requires { any.surface; }) return &any.surface;
-                  return nullptr;
-                },
-                d.shapes[shape]);
-            if (s == nullptr) throw py::value_error("an instance has no media of its own");
-            s->exterior = exterior, s->interior = interior;
+            SurfaceDescription& s = solid(d, shape);
+            s.exterior = exterior, s.interior = interior;
           },
           "shape"_a, py::kw_only(), "exterior"_a, "interior"_a)
+      .def(
+          "set_priority", [](D& d, std::uint32_t shape, int priority) { solid(d, shape).priority = priority; },
+          "shape"_a, "priority"_a)
       .def(
           "set_camera_medium", [](D& d, std::uint32_t medium) { d.camera_medium = medium; }, "medium"_a)
       .def("cross_freely", [](D& d) { d.crossings_are_vertices = false; })
@@ -237,28 +236,6 @@ void bind_builder(py::module_& m) {
             d.environment = image_environment(pixels, scale, t);
           },
           "pixels"_a, "scale"_a, "to_world"_a)
-      .def(
-          "set_perspective",
-          [](D& d, const ArrayD& t, double x_fov, std::optional<double> near, std::optional<double> far,
-             std::array<double, 2> offset, double aperture_radius, double focus_distance) {
-            const PerspectiveDescription view{transform(t), x_fov, near, far, offset[0], offset[1]};
-            d.sensor = ThinLensDescription{view, aperture_radius, focus_distance};
-          },
-          "to_world"_a, "x_fov_degrees"_a, "near"_a = py::none(), "far"_a = py::none(),
-          "principal_point_offset"_a = std::array<double, 2>{0, 0}, "aperture_radius"_a = 0.0, "focus_distance"_a = 1.0)
-      .def(
-          "set_orthographic",
-          [](D& d, const ArrayD& t, std::optional<double> near, std::optional<double> far) {
-            d.sensor = OrthographicDescription{transform(t), near, far};
-          },
-          "to_world"_a, "near"_a = py::none(), "far"_a = py::none())
-      .def(
-          "set_film",
-          [](D& d, std::uint32_t width, std::uint32_t height, std::array<std::uint32_t, 4> crop,
-             const std::string& name, double parameter, double second) {
-            d.film = {width, height, crop[0], crop[1], crop[2], crop[3], filter(name), parameter, second};
-          },
-          "width"_a, "height"_a, "crop"_a, "filter"_a, "parameter"_a, "second"_a = 0.0)
       .def("keep_uvs", [](D& d) { d.keeps_uvs = true; })
       .def(
           "build",
@@ -274,6 +251,13 @@ void bind_builder(py::module_& m) {
 }
 
 }  // namespace
+
+Transform transform(const ArrayD& a) {
+  if (a.ndim() != 2 || a.shape(0) != 4 || a.shape(1) != 4) throw py::value_error("a transform is a 4x4 matrix");
+  Transform t;
+  std::copy_n(a.data(), 16, t.m[0].data());
+  return t;
+}
 
 void bind_scene(py::module_& m) {
   bind_builder(m);

@@ -1,6 +1,9 @@
 // Warps from the unit square to directions and disks. Directions are local, cosθ = z; pdfs are per solid angle.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+
 #include "math/numeric.h"
 #include "math/vector.h"
 #include "sampling/sampler.h"
@@ -16,6 +19,18 @@ namespace equaltime {
   const float r = wide ? a : b;
   const auto [sine, cosine] = sin_cos_octant((kPi / 4) * ((wide ? b : a) / r));
   return {r * (wide ? cosine : sine), r * (wide ? sine : cosine)};
+}
+
+/// Uniform point of the regular polygon of n corners on the unit circle, one of them at an angle, in radians; its area
+/// is n/2·sin(2π/n). The first number picks a triangle from the centre to a side, and how far from the centre.
+[[nodiscard]] inline Point2f square_to_polygon(Point2f u, std::uint32_t n, float angle) noexcept {
+  const float place = u.x * static_cast<float>(n);
+  const std::uint32_t side = std::min(static_cast<std::uint32_t>(place), n - 1);
+  const float step = kTwoPi / static_cast<float>(n);
+  const auto [s0, c0] = sin_cos(angle + step * static_cast<float>(side));
+  const auto [s1, c1] = sin_cos(angle + step * static_cast<float>(side + 1));
+  const float r = safe_sqrt(std::min(1.0F, place - static_cast<float>(side)));
+  return {r * (c0 + (c1 - c0) * u.y), r * (s0 + (s1 - s0) * u.y)};
 }
 
 [[nodiscard]] EQUALTIME_INLINE Vec3f square_to_cosine_hemisphere(Point2f u) noexcept {

@@ -245,12 +245,18 @@ Scene Builder::build(Intersection mode) {
   const std::vector<InstanceGeometry> placed = place_instances(instances_, group_spaces_, normalization_);
   Accel accel(std::move(own), mode, std::move(groups_), placed);
   std::vector<MeshView> views = view_meshes(accel, top);
+  const std::vector<Instance> instances(placed.begin(), placed.end());
+  const Nesting nesting = make_nesting(description_,
+                                       {materials_, accel.geometries(), accel.groups(), instances, top, group_sets_,
+                                        mesh_shapes_, sphere_shapes_},
+                                       normalization_.point(placement(description_.sensor).column(3)),
+                                       media_.at(description_.camera_medium), surfaces_);
   return {normalization_,
           std::move(accel),
           std::move(surfaces_),
           top,
           std::move(group_sets_),
-          std::vector<Instance>(placed.begin(), placed.end()),
+          instances,
           std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
@@ -259,7 +265,7 @@ Scene Builder::build(Intersection mode) {
           std::move(textures_),
           description_.emissions.empty() ? std::vector<Emitter>() : std::move(area_lights_.emitters),
           std::move(media_.dense),
-          media_.at(description_.camera_medium),
+          nesting,
           description_.crossings_are_vertices,
           std::move(lights),
           make_sensor(description_.sensor, film, normalization_),

@@ -12,6 +12,7 @@
 #include "scene/lights.h"
 #include "scene/material.h"
 #include "scene/medium.h"
+#include "scene/nesting.h"
 #include "scene/normalization.h"
 #include "scene/pixel_filter.h"
 #include "scene/sensor.h"
@@ -40,7 +41,7 @@ struct Scene {
   std::vector<Texture> textures;
   std::vector<Emitter> emitters;  // one an area light, or none if no texture emits
   std::vector<Medium> media;      // those with any extinction
-  std::uint32_t camera_medium = kNone;
+  Nesting nesting;
   bool crossings_are_vertices = true;  // see SceneDescription
   Lights lights;
   Sensor sensor;
@@ -63,12 +64,6 @@ struct Scene {
   /// Material on the side that the interaction is on; kNone where that side absorbs.
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
     return surfaces[it.shape].bsdf[it.front ? 0 : 1];
-  }
-  /// The medium of a ray that leaves a vertex to a side, having come there in another, which goes on where no surface
-  /// is that bounds any.
-  [[nodiscard]] std::uint32_t medium_beyond(const Interaction& it, bool above, std::uint32_t before) const noexcept {
-    if (it.shape == kNone || !surfaces[it.shape].bounds_media) return before;
-    return surfaces[it.shape].media[above == it.front ? 0 : 1];
   }
   /// The part of a material that is picked at the point: a leaf or nothing.
   [[nodiscard]] std::uint32_t picked(std::uint32_t material, const Interaction& it, float u) const noexcept;

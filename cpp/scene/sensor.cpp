@@ -61,7 +61,9 @@ Ray PerspectiveCamera::ray(double x, double y) const noexcept {
 ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescription& film,
                                const Normalization& normalization)
     : view_(d.view, film, normalization, normalization.length(d.aperture_radius)),
-      focus_(normalization.length(d.focus_distance) / length(d.view.to_world.column(2))) {
+      focus_(normalization.length(d.focus_distance) / length(d.view.to_world.column(2))),
+      blades_(d.blades),
+      rotation_(static_cast<float>(d.rotation_degrees * std::numbers::pi / 180)) {
   const double radius = normalization.length(d.aperture_radius);
   lens_x_ = d.view.to_world.column(0) * radius;
   lens_y_ = d.view.to_world.column(1) * radius;
@@ -69,7 +71,7 @@ ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescripti
 
 Ray ThinLensCamera::ray(double x, double y, Point2f lens) const noexcept {
   const auto& [origin, axis, right, down, advance, near, far] = view_;
-  const Point2f place = square_to_disk(lens);
+  const Point2f place = blades_ == 0 ? square_to_disk(lens) : square_to_polygon(lens, blades_, rotation_);
   const Vec3d from = lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
   // As for a pinhole, but one axis length is divided out of what leads to the plane of focus.
   const Vec3d along = axis + right * x + down * y - from / focus_;
@@ -106,6 +108,26 @@ Ray OrthographicCamera::ray(double x, double y) const noexcept {
   return {Vec3f(origin + direction_ * start), Vec3f(direction_), static_cast<float>(far_ - start)};
 }
 
+SphericalCamera::SphericalCamera(const SphericalDescription& d, const FilmDescription& film,
+                                 const Normalization& normalization)
+    : origin_(normalization.point(d.to_world.column(3))),
+      x_axis_(normalize(d.to_world.column(0))),
+      y_axis_(normalize(d.to_world.column(1))),
+      z_axis_(normalize(d.to_world.column(2))),
+      azimuth_(2 * std::numbers::pi / film.width),
+      polar_(std::numbers::pi / film.height) {
+  const Bounds& bounds = normalization.bounds();
+  const double clear = distance_to(bounds, origin_) * (1 - kSlack) - kSlack * extent_of(bounds);
+  start_ = std::max({0.0, clear, d.near ? normalization.length(*d.near) : 0.0});
+  far_ = d.far ? normalization.length(*d.far) : static_cast<double>(kInfinity);
+}
+
+Ray SphericalCamera::ray(double x, double y) const noexcept {
+  const double phi = azimuth_ * x, theta = polar_ * y, sine = std::sin(theta);
+  const Vec3d d = x_axis_ * (std::sin(phi) * sine) + y_axis_ * std::cos(theta) - z_axis_ * (std::cos(phi) * sine);
+  return {Vec3f(origin_ + d * start_), Vec3f(d), static_cast<float>(far_ - start_)};
+}
+
 Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
                    const Normalization& normalization) {
   if (const auto* lens = std::get_if<ThinLensDescription>(&description)) {
@@ -114,10 +136,15 @@ Sensor make_sensor(const SensorDescription& description, const FilmDescription& 
       throw std::invalid_argument("a lens needs a finite radius that is not negative");
     if (!(lens->focus_distance > 0 && std::isfinite(lens->focus_distance)))
       throw std::invalid_argument("a lens needs a finite, positive focus distance");
+    if (lens->blades == 1 || lens->blades == 2)
+      throw std::invalid_argument("a lens has no blades, or three at the least");
+    if (!std::isfinite(lens->rotation_degrees)) throw std::invalid_argument("a lens needs a finite rotation");
     return ThinLensCamera(*lens, film, normalization);
   }
   if (const auto* parallel = std::get_if<OrthographicDescription>(&description))
     return OrthographicCamera(*parallel, film, normalization);
+  if (const auto* spherical = std::get_if<SphericalDescription>(&description))
+    return SphericalCamera(*spherical, film, normalization);
   return PerspectiveCamera(*std::get_if<PerspectiveDescription>(&description), film, normalization);
 }
 

@@ -1,6 +1,6 @@
 // Sensors: camera rays, made in float64 and advanced towards the geometry before they are rounded, so that a distant
-// camera loses no digits. Camera space looks along +z, +x to the left of the image, +y up: Mitsuba's. Places on the film
-// are in pixels from its upper left corner.
+// camera loses no digits. Camera space looks along +z, +x to the left of the image, +y up: Mitsuba's. Places on the
+// film are in pixels from its upper left corner.
 #pragma once
 
 #include <variant>
@@ -28,7 +28,8 @@ class PerspectiveCamera {
   double near_ = 0, far_ = 0;           // along the axis; far 0: none
 };
 
-/// A lens without thickness: rays begin anywhere on its disk and meet, for one place on the film, in the plane of focus.
+/// A lens without thickness: rays begin anywhere on its disk, or on the polygon that blades leave of it, and meet, for
+/// one place on the film, in the plane of focus.
 class ThinLensCamera {
  public:
   ThinLensCamera(const ThinLensDescription& description, const FilmDescription& film,
@@ -40,6 +41,8 @@ class ThinLensCamera {
   PerspectiveCamera view_;
   Vec3d lens_x_, lens_y_;  // radii of the lens
   double focus_;           // distance of the plane of focus
+  std::uint32_t blades_;   // 0: a disk
+  float rotation_;         // of the polygon, in radians
 };
 
 /// Parallel rays.
@@ -58,7 +61,22 @@ class OrthographicCamera {
   double near_ = 0, far_;        // along every ray
 };
 
-using Sensor = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera>;
+/// All directions, equal angles apart.
+class SphericalCamera {
+ public:
+  SphericalCamera(const SphericalDescription& description, const FilmDescription& film,
+                  const Normalization& normalization);
+
+  [[nodiscard]] Ray ray(double x, double y) const noexcept;
+
+ private:
+  Vec3d origin_, x_axis_, y_axis_, z_axis_;
+  double azimuth_, polar_;  // of a pixel, in radians
+  double start_;            // of every ray: the near clip, or before the geometry
+  double far_;              // infinite: none
+};
+
+using Sensor = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera>;
 
 /// Throws std::invalid_argument for numbers that are none, and for a camera too far away for float64.
 [[nodiscard]] Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
@@ -70,6 +88,7 @@ template <auto E, class LensNumbers>
   if constexpr (E.lens) {
     if (const auto* thin = std::get_if<ThinLensCamera>(&sensor)) return thin->ray(x, y, lens());
     if (const auto* parallel = std::get_if<OrthographicCamera>(&sensor)) return parallel->ray(x, y);
+    if (const auto* spherical = std::get_if<SphericalCamera>(&sensor)) return spherical->ray(x, y);
   }
   return std::get_if<PerspectiveCamera>(&sensor)->ray(x, y);
 }

@@ -48,6 +48,9 @@ struct TrianglePlane {
   return {n, dot(n, Vec3d(v0)), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
 }
 
+/// Of a shape without a priority; see scene/nesting.h.
+inline constexpr std::uint8_t kNoRank = 255;
+
 enum class SurfaceKind : std::uint8_t { mesh, sphere, disk, cylinder };
 
 struct Surface {
@@ -58,6 +61,7 @@ struct Surface {
   std::uint32_t emission = kNone;           // the texture that multiplies it
   std::uint32_t media[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
   bool bounds_media = false;                // a path that leaves it is in one of these; otherwise where it was
+  std::uint8_t rank = kNoRank;              // of the body that it is the surface of
   bool flipped = false;                     // front is against the geometric normal (spheres, disks)
   std::vector<TrianglePlane> planes;        // of each triangle (meshes)
   std::vector<Vec3f> normals;               // one a vertex, or none (meshes)

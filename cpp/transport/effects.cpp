@@ -36,7 +36,9 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
   e.instances = !scene.instances.empty();
-  e.media = !scene.media.empty();
+  const bool nests = !scene.nesting.bodies.empty();
+  e.media = !scene.media.empty() || nests;
+  e.specular = nests;  // where rough surfaces stand between equal indices
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();

@@ -22,7 +22,7 @@ struct Effects {
   bool normal_maps = false;  // and bump maps
   bool instances = false;    // groups of shapes that are seen more than once
   bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
-  bool media = false;        // what is between surfaces takes or scatters light
+  bool media = false;        // what is between surfaces takes or scatters light, or bodies overlap by priority
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 

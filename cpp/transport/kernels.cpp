@@ -50,6 +50,13 @@ constexpr Effects kCommonEffects = [] {
   return e;
 }();
 
+/// What scenes with media call for, the most of them: their boundaries are nothing.
+constexpr Effects kCommonWithMedia = [] {
+  Effects e = kCommonEffects;
+  e.media = e.masks = true;
+  return e;
+}();
+
 constexpr Effects kAllButMedia = [] {
   Effects e = kAllEffects;
   e.media = false;
@@ -66,6 +73,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{.smooth_normals = true, .rough_conductors = true, .specular = true}>(),
       row<kCommonEffects>(),
       row<kAllButMedia>(),
+      row<kCommonWithMedia>(),
       row<kAllEffects>(),
   };
   return rows;

@@ -25,6 +25,13 @@ template <Effects E, class Probe>
     auto it = probe.template intersect<E>(scene, ray);
     const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, it);
     if constexpr (Probe::listens) probe.note(event::Flies{it, phase != nullptr, beta});
+    if constexpr (E.media)
+      if (phase == nullptr && it && within.hides(scene, *it)) {
+        ray = it->spawn(-it->wo, false);
+        within.leave(scene, *it, false);
+        --depth, ++crossed;
+        continue;
+      }
     std::uint32_t material = kNone;
     if (phase == nullptr) {
       if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
@@ -45,7 +52,7 @@ template <Effects E, class Probe>
       if (depth >= settings.max_depth) return L;
     }
     std::optional<Bsdf> own;
-    const Bsdf* bsdf = phase != nullptr ? phase : &scene.bsdf<E>(material, *it, own);
+    const Bsdf* bsdf = phase != nullptr ? phase : &within.beside(scene, *it, scene.bsdf<E>(material, *it, own), own);
     probe.scatters(*bsdf);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {

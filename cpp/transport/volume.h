@@ -1,6 +1,7 @@
 // What becomes of a path between surfaces: where a medium scatters it, and how much of a light's radiance reaches a
 // vertex through media and through surfaces of nothing between them. Which medium a ray is in is said by the surface
-// that it left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba.
+// that it left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba. Where
+// shapes have priorities, it is that of the highest of those that the ray is in (scene/nesting.h).
 #pragma once
 
 #include "scene/lights.h"
@@ -41,19 +42,25 @@ class Surroundings {
     return nullptr;
   }
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
+  [[nodiscard]] static const Bsdf& beside(const Scene&, const Interaction&, const Bsdf& bsdf,
+                                          std::optional<Bsdf>&) noexcept {
+    return bsdf;
+  }
 };
 
 template <Effects E>
 requires(E.media) class Surroundings<E> {
  public:
-  explicit Surroundings(const Scene& scene) noexcept : medium_(scene.camera_medium) {}
+  explicit Surroundings(const Scene& scene) noexcept
+      : bodies_(scene.nesting.camera), around_(scene.nesting.camera_medium) {}
 
   /// Follows a ray towards the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
   /// scatters it before, `it` becomes the vertex where, and its phase function is returned, null otherwise.
   [[nodiscard]] const Bsdf* follow(const Scene& scene, const Ray& ray, const Sampler& sampler, std::uint32_t bounce,
                                    Spectrum& beta, Optional<Interaction>& it) const noexcept {
-    if (medium_ == kNone || beta.is_black()) return nullptr;
-    const Medium& medium = scene.media[medium_];
+    const std::uint32_t here = medium_at(scene);
+    if (here == kNone || beta.is_black()) return nullptr;
+    const Medium& medium = scene.media[here];
     const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
     const Flight flight = medium.sample(beta, detail::distance_along(ray, it), u);
     beta *= flight.weight;
@@ -63,15 +70,43 @@ requires(E.media) class Surroundings<E> {
   }
   /// The path goes on to a side of a vertex.
   void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
-    medium_ = scene.medium_beyond(it, above, medium_);
+    if (it.shape == kNone) return;
+    const Surface& surface = scene.surfaces[it.shape];
+    const bool before = above == it.front;
+    if (surface.rank != kNoRank) {
+      bodies_ = before ? others(surface) : bodies_ | only(surface.rank);
+      if (!before || bodies_ != 0) return;
+    }
+    if (surface.bounds_media) around_ = surface.media[before ? 0 : 1];
+  }
+  /// Whether another body is where a surface is, so that it is not there.
+  [[nodiscard]] bool hides(const Scene& scene, const Interaction& it) const noexcept {
+    const Surface& surface = scene.surfaces[it.shape];
+    return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
+  }
+  /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
+  [[nodiscard]] const Bsdf& beside(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
+                                   std::optional<Bsdf>& own) const noexcept {
+    const Surface& surface = scene.surfaces[it.shape];
+    if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
+    const Bsdf changed = equaltime::within(bsdf, scene.nesting.bodies[index(others(surface))].ior);
+    return own.emplace(changed);
   }
   /// What is left of light that comes to the place, over a distance.
   [[nodiscard]] Spectrum transmittance(const Scene& scene, float distance) const noexcept {
-    return medium_ == kNone ? Spectrum(1) : scene.media[medium_].transmittance(distance);
+    const std::uint32_t here = medium_at(scene);
+    return here == kNone ? Spectrum(1) : scene.media[here].transmittance(distance);
   }
 
  private:
-  std::uint32_t medium_;  // kNone: vacuum
+  [[nodiscard]] static std::size_t index(Bodies bodies) noexcept { return static_cast<std::size_t>(highest(bodies)); }
+  [[nodiscard]] Bodies others(const Surface& surface) const noexcept { return bodies_ & ~only(surface.rank); }
+  [[nodiscard]] std::uint32_t medium_at(const Scene& scene) const noexcept {
+    return bodies_ == 0 ? around_ : scene.nesting.bodies[index(bodies_)].medium;
+  }
+
+  Bodies bodies_;         // that the path is in
+  std::uint32_t around_;  // the medium where no body is; kNone: vacuum
 };
 
 /// The part of a light's radiance that gets through to the vertex, by colour.
@@ -80,7 +115,7 @@ template <Effects E, class Probe>
                                    const LightSample& light, int crossings, Probe& probe) noexcept {
   Spectrum share(1);
   Interaction from = vertex;
-  for (;; --crossings) {
+  for (;;) {
     within.leave(scene, from, above);
     const Ray shadow =
         light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
@@ -89,13 +124,14 @@ template <Effects E, class Probe>
     share *=
         within.transmittance(scene, endless ? kInfinity : length((it ? it->anchor.p : light.target.p) - shadow.origin));
     if (!it || share.is_black()) return share;
+    from = *it;
+    above = false;
+    if (within.hides(scene, *it)) continue;
     const std::uint32_t material = scene.material(*it);
-    if (crossings <= 0 || material == kNone) return {};
+    if (crossings-- <= 0 || material == kNone) return {};
     const float passing = scene.passing(material, *it);
     if (!(passing > 0)) return {};
     share *= passing;
-    from = *it;
-    above = false;
   }
 }
 

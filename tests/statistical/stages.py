@@ -14,14 +14,25 @@ import numpy as np
 import OpenImageIO
 
 import equaltime as et
-from equaltime.scene.model import ThinLens
+from equaltime.scene.model import ThinLens, VolPath
 
 __all__ = ["NAMES", "SIDE", "stage"]
 
 SIDE: Final = 32
 SHIPPED: Final = Path(__file__).parents[2] / "scenes"
+NOTHING: Final = {"type": "null"}
 METAL: Final = {"eta": [0.2, 0.9, 1.1], "k": [3.9, 2.4, 2.1]}
-NAMES: Final = ("cornell", "veach", "veach without its small light", "montelight", "glossy", "sky", "point", "tubes")
+NAMES: Final = (
+    "cornell",
+    "veach",
+    "veach without its small light",
+    "montelight",
+    "glossy",
+    "sky",
+    "point",
+    "tubes",
+    "fog",
+)
 
 
 def stage(name: str, folder: Path) -> et.Scene:
@@ -47,6 +58,8 @@ def stage(name: str, folder: Path) -> et.Scene:
         return around(8, floor=floor(), a=ball(-1, rough), b=ball(1, mirror), sky=sky(folder / "sky.exr"))
     if name == "tubes":
         return tubes(rough)
+    if name == "fog":
+        return fog(satin)
     bulb = {"type": "point", "position": [1, 1, 2], "intensity": [3, 3, 4]}
     return around(8, floor=floor(), a=ball(-1, satin), b=ball(1, glass), bulb=bulb, w=window(1.5, 1.5, [2, 2, 3]))
 
@@ -98,6 +111,23 @@ def tubes(bsdf: dict[str, Any]) -> et.Scene:
     view = scene.model.sensor
     lens = ThinLens(to_world=view.to_world, fov=40.0, aperture_radius=0.1, focus_distance=5.0, film=view.film)
     return dataclasses.replace(scene, model=scene.model.model_copy(update={"sensor": lens}))
+
+
+def fog(bsdf: dict[str, Any]) -> et.Scene:
+    """Under a window and a dim sky: smoke in a cube, in which half a ball of milk is, of a higher priority."""
+    smoke = {"type": "homogeneous", "sigma_t": [0.5, 1.0, 1.5], "albedo": 0.8, "phase": {"type": "hg", "g": 0.3}}
+    milk = {"type": "homogeneous", "sigma_t": 3.0, "albedo": [0.9, 0.8, 0.5]}
+    cube = {"type": "cube", "to_world": [{"scale": [1.2, 0.6, 0.8]}, {"translate": [0, -0.3, 0]}], "bsdf": NOTHING}
+    scene = around(
+        5,
+        floor=floor(),
+        smoke=cube | {"interior": smoke, "priority": 1},
+        milk=ball(-1, NOTHING) | {"interior": milk, "priority": 2},
+        a=ball(1, bsdf),
+        window=window(0.5, 1.2, [6, 5, 4]),
+        sky={"type": "constant", "radiance": 0.2},
+    )
+    return dataclasses.replace(scene, model=scene.model.replace(integrator=VolPath(max_depth=5)))
 
 
 def floor() -> dict[str, Any]:

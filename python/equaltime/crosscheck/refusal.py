@@ -26,6 +26,7 @@ def check(model: SceneModel) -> None:
     unknown = {
         f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED) or isinstance(node, NOT_TRACED)
     }
+    unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
     if unknown:
         raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")
 

@@ -36,7 +36,9 @@ from equaltime.scene.model import (
     Principled,
     RoughConductor,
     RoughDielectric,
+    Solid,
     Sphere,
+    Spherical,
     Spot,
     TexturePlugin,
     ThinLens,
@@ -69,6 +71,10 @@ def _is_specular(node: Plugin) -> bool:
     return isinstance(node, Conductor | Dielectric) and not isinstance(node, RoughConductor | RoughDielectric)
 
 
+def _fills(node: Plugin) -> bool:
+    return isinstance(node, Medium) or (isinstance(node, Solid) and node.priority is not None)
+
+
 def _shines(node: Plugin) -> bool:
     return isinstance(node, Area | Point | Spot | Directional | Constant | EnvMap)
 
@@ -94,12 +100,12 @@ KINDS: Final[Mapping[str, Kind]] = {
         Kind("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
         Kind("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
         Kind("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
-        Kind("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic), "a pinhole"),
+        Kind("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
         Kind("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
         Kind("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
         Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
         Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
-        Kind("media", "what fills the space", _one_of(Medium), "vacuum", bsdfs=("phase",)),
+        Kind("media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase",)),
         Kind("many_lights", "a choice among lights", _shines),
         Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),

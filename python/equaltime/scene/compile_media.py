@@ -48,7 +48,9 @@ class Media:
             builder.cross_freely()
 
     def bound(self, shape: Solid, index: int) -> None:
-        """Tell what is on both sides of `shape`, which the core knows by `index`."""
+        """Tell what is on both sides of `shape`, which the core knows by `index`, and what of it is there at all."""
+        if shape.priority is not None:
+            self._builder.set_priority(index, shape.priority)
         if self._seen and (shape.interior is not None or shape.exterior is not None):
             exterior, interior = self._index(shape.exterior), self._index(shape.interior)
             self._builder.set_media(index, exterior=exterior, interior=interior)

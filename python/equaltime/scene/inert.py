@@ -57,7 +57,7 @@ def shown(model: SceneModel) -> tuple[int, ...]:
 def _is_nothing(shape: Shape) -> bool:
     if isinstance(shape, Instance):
         return all(_is_nothing(part) for part in shape.shapegroup.shapes)
-    bounds_nothing = shape.interior is None and shape.exterior is None
+    bounds_nothing = shape.interior is None and shape.exterior is None and shape.priority is None
     return bounds_nothing and _is_dark(shape) and shape.bsdf is not None and _is_clear(shape.bsdf)
 
 

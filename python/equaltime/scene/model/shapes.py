@@ -44,6 +44,8 @@ class Solid(ShapePlugin):
     """What is behind the front side."""
     exterior: Medium | None = None
     """What is before the front side."""
+    priority: Annotated[int, Field(ge=-(2**31), lt=2**31)] | None = None
+    """Where closed shapes that have one overlap, the highest is there; of equals the last. An extension to Mitsuba."""
 
 
 class Rectangle(Solid):
@@ -153,6 +155,8 @@ class ShapeGroup(Plugin):
     def _dark(self) -> Self:
         if any(shape.emitter is not None for shape in self.shapes):
             raise ValueError("the shapes of a group cannot emit, as in Mitsuba")
+        if any(shape.priority is not None for shape in self.shapes):
+            raise ValueError("the shapes of a group have no priority: their copies could not be told apart")
         return self
 
 
