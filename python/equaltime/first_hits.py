@@ -1,5 +1,7 @@
 """What is seen first through each pixel: how far it is, where, which way it faces, its colour, which shape it is of.
 
+Also how it moves with its texture coordinates, and how those change from pixel to pixel.
+
 These are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid
 of points on it, whatever the reconstruction filter, through the middle of a lens; where nothing is seen it is 0.
 """
@@ -7,14 +9,14 @@ of points on it, whatever the reconstruction filter, through the middle of a len
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import Scene
-from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, as_array
+from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, Spherical, as_array
 
 __all__ = ["first_hits"]
 
@@ -26,8 +28,11 @@ BLOCK: Final = 1 << 16
 """Pixels whose rays are in memory at once."""
 FOUND: Final = {
     **{"albedo": "albedo", "depth": "t", "position": "p", "uv": "uv", "geo_normal": "n", "sh_normal": "shading_normal"},
-    **{"shape_index": "shape", "prim_index": "primitive"},
+    **{"shape_index": "shape", "prim_index": "primitive", "dp_du": "dp_du", "dp_dv": "dp_dv"},
+    **{"duv_dx": "duv_dx", "duv_dy": "duv_dy"},
 }
+STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
+"""To the neighbouring pixel."""
 
 
 def first_hits(scene: Scene) -> dict[str, NDArray[np.float32]]:
@@ -54,14 +59,34 @@ def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array) -
     """Return the mean of each channel over the points of each pixel (N, channels)."""
     sums: Array = np.zeros((len(corners), sum(len(OUTPUTS[kind]) for _, kind in outputs)))
     for i in range(SIDE * SIDE):
-        origins, directions, reach = _rays(scene, corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE)
+        places = corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE
+        origins, directions, reach = _rays(scene, places)
         hits = scene.core.intersect(origins, directions)
+        hits |= {
+            name: _uv_step(hits, *_rays(scene, places + step)[:2])
+            for name, step in STEPS.items()
+            if any(kind == name for _, kind in outputs)
+        }
         seen = (hits["shape"] >= 0) & (hits["t"] <= reach)
         side = np.where(hits["front"], 1.0, -1.0)[:, None]  # normals are those of the front
         hits |= {"n": side * hits["n"], "shading_normal": side * hits["shading_normal"]}
         columns = [np.asarray(hits[FOUND[kind]], dtype=np.float64).reshape(len(corners), -1) for _, kind in outputs]
         sums[seen] += np.concatenate(columns, axis=1)[seen]
     return sums / SIDE**2
+
+
+def _uv_step(hits: Mapping[str, Array], origins: Array, directions: Array) -> Array:
+    """Return how far (N, 2) off, in texture coordinates, other rays meet the tangent planes of `hits`; or 0."""
+    p, n, du, dv = (hits[name] for name in ("p", "n", "dp_du", "dp_dv"))
+
+    def dot(a: Array, b: Array) -> Array:
+        return np.asarray((a * b).sum(axis=1))
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = origins + (dot(n, p - origins) / dot(n, directions))[:, None] * directions - p
+        uu, uv, vv, u, v = dot(du, du), dot(du, dv), dot(dv, dv), dot(du, step), dot(dv, step)
+        solved = np.stack([vv * u - uv * v, uu * v - uv * u], axis=1) / (uu * vv - uv * uv)[:, None]
+    return np.where(np.isfinite(solved), solved, 0.0)
 
 
 def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
@@ -74,6 +99,8 @@ def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
     offset = (0.0, 0.0)
     if isinstance(sensor, Perspective):
         offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
+    if isinstance(sensor, Spherical):
+        return _all_around(sensor, places / (width, height))
     x, y = (1.0 - 2.0 * (places / (width, height) + offset)).T
     y *= height / width
     to_world, near = as_array(sensor.to_world), sensor.near_clip or 0.0
@@ -88,3 +115,13 @@ def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
     directions = directions @ linear
     reach = ((sensor.far_clip or math.inf) - near) * np.sqrt((directions**2).sum(axis=1))
     return origins @ linear + to_world[:3, 3], directions, reach
+
+
+def _all_around(sensor: Spherical, places: Array) -> tuple[Array, Array, Array]:
+    """Return the same for a camera that looks everywhere; `places` are in films."""
+    phi, theta = 2.0 * np.pi * places[:, 0], np.pi * places[:, 1]
+    local = np.stack([np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)], axis=1)
+    to_world, near = as_array(sensor.to_world), sensor.near_clip or 0.0
+    directions = local @ to_world[:3, :3].T
+    reach = np.full(len(places), (sensor.far_clip or math.inf) - near)
+    return near * directions + to_world[:3, 3], directions, reach

@@ -25,8 +25,7 @@ from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.inert import shown
-from equaltime.scene.model import OUTPUTS, Aov, Integrator, SceneModel
-from equaltime.scene.unsupported import Unsupported
+from equaltime.scene.model import LOOKS_AT_UV, Aov, SceneModel
 
 __all__ = ["compile_scene"]
 
@@ -36,7 +35,6 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
 
     Raises ValueError if a file or the scene cannot be used, and `Unsupported`, one of them, for a node that cannot.
     """
-    _check_integrator(model.integrator)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
     media = Media(builder, model)
@@ -45,16 +43,9 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
         shapes.add(model.shapes[number])
     for emitter in model.emitters:
         add_emitter(builder, emitter, assets, textures)
-    if isinstance(model.integrator, Aov) and any(what == "uv" for _, what in model.integrator.channels):
+    if isinstance(model.integrator, Aov) and any(what in LOOKS_AT_UV for _, what in model.integrator.channels):
         builder.keep_uvs()
     set_sensor(builder, model.sensor)
     media.surround(model.sensor)
     set_film(builder, model.sensor.film)
     return builder.build()
-
-
-def _check_integrator(integrator: Integrator) -> None:
-    if isinstance(integrator, Aov):
-        for _, what in integrator.channels:
-            if what not in OUTPUTS:
-                raise Unsupported(integrator, f"the output '{what}' of 'aov' is not supported yet")

@@ -17,7 +17,18 @@ from equaltime.scene.model.bsdfs import (
 )
 from equaltime.scene.model.emitters import Area, Constant, Directional, EnvMap, FreeEmitter, Point, Spot
 from equaltime.scene.model.films import Box, CatmullRom, Filter, Gaussian, HdrFilm, Lanczos, Mitchell, Tent
-from equaltime.scene.model.integrators import OUTPUTS, Aov, Depth, Direct, Integrator, Moment, Path, VolPath, VolPathMis
+from equaltime.scene.model.integrators import (
+    LOOKS_AT_UV,
+    OUTPUTS,
+    Aov,
+    Depth,
+    Direct,
+    Integrator,
+    Moment,
+    Path,
+    VolPath,
+    VolPathMis,
+)
 from equaltime.scene.model.media import HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase
 from equaltime.scene.model.metals import METALS
 from equaltime.scene.model.principled import Principled
@@ -33,6 +44,7 @@ from equaltime.scene.model.sensors import (
     Projective,
     Sampler,
     Sensor,
+    Spherical,
     Stratified,
     ThinLens,
 )
@@ -68,6 +80,7 @@ from equaltime.scene.model.values import Color, Matrix, as_array, linear_scale, 
 from equaltime.scene.model.wrappers import BlendBsdf, Bsdf, BumpMap, Mask, NormalMap, TwoSided
 
 __all__ = [
+    "LOOKS_AT_UV",
     "METALS",
     "MOST_SAMPLES",
     "NOT_YET",
@@ -146,6 +159,7 @@ __all__ = [
     "Spectrum",
     "SpectrumPlugin",
     "Sphere",
+    "Spherical",
     "Spot",
     "Stratified",
     "Tent",
@@ -171,7 +185,7 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
         *(Area, Point, Spot, Directional, Constant, EnvMap),
         *(Homogeneous, Isotropic, HenyeyGreenstein),
-        *(Perspective, ThinLens, Orthographic),
+        *(Perspective, ThinLens, Orthographic, Spherical),
         *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
         *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),
         *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),

@@ -11,18 +11,14 @@ from pydantic import AfterValidator, Field, NonNegativeInt, PositiveInt, model_v
 from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 
-__all__ = ["OUTPUTS", "Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
+__all__ = ["LOOKS_AT_UV", "OUTPUTS", "Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
 
-AOVS = (
-    *("albedo", "depth", "position", "uv", "geo_normal", "sh_normal"),
-    *("dp_du", "dp_dv", "duv_dx", "duv_dy", "prim_index", "shape_index"),
-)
-"""What Mitsuba can write beside the image."""
 OUTPUTS: Final = {
     **{"albedo": "RGB", "depth": "T", "position": "XYZ", "uv": "UV", "geo_normal": "XYZ", "sh_normal": "XYZ"},
-    **{"prim_index": "I", "shape_index": "I"},
+    **{"prim_index": "I", "shape_index": "I", "dp_du": "XYZ", "dp_dv": "XYZ", "duv_dx": "UV", "duv_dy": "UV"},
 }
-"""What of it can be written here, and the endings of its channels' names, which are Mitsuba's."""
+"""What can be written beside the image, and the endings of its channels' names: all of it Mitsuba's."""
+LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
 def _shown(hide: bool) -> bool:
@@ -142,8 +138,8 @@ class Aov(Containing):
     @model_validator(mode="after")
     def _known(self) -> Self:
         for _, what in self.channels:
-            if what not in AOVS:
-                raise ValueError(f"'{what}' cannot be written beside the image{suggestion(what, AOVS)}")
+            if what not in OUTPUTS:
+                raise ValueError(f"'{what}' cannot be written beside the image{suggestion(what, OUTPUTS)}")
         return self
 
     @property
