@@ -207,6 +207,7 @@ CAMERAS: dict[str, Scene] = {
     "perspective": seen(),
     "thinlens": seen(type="thinlens", aperture_radius=0.25, focus_distance=6.2),
     "orthographic": lambda folder: seen()(folder) | {"sensor": parallel()},
+    "spherical": lambda folder: seen()(folder) | {"sensor": everywhere()},
 }
 FILTERS: dict[str, Scene] = {
     name: sharp(name) for name in ("box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos")
@@ -224,6 +225,12 @@ def parallel() -> Dict:
     film = {"type": "hdrfilm", "width": SIDE, "height": SIDE}
     to_world = [{"scale": [2.2, 2.2, 1]}, *view((0.0, 2.2, 6.0), (0.0, 0.7, 0.0))]
     return {"type": "orthographic", "to_world": to_world, "film": film}
+
+
+def everywhere() -> Dict:
+    """Return a camera before the thing that sees all that is round it."""
+    film = {"type": "hdrfilm", "width": SIDE, "height": SIDE}
+    return {"type": "spherical", "to_world": view((0.0, 1.1, 1.9), (0.0, 0.9, 0.0)), "film": film}
 
 
 PICTURES: dict[str, dict[str, Scene]] = {

@@ -94,7 +94,11 @@ def test_an_example_is_a_scene_and_can_be_written_again(number: int, folder: Pat
     assert again.digest == loaded.digest or "model.glb" in BLOCKS[number]  # what was in it has files of its own
 
 
-@pytest.mark.parametrize("number", range(len(BLOCKS)))
+OURS = re.compile(r"^(blades|priority) =|\"spherical\"", re.MULTILINE)
+"""Words that Mitsuba does not know."""
+
+
+@pytest.mark.parametrize("number", [number for number, block in enumerate(BLOCKS) if not OURS.search(block)])
 def test_mitsuba_reads_an_example_that_is_written_as_xml(number: int, folder: Path, tmp_path: Path) -> None:
     mi = pytest.importorskip("mitsuba")
     chosen = mi.variant()

@@ -291,7 +291,7 @@ def test_hiding_emitters_is_refused_by_name() -> None:
 def test_every_supported_plugin_but_our_own_is_one_that_mitsuba_knows_and_belongs_to_the_same_family() -> None:
     from equaltime.scene.known import mitsuba_kind
 
-    ours = {"gltf": "shape"}
+    ours = {"gltf": "shape", "spherical": "sensor"}
     known = {name: ours.get(name, mitsuba_kind(name)) for name in m.PLUGINS}
     assert {name: plugin.kind for name, plugin in m.PLUGINS.items()} == known
 

@@ -13,6 +13,7 @@ from equaltime.scene.model import (
     Mitchell,
     Orthographic,
     Sensor,
+    Spherical,
     Tent,
     ThinLens,
     as_array,
@@ -26,9 +27,19 @@ def set_sensor(builder: Builder, sensor: Sensor) -> None:
     to_world, near, far = as_array(sensor.to_world), sensor.near_clip, sensor.far_clip
     if isinstance(sensor, Orthographic):
         builder.set_orthographic(to_world, near, far)
+    elif isinstance(sensor, Spherical):
+        builder.set_spherical(to_world, near, far)
     elif isinstance(sensor, ThinLens):
-        radius, focus = sensor.aperture_radius, sensor.focus
-        builder.set_perspective(to_world, sensor.x_fov, near, far, aperture_radius=radius, focus_distance=focus)
+        builder.set_perspective(
+            to_world,
+            sensor.x_fov,
+            near,
+            far,
+            aperture_radius=sensor.aperture_radius,
+            focus_distance=sensor.focus,
+            blades=sensor.blades or 0,
+            rotation_degrees=sensor.rotation,
+        )
     else:
         offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
         builder.set_perspective(to_world, sensor.x_fov, near, far, offset)

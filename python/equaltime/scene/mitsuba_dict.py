@@ -10,7 +10,7 @@ from typing import Any
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.plain import PlainWriter, with_transforms
-from equaltime.scene.model import Instance, Orthographic, Perspective, SceneModel, Sensor, Shape, ThinLens
+from equaltime.scene.model import Instance, Perspective, Projective, SceneModel, Sensor, Shape, ThinLens
 
 __all__ = ["mitsuba_dict", "with_transforms"]
 
@@ -48,7 +48,7 @@ def _sensor(sensor: Sensor, writer: PlainWriter) -> Dict:
         "far_clip": sensor.far_clip or FAR,
         "film": _film(sensor, writer),
     }
-    if not isinstance(sensor, Orthographic):
+    if isinstance(sensor, Projective):
         result |= {"fov": sensor.x_fov, "fov_axis": "x"}
     if isinstance(sensor, Perspective):
         x, y = sensor.principal_point_offset_x, sensor.principal_point_offset_y

@@ -15,7 +15,7 @@ from equaltime.scene.model.values import IDENTITY, RigidTransform, Transform
 
 __all__ = [
     *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Sampler", "Stratified"),
-    *("Orthographic", "Perspective", "Projective", "Sensor", "ThinLens"),
+    *("Orthographic", "Perspective", "Projective", "Sensor", "Spherical", "ThinLens"),
 ]
 
 FILM_DIAGONAL = math.hypot(36.0, 24.0)
@@ -165,13 +165,23 @@ class Perspective(Projective):
 
 
 class ThinLens(Projective):
-    """A camera with a round lens, sharp at one distance."""
+    """A camera with a lens, round or a polygon, sharp at one distance."""
 
     type: Literal["thinlens"] = "thinlens"
     aperture_radius: NonNegativeFloat
     """Radius of the lens, in the scene's units of length; 0 is a pinhole."""
+    blades: Annotated[int, Field(ge=3, le=1000)] | None = None
+    """Makes the lens a regular polygon of so many corners, as far out as the radius; an extension to Mitsuba."""
+    rotation: float = 0.0
+    """Of the polygon: where its first corner is, in degrees from the camera's +x to its +y; an extension to Mitsuba."""
     focus_distance: PositiveFloat | None = None
     """Distance of the plane that is sharp, measured along the axis; see `focus`."""
+
+    @model_validator(mode="after")
+    def _only_polygons_turn(self) -> Self:
+        if "rotation" in self.model_fields_set and self.blades is None:
+            raise ValueError("rotation needs blades: a round lens looks the same")
+        return self
 
     @property
     def focus(self) -> float:
@@ -191,5 +201,19 @@ class Orthographic(SensorPlugin):
     """Accepted because Mitsuba does; everything is sharp."""
 
 
-Sensor = Annotated[Perspective | ThinLens | Orthographic, Field(discriminator="type")]
+class Spherical(SensorPlugin):
+    """All directions from one point, equal angles apart: Mitsuba 0.6's plugin, an extension to Mitsuba 3.
+
+    The film is once round the camera's y axis, from +y to -y; its middle looks along +z.
+    """
+
+    type: Literal["spherical"] = "spherical"
+    to_world: RigidTransform = IDENTITY
+    near_clip: PositiveFloat | None = None
+    """Nothing is seen nearer than this distance; applies only when given."""
+    far_clip: PositiveFloat | None = None
+    """Nothing is seen farther than this distance; applies only when given."""
+
+
+Sensor = Annotated[Perspective | ThinLens | Orthographic | Spherical, Field(discriminator="type")]
 """Any sensor."""
