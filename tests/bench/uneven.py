@@ -1,0 +1,67 @@
+"""Small scenes that the scripts about errors share, and the light that few paths find."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from measuring import SCENES
+
+import equaltime as et
+
+__all__ = ["SHORT", "Case"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, how it is rendered, and the errors that are worth asking of it at a small size."""
+
+    path: str
+    max_depth: int
+    strategy: str = "best"
+    define: Mapping[str, Any] = field(default_factory=dict)
+    targets: tuple[float, ...] = (0.10, 0.05, 0.02, 0.01)
+
+    def scene(self, side: int) -> et.Scene:
+        """Load the scene, with so many pixels along each side."""
+        loaded = et.load_dict(rare_light()) if self.path == "" else et.load(SCENES / self.path, **self.define)
+        return loaded.with_(size=(side, side), max_depth=self.max_depth)
+
+
+def rare_light() -> dict[str, Any]:
+    """Return a floor under a lamp that fills 2 % of what its middle sees, by the cosine: r² / (r² + h²)."""
+    camera = {"origin": [0, 0.8, 1.6], "target": [0, 0, 0], "up": [0, 1, 0]}
+    down = [{"scale": 0.1428}, {"rotate": {"axis": [1, 0, 0], "angle": 90}}, {"translate": [0, 1, 0]}]
+    return {
+        "type": "scene",
+        "integrator": {"type": "path"},
+        "sensor": {
+            "type": "perspective",
+            "fov": 25,
+            "to_world": [{"look_at": camera}],
+            "film": {"type": "hdrfilm", "width": 32, "height": 32, "rfilter": {"type": "box"}},
+        },
+        "floor": {
+            "type": "rectangle",
+            "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}, {"scale": 4}],
+            "bsdf": {"type": "diffuse", "reflectance": 0.5},
+        },
+        "lamp": {"type": "disk", "to_world": down, "emitter": {"type": "area", "radiance": 50}},
+    }
+
+
+SHORT: Mapping[str, Case] = {
+    "rare light": Case("", 2, "bsdf,sampler=sobol", targets=(0.20, 0.10, 0.05)),
+    "cornell-box": Case("cornell-box.toml", 4),
+    "independent": Case("cornell-box.toml", 3, "best,sampler=independent", targets=(0.10, 0.05, 0.02)),
+    "plate": Case("experiments/plate.toml", 3),
+    "stadium": Case("hard/stadium.toml", 2),
+    "terrain": Case("terrain/terrain.toml", 4),
+    "squares": Case("hard/touching-squares.toml", 4),
+    "ball": Case("experiments/ball.toml", 2),
+    "opening": Case("experiments/opening.toml", 4, targets=(0.20, 0.10, 0.05)),
+    "caustic": Case("experiments/caustic.toml", 6, targets=(0.20, 0.10, 0.05)),
+    "lens": Case("experiments/lens.toml", 3, define={"aperture": "8"}, targets=(0.20, 0.10, 0.05)),
+}
+"""By name: light that 2 % of paths find, scenes of even noise and of uneven, one with independent samples."""
