@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Any
 
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from equaltime.film import box_sum, join_replicates
 from equaltime.neighbourhoods import RADIUS, Band, neighbours, over_bands
+from equaltime.tails import tail_of_one
 
 __all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
 
@@ -43,16 +44,24 @@ class Estimate:
     value: float
     low: float
     high: float
+    doubt: str = ""
+    """Why the upper limit cannot be trusted; empty where it can (`equaltime.tails`)."""
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the interval may be relied on."""
+        return not self.doubt
 
     @property
     def known(self) -> bool:
         """Whether there is an estimate at all."""
         return math.isfinite(self.value)
 
-    def as_dict(self) -> dict[str, float | None]:
-        """Return the three numbers for JSON, which has no infinity: unknown is ``None``."""
+    def as_dict(self) -> dict[str, Any]:
+        """Return the numbers for JSON, which has no infinity: unknown is ``None``; and the doubt, if there is one."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}
-        return {key: number if math.isfinite(number) else None for key, number in numbers.items()}
+        known = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
+        return known | ({"doubt": self.doubt} if self.doubt else {})
 
     def __str__(self) -> str:
         if not self.known:
@@ -140,13 +149,13 @@ def image_error(
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
     are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`) tells what part of error² black
-    pixels may hide at a level, which widens the upper limit. Where single samples outshine all others (errors far above
-    100 %) the estimate is a rough one.
+    pixels may hide at a level, which widens the upper limit. Where single pixels make much of the error, so
+    that what was not seen may make more, the estimate says so: its upper limit is in doubt.
     """
     seen = _seen_error(pixels, level)
     if hidden is None or not math.isfinite(seen.high):
         return seen
-    return Estimate(seen.value, seen.low, math.hypot(seen.high, math.sqrt(hidden(pixels, level))))
+    return replace(seen, high=math.hypot(seen.high, math.sqrt(hidden(pixels, level))))
 
 
 def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
@@ -166,11 +175,12 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     estimated, realised = (v / (contributions.size * square**2) for v in (spread + moved, realised))
     value = math.sqrt(square)
     effective = min(contributions.size * pixels.degrees, 2.0 / estimated)
+    tail = tail_of_one(contributions)
     if effective < 1.0:
-        return Estimate(value, 0.0, math.inf)
+        return Estimate(value, 0.0, math.inf, tail.doubt)
     chance = _quantile(level, effective) * 0.5 * math.sqrt(estimated + realised)
     factor = math.exp(math.hypot(chance, _Z95 * doubt))
-    return Estimate(value, value / factor, value * factor)
+    return Estimate(value, value / factor, value * factor, tail.doubt)
 
 
 def _quantile(level: float, degrees: float) -> float:

@@ -225,4 +225,5 @@ def make_result(
 
 def _together(noise: Estimate, bias: Estimate) -> Estimate:
     """Return the error of an image that has both: their squares add up."""
-    return Estimate(*(math.hypot(*ends) for ends in zip(vars(noise).values(), vars(bias).values(), strict=True)))
+    value, low = math.hypot(noise.value, bias.value), math.hypot(noise.low, bias.low)
+    return Estimate(value, low, math.hypot(noise.high, bias.high), noise.doubt)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -91,20 +92,21 @@ def main() -> None:
 
 
 def trajectory(case: Case, side: int, seed: int, threads: int, most: int) -> list[Seen]:
-    """Render one seed until its strictest target is met, or ``most`` samples a pixel."""
+    """Render one seed until its strictest target is met and a quarter more, or ``most`` samples a pixel."""
     scene = case.scene(side)
     renderer = make_renderer(scene, et.Strategy.parse(case.strategy), seed, threads)
     looks = {target: Looks() for target in case.targets}
     grid, seen, samples = 8, list[Seen](), 0
-    while looks and samples < most:
+    while samples < most:
         samples = min(most, grid, *(look.next for look in looks.values()))
         renderer.advance(samples)
         pixels = pixel_statistics(renderer.moments)
         stops = []
         for target, look in list(looks.items()):
-            if samples == look.next and look.look(lambda level, now=pixels: image_error(now, level), samples, target):
+            if samples == look.next and look.look(partial(image_error, pixels), samples, target):
                 stops.append(target)
                 del looks[target]
+                most = most if looks else min(most, 2 * math.ceil(0.625 * samples))
         if samples == grid:
             grid = 2 * math.ceil(grid * GRID / 2)
         seen.append(Seen(samples, pixels.mean, image_error(pixels), tuple(stops)))

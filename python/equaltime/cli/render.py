@@ -228,6 +228,8 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
         f"wrote {', '.join(map(str, files))}",
         f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}",
     ]
+    if not result.error.trusted:
+        lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {width * height} pixels have no sample")
     return lines
