@@ -7,6 +7,7 @@ import importlib.util
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import workers
@@ -63,7 +64,9 @@ def main() -> None:
             strategy, seed, threads = (
                 question.get(name, other) for name, other in (("strategy", "best"), ("seed", 0), ("threads", 0))
             )
+            begin = process_time()
             result = et.render(scene, spp=question["spp"], strategy=strategy, seed=seed, threads=threads)
+            told["cpu"] = process_time() - begin
             told |= {"seconds": result.stats.seconds, "paths": result.stats.paths, "kernel": result.stats.kernel}
             if "image" in question:
                 np.save(question["image"], result.image)

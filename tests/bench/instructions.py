@@ -11,13 +11,23 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 SIZE, SAMPLES = 32, 8
+PATHS = SIZE**2 * SAMPLES
+
+
+class Profile(NamedTuple):
+    """The instructions that renders took."""
+
+    total: int
+    functions: Mapping[str, int]
+    """Of those without lines of source: of this project and of Embree."""
 
 
 def main() -> None:
@@ -34,10 +44,10 @@ def main() -> None:
     kernels: dict[str, str] = {}  # each once, by what it takes to get it
     for also in ("", *names, " ".join(names)):
         kernels.setdefault(render(core, also.split()), also)
-    counts = {kernel: count(file, also) for kernel, also in kernels.items()}
+    counts = {kernel: count(file, also).total for kernel, also in kernels.items()}
     plain = next(iter(counts.values()))
     for kernel, instructions in counts.items():
-        print(f"{instructions / SIZE**2 / SAMPLES:8.1f} a path, {instructions / plain:.4f} x: {kernel}")
+        print(f"{instructions / PATHS:8.1f} a path, {instructions / plain:.4f} x: {kernel}")
 
 
 def find() -> str:
@@ -58,16 +68,35 @@ def load(file: str) -> Any:
     return module
 
 
-def count(core: str, also: str) -> int:
+def count(core: str, also: str) -> Profile:
     """Return the instructions of the kernel that covers these effects too, those of Embree included."""
+    worker = [sys.executable, __file__, "--core", core, "--render", also]
+    (found,) = profiles(worker)
+    return found
+
+
+def profiles(command: list[str]) -> list[Profile]:
+    """Run a command under callgrind, and return what its renders took, each time that it asked for a profile."""
     with tempfile.TemporaryDirectory() as folder:
-        tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={Path(folder) / 'out'}"]
-        worker = [sys.executable, __file__, "--core", core, "--render", also]
-        command = [*tool, "--toggle-collect=*render_block*", *worker]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = re.search(r"I +refs: +([\d,]+)", done.stderr)
-    assert found is not None, done.stderr
-    return int(found[1].replace(",", ""))
+        out = Path(folder) / "out"
+        tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--toggle-collect=*render_block*"]
+        subprocess.run([*tool, *command], capture_output=True, check=True)
+        numbered = sorted(Path(folder).iterdir(), key=lambda file: (len(file.name), file.name))
+        return [found for found in map(_read, numbered) if found.total]
+
+
+def _read(file: Path) -> Profile:
+    command = ["callgrind_annotate", "--threshold=100", "--show-percs=no", "--auto=no", str(file)]
+    table = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    total = re.search(r"^ *([\d,]+)  PROGRAM TOTALS$", table, re.MULTILINE)
+    functions: dict[str, int] = {}
+    for line in re.finditer(r"^ *([\d,]+)  \?\?\?:(.+?)(?: \[.*\])?$", table, re.MULTILINE):
+        functions[line[2]] = functions.get(line[2], 0) + _number(line[1])
+    return Profile(_number(total[1]) if total else 0, functions)
+
+
+def _number(digits: str) -> int:
+    return int(digits.replace(",", ""))
 
 
 def render(core: Any, also: list[str]) -> str:
