@@ -3,6 +3,34 @@
 from __future__ import annotations
 
 import signal
+from typing import Any
+
+import pytest
+
+from equaltime import _core
 
 # A runner that was started in the background ignores Ctrl-C and would hand that on to the programs under test.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--traps", action="store_true", help="look for floating-point faults in every render, and fail where one is"
+    )
+
+
+class _Watched(_core.Renderer):
+    """A renderer that looks for faults, whatever it is asked for."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **{"traps": "check"} | options)
+
+    def advance(self, *arguments: Any, **options: Any) -> bool:
+        complete = super().advance(*arguments, **options)
+        assert not self.faulty, self.faulty
+        return complete
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--traps"):
+        setattr(_core, "Renderer", _Watched)  # noqa: B010 -- the name is a type elsewhere

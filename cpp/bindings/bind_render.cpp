@@ -104,6 +104,12 @@ py::list nonfinite(const Renderer& r) {
   return list;
 }
 
+py::list faulty(const Renderer& r) {
+  py::list list;
+  for (const FaultySample& s : r.faulty()) list.append(py::make_tuple(s.x, s.y, s.index, fault_names(s.faults)));
+  return list;
+}
+
 py::dict build_info() {
 #ifdef __OPTIMIZE__
   const char* optimized = "yes";
@@ -124,13 +130,14 @@ void bind_render(py::module_& m) {
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates, bool pixel_rays,
-                       const std::vector<std::string>& also) {
-             return std::make_unique<Renderer>(
-                 std::move(scene), settings,
-                 RenderOptions{seed, threads, tile, replicates, pixel_rays, effects_of(also)});
+                       const std::vector<std::string>& also, const std::string& traps) {
+             RenderOptions options{seed, threads, tile, replicates, pixel_rays, effects_of(also)};
+             set(options.traps, {{"ignore", Traps::ignore}, {"check", Traps::check}, {"stop", Traps::stop}}, traps,
+                 "traps");
+             return std::make_unique<Renderer>(std::move(scene), settings, options);
            }),
            "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2,
-           "pixel_rays"_a = false, "also"_a = py::tuple(),
+           "pixel_rays"_a = false, "also"_a = py::tuple(), "traps"_a = "ignore",
            "`also` names effects that the kernel must cover though the scene does not call for them.")
       .def(
           "advance",
@@ -170,6 +177,7 @@ void bind_render(py::module_& m) {
           "(H, W): rays of every pixel since it was made; ValueError unless they are counted.")
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
+      .def_property_readonly("faulty", &faulty, "(x, y, index, what) of samples that raised floating-point faults.")
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");

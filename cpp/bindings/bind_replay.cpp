@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include "bindings/bindings.h"
+#include "transport/checked.h"
 #include "transport/replay.h"
 
 namespace py = pybind11;
@@ -42,6 +43,7 @@ class Report {
     py::dict d("origin"_a = point(v.ray.origin), "direction"_a = triple(v.ray.direction),
                "throughput"_a = number(v.beta), "gathered"_a = number(v.L, radiance_));
     d["left"] = number(v.left);
+    d["faults"] = fault_names(v.faults);
     d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.place)) : py::none();
     d["particle"] = v.in_medium ? py::object(point(v.it->anchor.p)) : py::none();
     d["emitter"] = v.emitter ? py::object(of(*v.emitter)) : py::none();

@@ -6,6 +6,7 @@
 
 #include "bindings/bindings.h"
 #include "sampling/mis.h"
+#include "transport/checked.h"
 #include "transport/effects.h"
 
 namespace py = pybind11;
@@ -271,6 +272,7 @@ void bind_sampling(py::module_& m) {
   parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a,
             "environment"_a = "plain");
   parts.def("sample_flights", &sample_flights, "scene"_a, "medium"_a, "beta"_a, "distance"_a, "u"_a);
+  parts.def("take_faults", [] { return fault_names(take_faults()); }, "This thread's floating-point faults since.");
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);

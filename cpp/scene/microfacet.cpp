@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace equaltime {
 
@@ -49,7 +50,7 @@ float visible_slope(float cos_theta, float u) noexcept {
     const float error = cumulative(x) - target;
     (error > 0 ? hi : lo) = x;
     const float derivative = (cos_theta - x * sin_theta) * kInvSqrtPi * std::exp(-x * x);
-    float next = x - error / derivative;
+    float next = derivative >= std::numeric_limits<float>::min() ? x - error / derivative : lo;
     if (!(next > lo && next < hi)) next = 0.5F * (lo + hi);
     const float step = std::abs(next - x);
     x = next;

@@ -61,7 +61,8 @@ class Microfacet {
  private:
   /// 1 / (α·tanθ) with the roughness of v's azimuth; infinite at normal incidence.
   [[nodiscard]] float inverse_slope(const Vec3f& v) const noexcept {
-    return v.z / std::sqrt(square(alpha_u_ * v.x) + square(alpha_v_ * v.y));
+    const float slope = std::sqrt(square(alpha_u_ * v.x) + square(alpha_v_ * v.y));
+    return slope >= std::numeric_limits<float>::min() ? v.z / slope : kInfinity;
   }
   [[nodiscard]] float ggx_g1(const Vec3f& v) const noexcept {
     const float slope2 = (square(alpha_u_ * v.x) + square(alpha_v_ * v.y)) / square(v.z);

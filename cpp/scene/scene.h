@@ -25,6 +25,9 @@ struct Derivatives {
   Vec3f du, dv;
 };
 
+/// Of a search that nobody watches over.
+struct Unguarded {};
+
 struct Scene {
   Normalization normalization;
   Accel accel;
@@ -49,11 +52,12 @@ struct Scene {
   FilmDescription film;
   std::size_t dropped_triangles = 0;  // of no area, so that no ray can meet them
 
-  /// The nearest surface that the ray meets. E prunes kinds of shapes that the scene cannot hold.
-  template <auto E>
+  /// The nearest surface that the ray meets. E prunes kinds of shapes that the scene cannot hold. A Guard lives while
+  /// Embree searches.
+  template <auto E, class Guard = Unguarded>
   [[nodiscard]] Optional<Interaction> intersect(const Ray& ray) const noexcept;
   /// The same where there are instances.
-  template <auto E>
+  template <auto E, class Guard = Unguarded>
   [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_instances(const Ray& ray) const noexcept;
   /// Where the ray, in the space of a set, meets a primitive of it. `geometries` gives the set's own: called only where
   /// they are looked at, because the call is not free.
@@ -113,19 +117,25 @@ struct Scene {
 /// range.
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
-template <auto E>
+template <auto E, class Guard>
 EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const noexcept {
   if constexpr (E.instances)
-    if (!instances.empty()) return intersect_instances<E>(ray);
-  Optional<PrimitiveId> hit = accel.intersect(ray);
+    if (!instances.empty()) return intersect_instances<E, Guard>(ray);
+  Optional<PrimitiveId> hit = [&]() noexcept {
+    [[maybe_unused]] const Guard guard;
+    return accel.intersect(ray);
+  }();
   if (!hit) return std::nullopt;
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
   return detail::face<E>(meet<E>(top, own, *hit, RayD(ray)), ray);
 }
 
-template <auto E>
+template <auto E, class Guard>
 Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept {
-  const auto hit = accel.intersect_instances(ray);
+  const auto hit = [&]() noexcept {
+    [[maybe_unused]] const Guard guard;
+    return accel.intersect_instances(ray);
+  }();
   if (!hit) return std::nullopt;
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
   if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray)), ray);

@@ -20,6 +20,8 @@ template <Effects E, class Probe>
   std::uint32_t crossed = 0;  // surfaces that are no vertices
   for (int depth = 1;; ++depth) {
     const std::uint32_t bounce = static_cast<std::uint32_t>(depth - 1) + crossed;
+    if (bounce % kLongPath == kLongPath - 1 && probe.gives_up()) [[unlikely]]
+      return L;
     VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
     if constexpr (Probe::listens) probe.note(event::Sends{ray, made, beta, L});
     auto it = probe.template intersect<E>(scene, ray);
@@ -74,8 +76,10 @@ template <Effects E, class Probe>
     radiance_scale *= scattered->radiance_scale;
     if (beta.is_black()) return L;
     if (depth >= settings.roulette_depth) {
-      const float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
-                                                  [&]() noexcept { return albedo<E>(*it, *bsdf); });
+      float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
+                                            [&]() noexcept { return albedo<E>(*it, *bsdf); });
+      if (depth >= kEndlessDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
+        survival *= survival_of_endless(depth);
       if constexpr (Probe::listens) probe.note(event::Survives{survival});
       if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
       beta *= 1 / survival;

@@ -2,6 +2,7 @@
 // rays, so that Embree alone can be timed on the very same ones; SplitProbe (split.h) adds up where light comes from.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "film/counters.h"
@@ -9,6 +10,9 @@
 #include "scene/scene.h"
 
 namespace equaltime {
+
+/// A path of so many segments, or of a multiple, asks its probe whether to go on.
+inline constexpr std::uint32_t kLongPath = 1024;
 
 class RayCounter {
  public:
@@ -40,7 +44,15 @@ class RayCounter {
   EQUALTIME_INLINE static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
   EQUALTIME_INLINE static Spectrum lit(Spectrum L, int) noexcept { return L; }
 
+  /// Whether a long path is to be given up, because the render ends: what has come of it counts for nothing then.
+  [[gnu::noinline]] bool gives_up() noexcept {
+    gave_up = gave_up || (stop && (*stop)());
+    return gave_up;
+  }
+
   Counters counters;
+  const std::function<bool()>* stop = nullptr;  // whether the render is to end; throws nothing
+  bool gave_up = false;
 };
 
 struct RecordedRay {
@@ -70,6 +82,7 @@ class RayRecorder {
   static void aims(const LightSample&) noexcept {}
   EQUALTIME_INLINE static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
   EQUALTIME_INLINE static Spectrum lit(Spectrum L, int) noexcept { return L; }
+  static bool gives_up() noexcept { return false; }
 
   Counters counters;
   std::vector<RecordedRay> rays;

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "transport/threads.h"
 
@@ -22,7 +23,44 @@ constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr std::uint64_t kPassSamples = 16;
 /// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
 constexpr std::uint64_t kPassPaths = 4096;
-constexpr std::size_t kLoggedNonFinite = 64;
+constexpr std::size_t kLogged = 64;
+
+/// What a worker adds to: a block of the film, its rays, and what is counted and logged. To be put back as it was where
+/// a path is given up.
+class BlockBefore {
+ public:
+  void keep(const PixelBlock& block, Film& film, const std::uint64_t* rays) {
+    moments_.clear(), rays_.clear();
+    each(block, film, [&](PixelMoments& moments) { moments_.push_back(moments); });
+    for (std::uint32_t y = block.y0; rays && y < block.y1; ++y)
+      rays_.insert(rays_.end(), rays + row(film, y) + block.x0, rays + row(film, y) + block.x1);
+  }
+  void put_back(const PixelBlock& block, Film& film, std::uint64_t* rays) const {
+    auto moments = moments_.begin();
+    each(block, film, [&](PixelMoments& now) { now = *moments++; });
+    auto before = rays_.begin();
+    for (std::uint32_t y = block.y0; rays && y < block.y1; ++y, before += block.x1 - block.x0)
+      std::copy_n(before, block.x1 - block.x0, rays + row(film, y) + block.x0);
+  }
+
+ private:
+  static std::size_t row(const Film& film, std::uint32_t y) noexcept { return std::size_t{y} * film.width(); }
+  template <class Visit>
+  static void each(const PixelBlock& block, Film& film, Visit&& visit) {
+    for (std::uint32_t r = 0; r < film.replicates(); ++r)
+      for (std::uint32_t y = block.y0; y < block.y1; ++y)
+        for (std::uint32_t x = block.x0; x < block.x1; ++x) visit(film.at(r, x, y));
+  }
+
+  std::vector<PixelMoments> moments_;
+  std::vector<std::uint64_t> rays_;
+};
+
+template <class T>
+void log(std::vector<T>& to, const std::vector<T>& from) {
+  for (const T& entry : from)
+    if (to.size() < kLogged) to.push_back(entry);
+}
 
 Effects both(Effects a, const Effects& b) noexcept {
   for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
@@ -90,7 +128,7 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
     if (at_.target <= at_.done) at_.target = std::min(samples, at_.done + pass);
     run_pass(stop);
     if (stop.error) std::rethrow_exception(stop.error);
-    if (at_.next_block < blocks_.size()) return false;
+    if (at_.next_block < blocks_.size() || !again_.empty()) return false;
     at_.done = at_.target;
     at_.next_block = 0;
     if (stop.now() && at_.done < samples) return false;
@@ -117,33 +155,60 @@ void Renderer::adapt(std::uint64_t pilot, std::vector<float> rates) {
 }
 
 void Renderer::take_up(const Counters& so_far, const Position& position) {
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    if (!has_samples(blocks_[i], i < position.next_block ? position.target : position.done))
+  std::vector<std::size_t> again;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    if (i < position.next_block && has_samples(blocks_[i], position.target)) continue;
+    if (!has_samples(blocks_[i], position.done))
       throw std::invalid_argument("the pixels have other sample counts than its passes leave");
+    if (i < position.next_block) again.push_back(i);
+  }
+  again_ = std::move(again);
   at_ = position;
   counters_ = so_far;
 }
 
 void Renderer::run_pass(Stop& stop) {
-  std::atomic<std::size_t> next{at_.next_block};
+  const std::vector<std::size_t> again = std::exchange(again_, {});
+  const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
+  std::atomic<std::size_t> next{0};
   std::mutex merge;
   std::uint64_t* rays = options_.pixel_rays ? pixel_rays_.data() : nullptr;
+  const std::function<bool()> stops = [&stop] { return stop.now(); };
   const auto work = [&](unsigned) {
     RayCounter probe;
+    probe.stop = &stops;
+    BlockBefore before;
     std::vector<NonFinite> nonfinite;
+    std::vector<FaultySample> faulty;
     while (!stop.now()) {
-      const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
-      if (i >= blocks_.size()) break;
-      kernel_.render({*scene_, settings_, options_.seed, blocks_[i], at_.done, at_.target, &schedule_, rays}, film_,
-                     probe, nonfinite);
+      const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
+      if (n >= tasks) break;
+      const std::size_t i = n < again.size() ? again[n] : at_.next_block + n - again.size();
+      const BlockTask task{*scene_, settings_, options_.seed, blocks_[i], at_.done, at_.target, &schedule_, rays};
+      const Counters counters = probe.counters;
+      const std::size_t logged = nonfinite.size();
+      before.keep(task.block, film_, rays);
+      if (options_.traps == Traps::ignore)
+        kernel_.render(task, film_, probe, nonfinite);
+      else
+        render_checked(task, options_.traps, film_, probe, nonfinite, faulty);
+      if (!probe.gave_up) continue;
+      before.put_back(task.block, film_, rays);
+      probe.counters = counters;
+      nonfinite.resize(logged);
+      const std::lock_guard lock(merge);
+      again_.push_back(i);
     }
     const std::lock_guard lock(merge);
     counters_ += probe.counters;
-    for (const NonFinite& n : nonfinite)
-      if (nonfinite_.size() < kLoggedNonFinite) nonfinite_.push_back(n);
+    log(nonfinite_, nonfinite);
+    log(faulty_, faulty);
   };
   on_threads(threads_, work);
-  at_.next_block = std::min(next.load(), blocks_.size());
+  const std::size_t begun = std::min(next.load(), tasks);
+  for (std::size_t n = begun; n < again.size(); ++n) again_.push_back(again[n]);
+  std::sort(again_.begin(), again_.end());
+  at_.next_block += begun - std::min(begun, again.size());
 }
 
 }  // namespace equaltime

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "transport/checked.h"
 #include "transport/kernels.h"
 
 namespace equaltime {
@@ -18,6 +19,7 @@ struct RenderOptions {
   std::uint32_t replicates = 2;  // independent scrambles, for the error bar
   bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
+  Traps traps = Traps::ignore;   // of floating-point faults
 };
 
 class Renderer {
@@ -26,10 +28,12 @@ class Renderer {
 
   /// Brings every pixel to `samples`. Ends early, between blocks, when `seconds` have passed or `poll` (called about
   /// every 50 ms by the calling thread) returns false or throws, which is thrown on; the next call takes up where this
-  /// one ended. Returns whether every pixel has its samples.
+  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. Returns whether every pixel
+  /// has its samples.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {});
 
-  /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`.
+  /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
+  /// for those that were given up.
   struct Position {
     std::uint64_t done = 0, target = 0;
     std::size_t next_block = 0;
@@ -48,6 +52,8 @@ class Renderer {
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const std::vector<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
+  /// Samples that raised floating-point faults, the first of each worker and pass; none where faults are ignored.
+  [[nodiscard]] const std::vector<FaultySample>& faulty() const noexcept { return faulty_; }
   /// Rays of every pixel since this was made, row-major; empty unless they are counted.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const KernelRow& kernel() const noexcept { return kernel_; }
@@ -73,6 +79,8 @@ class Renderer {
   Position at_;
   Counters counters_;
   std::vector<NonFinite> nonfinite_;
+  std::vector<FaultySample> faulty_;
+  std::vector<std::size_t> again_;  // blocks before the next that were given up, in ascending order
 };
 
 }  // namespace equaltime

@@ -2,6 +2,7 @@
 
 #include <iterator>
 
+#include "math/floating_point.h"
 #include "transport/sample_pixel.h"
 
 namespace equaltime {
@@ -35,7 +36,8 @@ class PathTracer {
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E>(ray);
+    const auto it = scene.intersect<E, HeldExceptions>(ray);
+    const HeldExceptions held;
     TracedVertex& vertex = current();
     if (it) {
       vertex.it = *it;
@@ -48,13 +50,14 @@ class PathTracer {
     return it;
   }
   [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) {
+    const HeldExceptions held;
     const bool blocked = accel.occluded(ray);
     if (blocked) block(ray);
     return blocked;
   }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E>(ray);
+    const auto it = scene.intersect<E, HeldExceptions>(ray);
     if (it) current().light->blocker = *it;
     return it;
   }
@@ -72,7 +75,10 @@ class PathTracer {
   }
 
   void note(const event::Sends& sends) {
+    const int faults = take_faults();
+    if (!replay_.vertices.empty()) current().faults = faults;
     replay_.vertices.push_back({sends.ray, sends.made, sends.beta, sends.L, {}, {}, {}, {}, {}});
+    if (replay_.vertices.size() == 1) early_faults_ = faults;
   }
   void note(const event::Flies& flies) {
     TracedVertex& vertex = current();
@@ -82,6 +88,7 @@ class PathTracer {
     vertex.place.reset(), vertex.emitter.reset();
   }
   void note(const event::MeetsEmitter& met) {
+    const HeldExceptions held;
     meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
   }
   void note(const event::PicksLight& picks) {
@@ -96,12 +103,19 @@ class PathTracer {
     current().light->share = receives.share;
   }
   void note(const event::Scatters& scatters) {
+    const HeldExceptions held;
     TracedScattering& scattering = current().scattering.emplace();
     scattering = {
         kBsdfNames[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
     if (scatters.scattered) scattering.scattered = *scatters.scattered;
   }
   void note(const event::Survives& survives) { current().scattering->survival = survives.probability; }
+  static bool gives_up() noexcept { return false; }
+  /// The path is at its end.
+  void finish() {
+    current().faults = take_faults();
+    replay_.vertices.front().faults |= early_faults_;
+  }
 
  private:
   TracedVertex& current() noexcept { return replay_.vertices.back(); }
@@ -117,6 +131,7 @@ class PathTracer {
   const Scene& scene_;
   const Settings& settings_;
   Replay& replay_;
+  int early_faults_ = 0;  // before the first ray
 };
 
 PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcept {
@@ -136,7 +151,9 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   Replay result{};
   PathTracer tracer(scene, settings, result);
   const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, index, index + 1};
+  const HeldExceptions held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, replicates, tracer);
+  tracer.finish();
   result.end = end_of(result.vertices, settings.max_depth);
   return result;
 }

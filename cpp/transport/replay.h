@@ -49,6 +49,7 @@ struct TracedVertex {
   std::optional<TracedScattering> scattering;  // none where nothing is scattered: the path ends or passes straight on
   Spectrum left = {};      // of the throughput, by the medium that the ray came through
   bool in_medium = false;  // where it was scattered, so that there is no surface
+  int faults = 0;          // floating-point ones from the ray's sending on, of <cfenv>; the first's, also before
 };
 
 /// Why a path has no more vertices.

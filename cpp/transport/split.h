@@ -81,6 +81,7 @@ class SplitProbe {
     if (!L.is_black()) add(L, depth + std::max(crossed_, 0), 2, aimed_at_);
     return L;
   }
+  static bool gives_up() noexcept { return false; }
 
  private:
   void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;

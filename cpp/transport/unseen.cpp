@@ -31,6 +31,7 @@ class UnshadowedProbe {
   static void aims(const LightSample&) noexcept {}
   static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
   static Spectrum lit(Spectrum L, int) noexcept { return L; }
+  static bool gives_up() noexcept { return false; }
 };
 
 }  // namespace

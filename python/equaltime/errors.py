@@ -9,7 +9,9 @@
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
     ├── ImageError          an image file cannot be read or written
     └── RenderError
-        ├── NonFiniteSample a sample was NaN or infinite; carries what replays it
+        ├── SampleError     a sample went wrong; carries what replays it
+        │   ├── NonFiniteSample  it was NaN or infinite
+        │   └── FaultySample     it raised a floating-point fault, and these are looked for
         └── PeerError       another renderer is missing, failed, or gave no image that can be compared
 """
 
@@ -18,16 +20,19 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 __all__ = [
     "EffectError",
     "EqualtimeError",
     "ExperimentError",
+    "FaultySample",
     "ImageError",
     "NonFiniteSample",
     "PeerError",
     "Problem",
     "RenderError",
+    "SampleError",
     "SceneError",
     "StrategyError",
 ]
@@ -82,23 +87,49 @@ class RenderError(EqualtimeError):
     """Rendering failed after it had begun."""
 
 
-class NonFiniteSample(RenderError):
-    """A sample was NaN or infinite: the pass was finished, then this was raised.
+class SampleError(RenderError):
+    """A sample went wrong: its pass was finished, then this was raised.
 
     ``pixel`` is its place in the whole film, and ``command`` shows its path.
     """
 
     def __init__(
-        self, pixel: tuple[int, int], index: int, seed: int, result: object, command: Sequence[str] = ()
+        self,
+        pixel: tuple[int, int],
+        index: int,
+        seed: int,
+        result: object,
+        command: Sequence[str] = (),
+        what: str = "bad sample",
     ) -> None:
         self.pixel, self.index, self.seed, self.result, self.command = pixel, index, seed, result, tuple(command)
+        self.what = what
         shown = f"; its path: {shlex.join(command)}" if command else ""
-        super().__init__(f"non-finite sample at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
+        super().__init__(f"{what} at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
 
-    def with_words(self, *words: str) -> NonFiniteSample:
+    def with_words(self, *words: str) -> Self:
         """Return the error with more words of the command, if there is one."""
         command = (*self.command, *words) if self.command else ()
-        return NonFiniteSample(self.pixel, self.index, self.seed, self.result, command)
+        return type(self)(self.pixel, self.index, self.seed, self.result, command, self.what)
+
+
+class NonFiniteSample(SampleError):
+    """A sample was NaN or infinite."""
+
+    def __init__(
+        self,
+        pixel: tuple[int, int],
+        index: int,
+        seed: int,
+        result: object,
+        command: Sequence[str] = (),
+        what: str = "non-finite sample",
+    ) -> None:
+        super().__init__(pixel, index, seed, result, command, what)
+
+
+class FaultySample(SampleError):
+    """A sample raised a floating-point fault, which ``what`` names, whatever its value."""
 
 
 class PeerError(RenderError):

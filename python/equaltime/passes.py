@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from numpy.typing import NDArray
 
@@ -44,6 +44,10 @@ class PassRenderer(Protocol):
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of samples that were NaN or infinite."""
+
+    @property
+    def faulty(self) -> list[tuple[int, int, int, str]]:
+        """(x, y, sample index, what) of samples that raised floating-point faults, if these are looked for."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ def pass_end(samples: int, pixels: int) -> int:
 class Passes:
     """The passes of one render: iterating runs them, and gives the samples a pixel at the end of each.
 
-    A pass is always finished before a non-finite sample ends the loop. Ctrl-C (or a `KeyboardInterrupt` that the
+    A pass is always finished before a sample that went wrong ends the loop. Ctrl-C (or a `KeyboardInterrupt` that the
     progress callback raises) ends it at the blocks done.
 
     Parameters
@@ -144,8 +148,11 @@ class Passes:
                 before = self.seconds
                 complete = self._renderer.advance(end, None if limit is None else limit - before, tick)
                 self.rendering += self.seconds - before
-                if self._renderer.nonfinite or not complete:
-                    reason = "nonfinite" if self._renderer.nonfinite else "time"
+                if wrong := _went_wrong(self._renderer):
+                    reason = wrong
+                    break
+                if not complete:
+                    reason = "time"
                     break
                 self.samples = end
                 if self._report is not None:
@@ -182,6 +189,12 @@ class Passes:
         if self.limits.error is not None and self._looks.next > self.samples:
             ends.append(self._looks.next)
         return min(ends)
+
+
+def _went_wrong(renderer: PassRenderer) -> Literal["nonfinite", "faulty"] | None:
+    if renderer.nonfinite:
+        return "nonfinite"
+    return "faulty" if renderer.faulty else None
 
 
 class _Reporter:

@@ -24,7 +24,7 @@ from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.session import Session, origin_of
+from equaltime.session import Session, Traps, origin_of
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
@@ -62,6 +62,7 @@ def render(
     within: float | None = None,
     decided: Callable[[Sequence[str]], object] | None = None,
     show: Viewer | None = None,
+    traps: Traps = "ignore",
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
@@ -106,6 +107,9 @@ def render(
         Called once, before the first sample, with what was left out or kept and why, in words.
     show
         A viewer that is shown the image after passes, a few times a second, and at the end.
+    traps
+        Look for floating-point faults, outside Embree: ``check`` names the first sample that raises one, ``stop`` ends
+        the process there (SIGFPE), for a debugger. The bits are the same, the time is not.
 
     Returns
     -------
@@ -122,6 +126,8 @@ def render(
         If ``resume`` cannot be read, or ``checkpoint`` not be written.
     NonFiniteSample
         If a sample was NaN or infinite: after its pass, with the result so far.
+    FaultySample
+        The same for a sample that raised a floating-point fault, if these are looked for.
     RenderError
         If there is not enough memory, or ``resume`` belongs to another render.
     ValueError
@@ -140,13 +146,13 @@ def render(
     left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
     piloting = {} if left is None else {"pilot": clock.perf_counter() - begin}
     if left is None:
-        session = Session(loaded, chosen, seed, threads, limits, progress, resumed)
+        session = Session(loaded, chosen, seed, threads, limits, progress, resumed, traps=traps)
     else:
         limits = replace(limits, error=_rest(error, left.bias))
         if decided is not None:
             decided(left.why)
         bias = left.bias if left.names else None
-        session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias)
+        session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias, traps)
     watchers: list[Callable[[Session], object]] = []
     if quoted is not None and (error or time) and not session.passes.samples:
         watchers.append(partial(_watch, Pilot(session, limits.error, None if error else time), quoted))

@@ -45,7 +45,7 @@ class Replay:
     """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
     medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
     ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the
-    ``light`` that was sampled, and the ``scattering``."""
+    ``light`` that was sampled, and the ``scattering``; and the floating-point ``faults`` that it raised, in words."""
 
     @property
     def sum(self) -> Color:

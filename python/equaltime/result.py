@@ -19,7 +19,7 @@ from equaltime.images import Window
 
 __all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result"]
 
-StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "unfinished", "merge"]
+StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
 _EXTENSIONS = (".exr", ".png")
 
 

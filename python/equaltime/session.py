@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from equaltime.adaptive import METRICS, PILOT
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.errors import ImageError, NonFiniteSample, Problem, RenderError, SceneError
+from equaltime.errors import FaultySample, ImageError, NonFiniteSample, Problem, RenderError, SampleError, SceneError
 from equaltime.images import Window
 from equaltime.passes import Passes, ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
@@ -27,9 +27,12 @@ from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
 __all__ = [
-    *("Session", "core_settings", "make_renderer", "nonfinite_sample"),
-    *("origin_of", "split_light", "traced"),
+    *("Session", "Traps", "bad_sample", "core_settings"),
+    *("make_renderer", "origin_of", "split_light", "traced"),
 ]
+
+Traps = Literal["ignore", "check", "stop"]
+"""What becomes of floating-point faults: nothing, or the sample is named, or the process ends there, by SIGFPE."""
 
 _REPLICATES = 2
 _BYTES_PER_MOMENTS = 56
@@ -58,11 +61,12 @@ class Session:
         resumed: Checkpoint | None = None,
         without: tuple[str, ...] = (),
         bias: Estimate | None = None,
+        traps: Traps = "ignore",
     ) -> None:
         self._scene, self.strategy, self._bias = scene, strategy, bias
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, _REPLICATES, "core", without)
-        self._renderer = make_renderer(scene, strategy, seed, threads)
+        self._renderer = make_renderer(scene, strategy, seed, threads, traps)
         self._saving = 0.0
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
@@ -93,7 +97,7 @@ class Session:
         """Run all passes, call ``pass_ended`` after each, and return the result.
 
         If ``path`` is given, what is done so far is saved there every so many seconds. After Ctrl-C the result is what
-        was finished; raises `KeyboardInterrupt` if that is nothing, and `NonFiniteSample` with the result so far.
+        was finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the result so far.
         """
         stopped_by = self._run_passes(path, every, pass_ended)
         seconds = self.passes.seconds
@@ -136,7 +140,7 @@ class Session:
         return self._scene.core.memory_bytes
 
     def result(self, stopped_by: StoppedBy, seconds: float | None = None) -> Result:
-        """Return what is done so far; raises `NonFiniteSample` with it if a sample was not a number."""
+        """Return what is done so far; raises `SampleError` with it if a sample went wrong."""
         counters = self._renderer.counters
         phases = {**self._scene.timings, "render": self._before + (self.passes.seconds if seconds is None else seconds)}
         if self._saving:
@@ -163,9 +167,9 @@ class Session:
             self._renderer.position,
             self._unseen,
         )
-        if self._renderer.nonfinite:
+        if self._renderer.nonfinite or self._renderer.faulty:
             origin = self._origin
-            raise nonfinite_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
+            raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
         return result
 
 
@@ -195,13 +199,13 @@ def origin_of(
     )
 
 
-def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> _core.Renderer:
+def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, traps: Traps = "ignore") -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
     _check_memory(scene)
     make = _core.Renderer if strategy.adaptive == "none" else partial(_AdaptiveRenderer, metric=strategy.adaptive)
     try:
-        return make(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES)
+        return make(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES, traps=traps)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
@@ -210,10 +214,8 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int) -> 
 class _AdaptiveRenderer(_core.Renderer):
     """A renderer whose samples are averages once every pixel has the pilot's; decisions follow from that alone."""
 
-    def __init__(
-        self, scene: _core.Scene, settings: _core.Settings, metric: str, *, seed: int, threads: int, replicates: int
-    ) -> None:
-        options: dict[str, Any] = {"seed": seed, "threads": threads, "replicates": replicates, "pixel_rays": True}
+    def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
+        options = {**common, "pixel_rays": True}
         super().__init__(scene, settings, **options)
         self._metric = METRICS[metric]
         self._pilot = partial(_core.Renderer, scene, settings, **options)
@@ -259,16 +261,16 @@ def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int,
     )
 
 
-def nonfinite_sample(
+def bad_sample(
     scene: Scene,
     strategy: Strategy,
     seed: int,
     renderer: _core.Renderer,
     result: Result | None = None,
     without: tuple[str, ...] = (),
-) -> NonFiniteSample:
-    """Return the error for the first sample of a renderer that was not a number, with the command that shows it."""
-    x, y, index = renderer.nonfinite[0]
+) -> SampleError:
+    """Return the error for the first sample of a renderer that went wrong, with the command that shows it."""
+    x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop
     pixel = (x + left, y + top)
     command: tuple[str, ...] = ()
@@ -277,7 +279,9 @@ def nonfinite_sample(
         problem = ("--size", f"{scene.size[0]}x{scene.size[1]}", "--max-depth", str(scene.max_depth))
         command = ("equaltime", "replay", str(scene.source), *sample, "--strategy", strategy.name, *problem)
         command += tuple(word for name in without for word in ("--without", name))
-    return NonFiniteSample(pixel, index, seed, result, command)
+    if renderer.nonfinite:
+        return NonFiniteSample(pixel, index, seed, result, command)
+    return FaultySample(pixel, index, seed, result, command, f"floating-point fault ({renderer.faulty[0][3]})")
 
 
 def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:

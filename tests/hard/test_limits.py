@@ -5,9 +5,6 @@ Each has its twin in it or beside it, as README.md says.
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -89,29 +86,3 @@ def test_E14_what_is_not_done_is_not_called_done() -> None:  # noqa: N802
     assert "99999/100000 spp" in nearly
     assert "0:01 left" in nearly
     assert f"{99_999 / 100_000:.2%}" == "100.00%", "the twin"
-
-
-TRAP = """
-import equaltime as et
-from equaltime.selftest.cases import scenes_folder
-scene = et.load(scenes_folder() / "hard" / "glass.toml", ior=1.5, eye=[-0.3, 0.5, 0.7]).with_(max_depth={})
-et.render(scene.with_(size=(4, 4)), spp=4)
-"""
-
-
-def traced(max_depth: int, seconds: float) -> None:
-    """Render in a process of its own from within a cube of glass, which holds much by total reflection."""
-    subprocess.run([sys.executable, "-c", TRAP.format(max_depth)], check=True, timeout=seconds)
-
-
-def test_C07_paths_that_glass_traps_come_to_an_end_at_a_depth() -> None:  # noqa: N802
-    traced(1000, 60.0)
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(
-    raises=subprocess.TimeoutExpired,
-    reason="paths without limit of depth that lose nothing and meet nothing have no end: roulette ends none of them",
-)
-def test_C07_paths_that_glass_traps_come_to_an_end() -> None:  # noqa: N802
-    traced(-1, 20.0)

@@ -23,6 +23,7 @@ class FakeRenderer:
         self.done = 0
         self.targets: list[int] = []
         self.nonfinite: list[tuple[int, int, int]] = []
+        self.faulty: list[tuple[int, int, int, str]] = []
         self.interrupt_at, self.bad_sample = interrupt_at, bad_sample
 
     def clock(self) -> float:

@@ -29,12 +29,13 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
-from equaltime.errors import ImageError, NonFiniteSample, RenderError
+from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.session import Traps
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
@@ -103,6 +104,13 @@ def render(
         ),
     ] = None,
     tev: Tev = None,
+    traps: Annotated[
+        Traps,
+        typer.Option(
+            help="Look for floating-point faults: check names the first sample that raises one, and what shows it; "
+            "stop ends the process there (SIGFPE), for a debugger."
+        ),
+    ] = "ignore",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Render a scene to an EXR with its error bar.
@@ -142,7 +150,7 @@ def render(
         print_hazards(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
-    failure: NonFiniteSample | None = None
+    failure: SampleError | None = None
     decisions: list[str] = []
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
@@ -168,8 +176,9 @@ def render(
                 within=within,
                 decided=decisions.extend if quiet or as_json else print_lines,
                 show=viewer,
+                traps=traps,
             )
-    except NonFiniteSample as found:
+    except SampleError as found:
         if found.result is None:  # it was a pilot's
             raise
         failure, result = found, cast(Result, found.result)
@@ -221,6 +230,7 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
         "error": "the upper limit of the error is where it was asked to be",
         "interrupt": "what was finished is kept",
         "nonfinite": "a sample was not a number",
+        "faulty": "a sample raised a floating-point fault",
     }
     lines = [
         f"{width}x{height}, {result.spp:.4g} spp, error {result.error}, {bias}",

@@ -90,6 +90,8 @@ def _vertex(vertex: Mapping[str, Any], *, last: bool) -> Iterator[str]:
         yield "meets nothing"
     else:
         yield from _surface(surface)
+    if vertex["faults"]:
+        yield f"raises a floating-point fault: {vertex['faults']}"
     if emitter is not None:
         weights = f"MIS weight {emitter['mis_weight']:.9g} (density of light sampling {emitter['light_pdf']:.9g})"
         yield f"sees {emitter['light']['name']}: radiance {_numbers(emitter['radiance'])}, {weights}"

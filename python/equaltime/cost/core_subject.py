@@ -11,7 +11,7 @@ import numpy as np
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import image_error, pixel_statistics
 from equaltime.scene import Scene
-from equaltime.session import make_renderer, nonfinite_sample
+from equaltime.session import bad_sample, make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["CoreSubject"]
@@ -61,7 +61,7 @@ class CoreSubject:
             cpu += time.process_time() - cpu_before
             wall += time.perf_counter() - wall_before
             if renderer.nonfinite:
-                raise nonfinite_sample(self._scene, self.strategy, seed, renderer)
+                raise bad_sample(self._scene, self.strategy, seed, renderer)
             pixels = pixel_statistics(renderer.moments)
             counters = renderer.counters
             yield Checkpoint(

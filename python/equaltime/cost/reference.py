@@ -26,7 +26,7 @@ from equaltime.cost.folder import replacing
 from equaltime.cost.metrics import Reference
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
-from equaltime.session import make_renderer, nonfinite_sample
+from equaltime.session import bad_sample, make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
@@ -116,7 +116,7 @@ def render(
         for renderer, seed in zip(renderers, _SEEDS, strict=True):
             renderer.advance(samples, None, tell)
             if renderer.nonfinite:
-                raise nonfinite_sample(scene, strategy, seed, renderer)
+                raise bad_sample(scene, strategy, seed, renderer)
         reference = _join([renderer.moments for renderer in renderers])
         found, passed = math.sqrt(max(reference.relmse, 0.0)), time.perf_counter() - begin
         share = min(1.0, (error / found) ** 2) if found > 0.0 else 1.0
