@@ -1,0 +1,6 @@
+#include "tests/fuzz/fuzz_mesh.h"
+#include "scene/obj.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return equaltime::fuzz_reader(data, size, [](const auto& path) { return equaltime::read_obj(path, std::nullopt); });
+}

@@ -1,0 +1,6 @@
+#include "tests/fuzz/fuzz_mesh.h"
+#include "scene/ply.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return equaltime::fuzz_reader(data, size, [](const auto& path) { return equaltime::read_ply(path); });
+}
