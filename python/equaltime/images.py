@@ -33,6 +33,7 @@ __all__ = [
     "Picture",
     "Window",
     "check_writable",
+    "excess",
     "one_line",
     "read",
     "read_moments",
@@ -44,6 +45,10 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
+_MOST_INFLATED = 1032
+"""By what factor zlib can compress at most, which is about what any format of images reaches."""
+_ALWAYS = 1 << 22
+"""Bytes of pixels that any file may declare."""
 _AOVS = "aovs"
 
 
@@ -90,6 +95,15 @@ class Picture:
         return np.stack([self.channels[name] for name in names], axis=-1)
 
 
+def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
+    """Say that the file declares more pixels than it can hold, if it does: no memory is taken for them then."""
+    declared, size = spec.image_bytes(True), os.path.getsize(path)
+    if declared <= max(_ALWAYS, _MOST_INFLATED * size):
+        return None
+    pixels = f"{spec.width}x{spec.height} pixels of {spec.nchannels} channels"
+    return f"{pixels} are declared, more than a file of {size} bytes can hold"
+
+
 def read(path: str | os.PathLike[str]) -> Picture:
     """Read any image that OpenImageIO knows as float32 channels by name.
 
@@ -100,6 +114,8 @@ def read(path: str | os.PathLike[str]) -> Picture:
     """
     with _opened(path) as source:
         spec = source.spec()
+        if wrong := excess(spec, path):
+            raise ImageError(f"{path}: {wrong}")
         pixels = source.read_image("float")
         if pixels is None:
             raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
@@ -121,6 +137,8 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
         if not source.seek_subimage(1, 0) or source.spec().getattribute("oiio:subimagename") != _MOMENTS:
             return None
         spec = source.spec()
+        if wrong := excess(spec, path):
+            raise ImageError(f"{path}: {wrong}")
         pixels = source.read_image(1, 0, 0, spec.nchannels, "uint")
         if pixels is None:
             raise ImageError(f"{path}: {_reason(source.geterror(), path)}")

@@ -85,9 +85,10 @@ def _painted_parts(path: Path, content: bytes, place: Place, report: Report) -> 
     paints: dict[str, _Paint] = {}
     for library in dict.fromkeys(name for word, name in said if word == b"mtllib"):
         try:
-            paints |= _library((path.parent / library).read_text("utf-8", "replace"), path.parent, report)
-        except OSError as error:
-            report.note(f"the materials of '{library}' are left out: {error.strerror or error}")
+            paints |= _library(_text(path.parent / library), path.parent, report)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            report.note(f"the materials of '{library}' are left out: {reason}")
     if not paints:
         yield _shape("obj", path, place, GREY)
         return
@@ -97,6 +98,13 @@ def _painted_parts(path: Path, content: bytes, place: Place, report: Report) -> 
         paint = paints.get(material, _Paint())
         image = paint.image and plant("texture", "bitmap", place, filename=paint.image)
         yield _shape("obj", path, place, image or paint.color, material=material)
+
+
+def _text(path: Path) -> str:
+    """Return what is in a file; raises OSError, or ValueError for a name that none can have."""
+    if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
+        raise ValueError("not a regular file")
+    return path.read_text("utf-8", "replace")
 
 
 def _with_faces(content: bytes) -> list[str]:

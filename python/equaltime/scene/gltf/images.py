@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
-from equaltime.images import one_line
+from equaltime.images import excess, one_line
 from equaltime.scene.gltf.document import Document, Malformed
 
 __all__ = ["decode"]
@@ -61,6 +61,8 @@ def _from_file(path: Path, place: str) -> NDArray[Any]:
         spec = source.spec()
         if spec.width * spec.height > MOST_PIXELS:
             raise Malformed((place, f"{spec.width}x{spec.height} pixels; the limit is {MOST_PIXELS} in all"))
+        if wrong := excess(spec, path):
+            raise Malformed((place, wrong))
         pixels = source.read_image("uint8" if str(spec.format) == "uint8" else "float")
         if pixels is None:
             raise Malformed((place, f"cannot be read as an image: {_reason(source.geterror(), path)}"))
