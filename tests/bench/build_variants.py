@@ -3,6 +3,13 @@
 native       the machine's own instruction set instead of x86-64-v2
 one-kernel   the kernel for all effects only, without those that leave out what a scene lacks
 near-lights  light sources count as near, and their solid angle is sampled, up to twice the distance
+
+The price of stability, undone piece by piece (their images are not to be trusted):
+
+fast-rays    Embree's fast intersection instead of the robust one
+float-hits   points on triangles in float32 instead of float64
+squared-mis  MIS weights from squares of densities instead of from their ratio
+unstable     all three
 """
 
 from __future__ import annotations
@@ -17,10 +24,26 @@ from builds import Variant, build
 from measuring import SHIPPED, arguments, noise, print_conditions, ratio, rounds, text
 from workers import Worker
 
+FAST_RAYS = ("cpp/bindings/bind_scene.cpp", r'"intersection"_a = "robust"', '"intersection"_a = "fast"')
+FLOAT_HITS = (
+    "cpp/scene/meeting.h",
+    r"Vec3d p = plane\.meet\(ray\);",
+    "const Vec3f fo(ray.origin), fd(ray.direction), fn(plane.n); "
+    "Vec3d p(fo + fd * ((static_cast<float>(plane.d) - dot(fo, fn)) / dot(fd, fn)));",
+)
+SQUARED_MIS = (
+    "cpp/sampling/mis.h",
+    r"(?s)const float ratio = other / pdf;.*?;\n",
+    "return heuristic == Heuristic::power ? pdf * pdf / (pdf * pdf + other * other) : pdf / (pdf + other);\n",
+)
 VARIANTS = {
     "native": Variant({"EQUALTIME_NATIVE": "ON"}),
     "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<Effects\{.*\}>\(\),", "")]),
     "near-lights": Variant({}, [("cpp/scene/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
+    "fast-rays": Variant({}, [FAST_RAYS]),
+    "float-hits": Variant({}, [FLOAT_HITS]),
+    "squared-mis": Variant({}, [SQUARED_MIS]),
+    "unstable": Variant({}, [FAST_RAYS, FLOAT_HITS, SQUARED_MIS]),
 }
 
 
