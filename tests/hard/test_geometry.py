@@ -160,7 +160,11 @@ def test_G11_by_the_fast_test_of_triangles_rays_do_escape() -> None:  # noqa: N8
 
 
 def test_G12_at_a_corner_of_many_triangles_a_ray_in_a_thousand_may_escape() -> None:  # noqa: N802
-    """Aimed exactly at a corner, which no sampled ray is: Embree's robust test is watertight along edges alone."""
+    """Aimed exactly at a corner, which no sampled ray is: Embree's robust test is watertight along edges alone.
+
+    The signs of the edges round a corner are rounded one by one, so that all may turn alike: then no triangle of the
+    fan holds the ray (embree #174, #181, #381). What a second look would find again, the wall behind hides.
+    """
     scene, corners, _ = inside("robust")
     lost, rays = escapes(scene, corners)
     print(f"{lost} of {rays} rays at corners escape")
@@ -169,17 +173,15 @@ def test_G12_at_a_corner_of_many_triangles_a_ray_in_a_thousand_may_escape() -> N
     assert fast > 5 * lost, "the twin"
 
 
-@pytest.mark.xfail(reason="Embree 3.13 loses 5 of 10 000 rays that are aimed exactly at a corner (embree #174, #381)")
-def test_G12_at_a_corner_no_ray_of_a_million_escapes() -> None:  # noqa: N802
-    scene, corners, _ = inside("robust")
-    lost, rays = escapes(scene, corners)
-    assert lost <= rays * 1e-6
-
-
 def test_G12_rays_at_nothing_in_particular_do_not_escape() -> None:  # noqa: N802
     scene, _, _ = inside("robust")
     rng = np.random.default_rng(11)
     assert escapes(scene, rng.normal(size=(20_000, 3)), 20)[0] == 0
+    near = inside("robust")[1]
+    jittered = near + rng.normal(size=near.shape) * 1e-6
+    lost, rays = escapes(scene, jittered)
+    print(f"{lost} of {rays} rays a millionth beside a corner escape")
+    assert lost == 0
 
 
 def test_G14_a_wall_that_is_lit_from_behind_is_black_however_its_normals_are_bent() -> None:  # noqa: N802
