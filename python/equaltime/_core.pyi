@@ -229,13 +229,7 @@ class SceneBuilder:
     def set_orthographic(self, to_world: ArrayLike, near: float | None = None, far: float | None = None) -> None: ...
     def set_spherical(self, to_world: ArrayLike, near: float | None = None, far: float | None = None) -> None: ...
     def set_film(
-        self,
-        width: int,
-        height: int,
-        crop: tuple[int, int, int, int],
-        filter: str,
-        parameter: float,
-        second: float = 0.0,
+        self, width: int, height: int, crop: tuple[int, int, int, int], filter: str, parameter: float, second: float = 0
     ) -> None: ...
     def build(self, intersection: Literal["robust", "fast"] = "robust") -> Scene: ...
 
