@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _Vec3 = Sequence[float] | NDArray[np.float64]
+_Crop = tuple[int, int, int, int]
 
 parts: Any
 """A module of the estimator's pieces by themselves, over arrays: for tests."""
@@ -229,7 +230,7 @@ class SceneBuilder:
     def set_orthographic(self, to_world: ArrayLike, near: float | None = None, far: float | None = None) -> None: ...
     def set_spherical(self, to_world: ArrayLike, near: float | None = None, far: float | None = None) -> None: ...
     def set_film(
-        self, width: int, height: int, crop: tuple[int, int, int, int], filter: str, parameter: float, second: float = 0
+        self, width: int, height: int, crop: _Crop, filter: str, parameter: float, second: float = 0.0
     ) -> None: ...
     def build(self, intersection: Literal["robust", "fast"] = "robust") -> Scene: ...
 
