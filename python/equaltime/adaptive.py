@@ -2,7 +2,7 @@
 
 **Unbiased by construction.** The mean of a pixel's samples is unbiased if their number does not depend on them. With
 the metric ``error`` it does not: the number is a function of the pilot samples of *other* pixels alone, and pixels use
-independent random numbers. Neighbours enter by the 7x7 around the pixel without the pixel itself. Two numbers
+independent random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Two numbers
 that belong to the whole image would let the pixel in by the back door: for its mean a pixel on a black tile of a
 chessboard takes that of the white ones, and for the mean of all weights, which keeps the total, that of the weights
 whose neighbourhoods do not reach into its tile. No sample is discarded, and no later one changes a rate. A crop is an
@@ -10,7 +10,10 @@ image by itself, with another mean: here alone it has not the bits of the whole.
 
 **What is best.** A pixel's part of error² (`equaltime.error_estimate`) is ``v / (n D)``, v the variance of one sample,
 n their number, D the denominator; if a sample takes c rays, the sum is smallest for a given number of rays where n
-grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image.
+grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. For sqrt(v) the
+neighbours' standard deviations of single samples are averaged, the nearer ones by more: not the differences of their
+replicates, which are one number where those are eight, and not their squares, of which one rare bright sample would
+send all the others to where nothing else is. Even points make less of v than that where the picture is smooth.
 
 The other metrics are there to be compared with: they look at the pixel itself, so they are biased, and named so.
 """
@@ -18,19 +21,21 @@ The other metrics are there to be compared with: they look at the pixel itself, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.error_estimate import PixelStatistics
+from equaltime.error_estimate import PixelStatistics, pixel_statistics
 from equaltime.film import box_sum
-from equaltime.neighbourhoods import RADIUS, neighbours, others_count, others_sum
+from equaltime.neighbourhoods import RADIUS, nearest_mean, neighbours
 
-__all__ = ["METRICS", "PILOT"]
+__all__ = ["METRICS", "PILOT", "pilot_statistics"]
 
 Floats = NDArray[np.float64]
 
-PILOT = 16
+PILOT = 8
 """Samples that every pixel gets before anything is decided."""
 _TILE = 16
 """Side of a tile, in pixels."""
@@ -45,9 +50,9 @@ def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
     height, width = pilot.samples.shape
     if min(height, width) < 2 * _TILE:
         return np.ones((height, width))
-    variance = others_sum(pilot.variance)
-    local = others_sum(pilot.mean) / others_count(height, width)
-    cost = np.sqrt(np.maximum(others_sum(rays[..., None])[..., 0], 1.0))
+    deviation = np.sqrt(pilot.variance * PILOT) if pilot.deviation is None else pilot.deviation
+    variance, local = np.square(nearest_mean(deviation)), nearest_mean(pilot.mean)
+    cost = np.sqrt(np.maximum(nearest_mean(rays[..., None])[..., 0], 1.0))
     rows, columns = (np.arange(length) // _TILE for length in (height, width))
     colours = (rows[:, None] + columns[None, :]) % 2
     rates = np.empty((height, width))
@@ -57,6 +62,15 @@ def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
             if colours[tile][0, 0] == colour:
                 rates[tile] = _relative(weights[tile], elsewhere)
     return np.asarray(np.minimum(rates, _MOST * height * width / _TILE**2))
+
+
+def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:
+    """Return what is known of every pixel after the pilot, with the deviation of its samples."""
+    pixels = pixel_statistics(moments)
+    counts = moments["count"][..., None].astype(np.float64)
+    squares = (moments["m2"] + counts * np.square(moments["mean"] - pixels.mean)).sum(axis=0)
+    deviation = np.sqrt(squares / np.maximum(pixels.samples[..., None] - 1.0, 1.0))
+    return replace(pixels, deviation=deviation)
 
 
 def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:

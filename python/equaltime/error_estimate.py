@@ -85,6 +85,8 @@ class PixelStatistics:
     """(H, W): samples taken."""
     degrees: float
     """Degrees of freedom behind each pixel's variance: R - 1 for R replicates."""
+    deviation: Floats | None = None
+    """(H, W, 3): standard deviation *of one sample*, where that was asked for."""
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:

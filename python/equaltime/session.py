@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime.adaptive import METRICS, PILOT
+from equaltime.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
@@ -240,7 +240,7 @@ class _AdaptiveRenderer(_core.Renderer):
         super().take_up(paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
 
     def _decide(self, pilot: _core.Renderer) -> None:
-        rates = self._metric(pixel_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
+        rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
         self.adapt(PILOT, rates.astype(np.float32))
         self._decided = True
 
