@@ -2,11 +2,11 @@
 
 **Unbiased by construction.** The mean of a pixel's samples is unbiased if their number does not depend on them. With
 the metric ``error`` it does not: the number is a function of the pilot samples of *other* pixels alone, and pixels use
-independent random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Two numbers
-that belong to the whole image would let the pixel in by the back door: for its mean a pixel on a black tile of a
-chessboard takes that of the white ones, and for the mean of all weights, which keeps the total, that of the weights
-whose neighbourhoods do not reach into its tile. No sample is discarded, and no later one changes a rate. A crop is an
-image by itself, with another mean: here alone it has not the bits of the whole.
+independent random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Three numbers that
+belong to the whole image would let the pixel in by the back door. For its mean a pixel on a black tile of a chessboard
+takes that of the white ones; for whether it is worth while, the weights within these; and for the mean of all weights,
+which keeps the total, that of those whose neighbourhoods do not reach into its tile. No sample is discarded, and no
+later one changes a rate. A crop is an image by itself, with another mean: here alone it has not the bits of the whole.
 
 **What is best.** A pixel's part of error² (`equaltime.error_estimate`) is ``v / (n D)``, v the variance of one sample,
 n their number, D the denominator; if a sample takes c rays, the sum is smallest for a given number of rays where n
@@ -43,6 +43,9 @@ _LEAST = 0.1
 """The rate that every pixel has however quiet its neighbours were, since a pilot sees little."""
 _MOST = 0.5
 """Of the image's samples: what one tile may add to them, which does not see its own weights in the mean."""
+_LEAST_WORTH = 1.1
+"""The gain that the pilot must promise. Below it all pixels are sampled alike: what low-discrepancy points make of the
+noise is not what single samples show, and little can be lost."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
@@ -58,10 +61,26 @@ def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
     rates = np.empty((height, width))
     for colour in (0, 1):
         weights = _weights(variance, local, 0.1 * float(pilot.mean[colours != colour].mean())) / cost
+        inner = np.logical_and.outer(*(_within_tile(length) for length in (height, width)))
+        if _worth(weights[inner & (colours != colour)], np.square(cost[inner & (colours != colour)])) < _LEAST_WORTH:
+            rates[colours == colour] = 1.0
+            continue
         for tile, elsewhere in _tiles(weights):
             if colours[tile][0, 0] == colour:
                 rates[tile] = _relative(weights[tile], elsewhere)
     return np.asarray(np.minimum(rates, _MOST * height * width / _TILE**2))
+
+
+def _within_tile(length: int) -> NDArray[np.bool_]:
+    """Tell for each row or column whether the neighbourhoods of its pixels stay within its tiles."""
+    place = np.arange(length) % _TILE
+    return np.asarray((place >= RADIUS) & (place < _TILE - RADIUS))
+
+
+def _worth(weights: Floats, cost: Floats) -> float:
+    """Return by how much counts in proportion to the weights would lower error² at equal cost."""
+    spent = float((weights * cost).mean())
+    return float((weights * weights * cost).mean()) * float(cost.mean()) / spent**2 if spent > 0.0 else 1.0
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,15 @@ def test_one_tile_with_all_the_noise_gets_no_more_than_half_of_all_samples_besid
     rates = METRICS["error"](pilot_of(halves), EVEN)
     assert rates.max() == 0.5 * rates.size / 16**2
     assert rates.mean() < 2.0
+
+
+def test_where_noise_is_even_samples_are_alike() -> None:
+    halves = np.exp(0.3 * np.random.default_rng(8).standard_normal((2, *SHAPE)))
+    even = pilot_of(halves)
+    deviation = np.full_like(even.mean, 0.3)
+    assert (METRICS["error"](replace(even, deviation=deviation), EVEN) == 1.0).all()
+    deviation[:, 32:] *= 2.5
+    assert np.ptp(METRICS["error"](replace(even, deviation=deviation), EVEN)) > 0.5, "the twin"
 
 
 def test_an_image_too_small_for_a_chessboard_is_sampled_evenly() -> None:

@@ -1,0 +1,146 @@
+"""What adaptive counts gain at equal counted rays, what an oracle would, what deciding costs, and that means are right.
+
+Noise is relMSE over independent seeds times rays, even over adaptive: how many times fewer rays to equal error. It is
+counted, not timed, so the machine may be busy. The oracle knows the variance of every pixel, averaged over 3x3, from
+half of the seeds, and is judged by the other half: no rule that goes by the noise of pixels is far above it. Rays of
+one kind take about the same time, so what is left to time is the deciding, which is timed by the processor's clock.
+
+The last lines are a made-up light that two samples in a hundred find: the mean of many images by each metric, over the
+truth, which is 1.
+"""
+
+from __future__ import annotations
+
+import math
+from time import process_time
+
+import numpy as np
+from measuring import SCENES, arguments, print_conditions
+from numpy.typing import NDArray
+
+import equaltime as et
+from equaltime.adaptive import METRICS, PILOT, error_rates, pilot_statistics
+from equaltime.bench import spread
+from equaltime.error_estimate import PixelStatistics
+from equaltime.session import make_renderer
+
+Floats = NDArray[np.float64]
+CASES: dict[str, tuple[str, int, dict[str, str], bool]] = {
+    "depth of field": ("experiments/lens.toml", 4, {"aperture": "8"}, True),
+    "small lamps": ("montelight/complex.toml", 4, {}, True),
+    "glossy plates": ("veach-mis.toml", 3, {}, True),
+    "box in the dark": ("cornell-box.toml", 6, {}, True),
+    "caustic": ("experiments/caustic.toml", 6, {}, True),
+    "opening": ("experiments/opening.toml", 6, {}, True),
+    "terrain": ("terrain/terrain.toml", 6, {}, False),
+    "stadium": ("hard/stadium.toml", 2, {}, False),
+}
+"""Path, depth, parameters, and whether the noise is uneven."""
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--seeds", type=int, default=48)
+    parser.add_argument("--size", type=int, default=96, help="pixels along each side [%(default)s]")
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--scenes", nargs="*", default=list(CASES), choices=list(CASES))
+    parser.add_argument("--images", type=int, default=10_000, help="made-up ones, for the bias [%(default)s]")
+    parser.add_argument("--quick", action="store_true", help="8 seeds of 64x64 pixels, 32 spp; 300 images")
+    options = parser.parse_args()
+    if options.quick:
+        options.seeds, options.size, options.spp, options.images = 8, 64, 32, 300
+    print_conditions(options)
+    gains: dict[bool, list[float]] = {True: [], False: []}
+    for name in options.scenes:
+        path, depth, define, uneven = CASES[name]
+        scene = et.load(SCENES / path, **define).with_(size=(options.size, options.size), max_depth=depth)
+        gains[uneven].append(report(name, scene, options.spp, options.seeds, options.threads))
+    for uneven, found in gains.items():
+        if found:
+            mean = math.exp(sum(map(math.log, found)) / len(found))
+            print(f"{'uneven' if uneven else 'even'}: geometric mean {mean:.3f}, least {min(found):.3f}")
+    for metric in ("error", "history", "cutoff"):
+        mean, error = made_up(metric, options.images)
+        print(f"mean of {options.images} images by {metric}: {mean:.4f} ± {error:.4f} of the truth")
+
+
+def report(name: str, scene: et.Scene, spp: int, seeds: int, threads: int) -> float:
+    """Print the line of one scene and return its gain."""
+    even, rays, per_pixel, _ = rendered(scene, "best", spp, seeds, threads)
+    adaptive, adaptive_rays, _, deciding = rendered(scene, "best,adaptive=error", spp, seeds, threads)
+    blocks = [list(range(start, seeds, 4)) for start in range(4)]
+    ratios = [gain(even[block], adaptive[block]) * rays / adaptive_rays for block in blocks]
+    found = gain(even, adaptive) * rays / adaptive_rays
+    best = oracle(even, per_pixel)
+    parts = spread(ratios)
+    print(
+        f"  {name:16} {found:.3f} (quarters of the seeds {parts.low:.3g} to {parts.high:.3g}), oracle {best:.3f}, "
+        f"deciding {100 * deciding:.2g} % of the render"
+    )
+    return found
+
+
+def rendered(scene: et.Scene, strategy: str, spp: int, seeds: int, threads: int) -> tuple[Floats, float, Floats, float]:
+    """Return images (seeds, H, W, 3), rays of all, rays of a sample of each pixel, and the share of deciding."""
+    images, rays, share = [], 0.0, 0.0
+    parsed = et.Strategy.parse(strategy)
+    for seed in range(seeds):
+        renderer = make_renderer(scene, parsed, seed, threads)
+        begin = process_time()
+        renderer.advance(spp)
+        spent = process_time() - begin
+        images.append(renderer.moments["mean"].mean(axis=0))
+        rays += renderer.counters["rays"] + renderer.counters["shadow_rays"]
+    pilot = make_renderer(scene, et.Strategy.parse("best,adaptive=error"), 0, threads)
+    pilot.advance(PILOT)
+    per_pixel = pilot.pixel_rays.astype(np.float64)
+    begin = process_time()
+    error_rates(pilot_statistics(pilot.moments), per_pixel)
+    share = (process_time() - begin) / spent
+    return np.stack(images), rays, per_pixel / PILOT, share
+
+
+def gain(even: Floats, adaptive: Floats) -> float:
+    """Return the ratio of noise, of both relative to one and the same mean."""
+    both = np.concatenate([even, adaptive]).mean(axis=0)
+    denominator = np.square(both) + (0.1 * both.mean()) ** 2
+    squares = [float((images.var(axis=0, ddof=1) / denominator).mean()) for images in (even, adaptive)]
+    return squares[0] / squares[1]
+
+
+def oracle(images: Floats, rays: Floats) -> float:
+    """Return the gain of counts by the variance that half of the images have, as the other half sees it; both ways."""
+    mean = images.mean(axis=0)
+    denominator = np.square(mean) + (0.1 * mean.mean()) ** 2
+    halves = [(images[k::2].var(axis=0, ddof=1) / denominator).mean(axis=-1) for k in (0, 1)]
+    found = []
+    for known, judge in (halves, halves[::-1]):
+        counts = np.sqrt(smoothed(known) / rays)
+        counts = np.maximum(counts, 0.1 * counts.mean())
+        counts *= rays.sum() / (counts * rays).sum()
+        found.append(judge.mean() / (judge / counts).mean())
+    return math.sqrt(found[0] * found[1])
+
+
+def smoothed(values: Floats) -> Floats:
+    padded = np.pad(values, 1, mode="edge")
+    height, width = values.shape
+    return np.asarray(sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3)) / 9.0)
+
+
+def made_up(metric: str, count: int) -> tuple[float, float]:
+    """Return the mean of images whose truth is 1, and its standard error; one sample in fifty is 50, others are 0."""
+    rng = np.random.default_rng(5)
+    means = []
+    for _ in range(count):
+        halves = rng.binomial(PILOT // 2, 0.02, (2, 32, 32)) * 50.0 / (PILOT // 2)
+        both = np.repeat(halves[..., None], 3, axis=-1)
+        pilot = PixelStatistics(both.mean(axis=0), np.square(both[0] - both[1]) / 4.0, np.full((32, 32), PILOT), 1.0)
+        later = 2 * np.rint(3.5 * PILOT * METRICS[metric](pilot, np.ones((32, 32)))).astype(np.int64)
+        found = 50.0 * rng.binomial(later, 0.02)
+        means.append(float(((PILOT * halves.mean(axis=0) + found) / (PILOT + later)).mean()))
+    return float(np.mean(means)), float(np.std(means, ddof=1) / math.sqrt(count))
+
+
+if __name__ == "__main__":
+    main()
