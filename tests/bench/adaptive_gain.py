@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from time import process_time
+from typing import Any
 
 import numpy as np
 from measuring import SCENES, arguments, print_conditions
@@ -25,7 +26,7 @@ from equaltime.error_estimate import PixelStatistics
 from equaltime.session import make_renderer
 
 Floats = NDArray[np.float64]
-CASES: dict[str, tuple[str, int, dict[str, str], bool]] = {
+CASES: dict[str, tuple[str, int, dict[str, Any], bool]] = {
     "depth of field": ("experiments/lens.toml", 4, {"aperture": "8"}, True),
     "small lamps": ("montelight/complex.toml", 4, {}, True),
     "glossy plates": ("veach-mis.toml", 3, {}, True),
