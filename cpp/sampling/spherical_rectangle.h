@@ -47,8 +47,11 @@ class SphericalRectangle {
     const double sin_angle = std::sin(angle), cos_angle = std::cos(angle);
     const double sin_au = sin_angle * cos_sum - cos_angle * sin_sum;
     const double cos_au = cos_angle * cos_sum + sin_angle * sin_sum;
-    const double fu = (cos_au * n0 - n2) / sin_au;
-    double cu = std::copysign(1 / std::sqrt(fu * fu + n0 * n0), fu);
+    double cu = 0;  // the limit, where the plane of constant u holds the edge
+    if (sin_au != 0) {
+      const double fu = (cos_au * n0 - n2) / sin_au;
+      cu = std::copysign(1 / std::sqrt(fu * fu + n0 * n0), fu);
+    }
     cu = std::min(1.0, std::max(-1.0, cu));
     const double xu = std::min(x1_, std::max(x0_, -(cu * z0_) / std::sqrt(std::max(1 - cu * cu, 1e-300))));
     const double d_squared = xu * xu + z_squared;
