@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from equaltime import moments as words
 from equaltime.errors import ImageError
+from equaltime.image_files import complaint, excess
 
 __all__ = [
     "SOFTWARE",
@@ -33,8 +34,6 @@ __all__ = [
     "Picture",
     "Window",
     "check_writable",
-    "excess",
-    "one_line",
     "read",
     "read_moments",
     "write",
@@ -45,10 +44,6 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
-_MOST_INFLATED = 1032
-"""By what factor zlib can compress at most, which is about what any format of images reaches."""
-_ALWAYS = 1 << 22
-"""Bytes of pixels that any file may declare."""
 _AOVS = "aovs"
 
 
@@ -95,15 +90,6 @@ class Picture:
         return np.stack([self.channels[name] for name in names], axis=-1)
 
 
-def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
-    """Say that the file declares more pixels than it can hold, if it does: no memory is taken for them then."""
-    declared, size = spec.image_bytes(True), os.path.getsize(path)
-    if declared <= max(_ALWAYS, _MOST_INFLATED * size):
-        return None
-    pixels = f"{spec.width}x{spec.height} pixels of {spec.nchannels} channels"
-    return f"{pixels} are declared, more than a file of {size} bytes can hold"
-
-
 def read(path: str | os.PathLike[str]) -> Picture:
     """Read any image that OpenImageIO knows as float32 channels by name.
 
@@ -118,7 +104,7 @@ def read(path: str | os.PathLike[str]) -> Picture:
             raise ImageError(f"{path}: {wrong}")
         pixels = source.read_image("float")
         if pixels is None:
-            raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
+            raise ImageError(f"{path}: {_reason(source, path)}")
         record = _parse_record(spec.getattribute(RECORD), path)
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
@@ -141,7 +127,7 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
             raise ImageError(f"{path}: {wrong}")
         pixels = source.read_image(1, 0, 0, spec.nchannels, "uint")
         if pixels is None:
-            raise ImageError(f"{path}: {_reason(source.geterror(), path)}")
+            raise ImageError(f"{path}: {_reason(source, path)}")
     # EXR keeps channels in alphabetical order
     place = {name: i for i, name in enumerate(spec.channelnames)}
     names = words.channel_names(spec.nchannels // words.WORDS)
@@ -223,14 +209,14 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
     with _replacing(path) as temporary:
         output = oiio.ImageOutput.create(file_format)
         if output is None:
-            raise ImageError(f"{path}: {oiio.geterror()}")
+            raise ImageError(f"{path}: {complaint(oiio)}")
         done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
         for i, part in enumerate(parts):
             done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
             done = done and output.write_image(np.ascontiguousarray(part.pixels))
         # closing writes what is still buffered, so it can fail as well
         if not (output.close() and done):
-            reason = one_line(output.geterror()) or "the file could not be completed"
+            reason = complaint(output) or "the file could not be completed"
             raise ImageError(f"{path}: cannot write: {reason}")
 
 
@@ -255,9 +241,11 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
-        raise ImageError(f"{path}: {_reason(oiio.geterror(), path)}")
+        raise ImageError(f"{path}: {_reason(oiio, path)}")
     try:
         yield source
+    except UnicodeDecodeError as error:  # a name of a channel, or an attribute
+        raise ImageError(f"{path}: holds text that is not UTF-8") from error
     finally:
         source.close()
 
@@ -286,13 +274,8 @@ def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, An
     return record if isinstance(record, dict) else {}
 
 
-def _reason(message: str, path: str | os.PathLike[str]) -> str:
+def _reason(speaker: Any, path: str | os.PathLike[str]) -> str:
     """Choose the clearest words for a file that OpenImageIO would not read."""
     if not Path(path).exists():
         return "no such file"
-    return one_line(message) or "not an image that can be read"
-
-
-def one_line(message: str) -> str:
-    """Return what OpenImageIO says in one line: it repeats itself, and puts every part on a line of its own."""
-    return "; ".join(dict.fromkeys(line.strip() for line in message.splitlines() if line.strip()))
+    return complaint(speaker) or "not an image that can be read"

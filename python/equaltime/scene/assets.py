@@ -14,7 +14,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime.images import excess, one_line
+from equaltime.image_files import complaint, excess
 from equaltime.scene.gltf import Contents, Texels, Triangles, split
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized
 from equaltime.scene.search import Search
@@ -160,7 +160,7 @@ def _pixels(path: Path, buffer: OpenImageIO.ImageBuf, kind: str) -> NDArray[Any]
         raise ValueError(f"{path}: {wrong}")
     pixels = buffer.get_pixels(OpenImageIO.TypeDesc(kind)) if buffer.initialized else None
     if pixels is None or buffer.has_error:
-        raise ValueError(f"{path}: cannot be read as an image: {one_line(buffer.geterror()) or 'unknown format'}")
+        raise ValueError(f"{path}: cannot be read as an image: {complaint(buffer) or 'unknown format'}")
     return np.asarray(pixels)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
-from equaltime.images import excess, one_line
+from equaltime.image_files import complaint, excess
 from equaltime.scene.gltf.document import Document, Malformed
 
 __all__ = ["decode"]
@@ -56,7 +56,7 @@ def _from_file(path: Path, place: str) -> NDArray[Any]:
     config.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(str(path), config)
     if source is None:
-        raise Malformed((place, f"cannot be read as an image: {_reason(oiio.geterror(), path)}"))
+        raise Malformed((place, f"cannot be read as an image: {_reason(oiio, path)}"))
     try:
         spec = source.spec()
         if spec.width * spec.height > MOST_PIXELS:
@@ -65,15 +65,15 @@ def _from_file(path: Path, place: str) -> NDArray[Any]:
             raise Malformed((place, wrong))
         pixels = source.read_image("uint8" if str(spec.format) == "uint8" else "float")
         if pixels is None:
-            raise Malformed((place, f"cannot be read as an image: {_reason(source.geterror(), path)}"))
+            raise Malformed((place, f"cannot be read as an image: {_reason(source, path)}"))
     finally:
         source.close()
     return _rgba(np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels))
 
 
-def _reason(message: str, path: Path) -> str:
+def _reason(speaker: Any, path: Path) -> str:
     """Return OpenImageIO's words without the name of a private file."""
-    return one_line(message).replace(str(path), path.name) or "unknown format"
+    return complaint(speaker).replace(str(path), path.name) or "unknown format"
 
 
 def _rgba(pixels: NDArray[Any]) -> NDArray[Any]:
