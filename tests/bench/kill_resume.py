@@ -1,0 +1,98 @@
+"""Renders that are killed (signal 9) again and again, and taken up: whether that works, what is lost, and the bits.
+
+One render is killed at random moments, each time taken up from its checkpoint, and at last finished: its moments must
+be those of a render that was never stopped. After every kill the checkpoint must be whole, and hold what was rendered
+up to one interval (and the saving and the pass that were going on) before.
+"""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from measuring import SCENES, arguments, print_conditions
+
+import equaltime as et
+from equaltime import images
+from equaltime.bench import spread
+
+SCENE = SCENES / "cornell-box.toml"
+MOST_SECONDS = 60.0
+"""To wait for the first checkpoint."""
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1, help="of the moments [%(default)s]")
+    parser.add_argument("--interval", type=float, default=0.2, help="seconds between checkpoints [%(default)s]")
+    parser.add_argument("--strategy", default="best")
+    parser.add_argument("--quick", action="store_true", help="8 kills")
+    options = parser.parse_args()
+    kills = 8 if options.quick else options.kills
+    print_conditions(options)
+    moments = random.Random(options.seed)
+    lost: list[float] = []
+    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
+        output = Path(folder) / "a.exr"
+        before, empty = 0, 0
+        for _ in range(kills):
+            killed_after(command(output, options, 1_000_000), output, moments.uniform(0.0, 3.0 * options.interval))
+            if not output.exists():
+                empty += 1
+                continue
+            record = images.read(output).record
+            assert images.read_moments(output) is not None
+            done = int(record["samples"]["max"])
+            assert done >= before, "the checkpoint went back"
+            before = done
+            lost.append(time.time() - output.stat().st_mtime)
+        target = before + 64
+        subprocess.run(command(output, options, target), check=True)
+        whole = et.render(et.load(SCENE).with_(size=(64, 64)), spp=target, strategy=options.strategy)
+        found = images.read_moments(output)
+        assert found is not None
+        assert whole.moments is not None
+        same = found.tobytes() == whole.moments.tobytes()
+    print(f"{kills} kills, {empty} before the first checkpoint; {before} samples a pixel after the last")
+    if lost:
+        worst = spread(lost)
+        print(f"age of the checkpoint at the kill: median {worst.median:.3g} s, at most {max(lost):.3g} s")
+    print(f"the finished render has {'the bits' if same else 'NOT the bits'} of one that never stopped")
+    sys.exit(0 if same else 1)
+
+
+def command(output: Path, options: object, spp: int) -> list[str]:
+    """Return the command that takes the render up, on as many threads as asked for."""
+    values = vars(options)
+    words = [
+        "--spp",
+        str(spp),
+        "--size",
+        "64x64",
+        "--strategy",
+        values["strategy"],
+        "--threads",
+        str(values["threads"]),
+    ]
+    start = [sys.executable, "-m", "equaltime", "render", str(SCENE), "-o", str(output), "--resume", "-q"]
+    return [*start, *words, "--checkpoint", f"{values['interval']}s"]
+
+
+def killed_after(words: list[str], output: Path, seconds: float) -> None:
+    """Run a command and kill it so many seconds after it first saved what it has done."""
+    begin = time.time()
+    process = subprocess.Popen(words, stderr=subprocess.DEVNULL)
+    while not (output.exists() and output.stat().st_mtime > begin) and time.time() - begin < MOST_SECONDS:
+        time.sleep(0.005)
+    time.sleep(seconds)
+    process.kill()
+    process.wait()
+
+
+if __name__ == "__main__":
+    main()
