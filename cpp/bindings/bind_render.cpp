@@ -55,7 +55,8 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
       {{"none", Roulette::none},
        {"constant", Roulette::constant},
        {"albedo", Roulette::albedo},
-       {"throughput", Roulette::throughput}},
+       {"throughput", Roulette::throughput},
+       {"efficiency", Roulette::efficiency}},
       roulette, "roulette");
   set(s.sampler,
       {{"independent", SamplerKind::independent},

@@ -44,6 +44,7 @@ class Report {
                "throughput"_a = number(v.beta), "gathered"_a = number(v.L, radiance_));
     d["left"] = number(v.left);
     d["faults"] = fault_names(v.faults);
+    d["from"] = v.from ? py::object(py::int_(*v.from)) : py::none();
     d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.place)) : py::none();
     d["particle"] = v.in_medium ? py::object(point(v.it->anchor.p)) : py::none();
     d["emitter"] = v.emitter ? py::object(of(*v.emitter)) : py::none();

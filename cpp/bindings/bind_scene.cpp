@@ -74,9 +74,11 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
   return d;
 }
 
+/// All that a scene may call for; splitting is the strategy's.
 py::dict effects_dict(const Effects& e) {
   py::dict d;
-  for (const auto& [used, name] : kEffectFields) d[name] = e.*used;
+  for (const auto& [used, name] : kEffectFields)
+    if (used != &Effects::forks) d[name] = e.*used;
   return d;
 }
 

@@ -42,6 +42,14 @@ class Sampler {
     return {kind, mix64(stream + (index % replicates + 1) * kGolden), reverse_bits(in_replicate)};
   }
 
+  /// The numbers of one of the 2^log2_copies that a path becomes: together those of as many more samples.
+  [[nodiscard]] Sampler copy(std::uint32_t number, std::uint32_t log2_copies) const noexcept {
+    const std::uint64_t family = key_ + (kCopies + log2_copies) * kGolden;
+    if (kind_ == SamplerKind::independent) return {kind_, mix64(family + mix64(number + 1)), 0};
+    const std::uint32_t lost = reversed_index_ & ((1U << log2_copies) - 1);  // the leading bits of the index
+    return {kind_, mix64(family + lost), (reversed_index_ >> log2_copies) | reverse_bits(number)};
+  }
+
   /// One number in [0, 1), a multiple of 2^-24.
   [[nodiscard]] EQUALTIME_INLINE float get_1d(Slot s) const noexcept {
     return unit_float(static_cast<std::uint32_t>(bits(s) >> 32));
@@ -86,6 +94,7 @@ class Sampler {
 
  private:
   static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ULL;
+  static constexpr std::uint64_t kCopies = std::uint64_t{1} << 40;  // beyond all slots
   struct Bits2 {
     std::uint32_t x, y;
   };

@@ -123,6 +123,28 @@ TEST("the net test rejects independent points, and Sobol points of which two swa
   CHECK(!is_net(points, 6));
 }
 
+// Of 2^k samples of a replicate, those of all copies.
+std::vector<Point2f> copied_points(SamplerKind kind, Slot s, int k, std::uint32_t log2_copies) {
+  std::vector<Point2f> points;
+  for (std::uint64_t j = 0; j < (1ULL << k); ++j)
+    for (std::uint32_t copy = 0; copy < (1U << log2_copies); ++copy)
+      points.push_back(Sampler::at(kind, 11, 7, 2 * j + 1, 2).copy(copy, log2_copies).get_2d(s));
+  return points;
+}
+
+TEST("the points of all copies of 2^k samples are a net too, and share no number with the samples") {
+  for (const Slot s : some_slots())
+    for (const std::uint32_t log2_copies : {1U, 2U, 4U}) {
+      const std::vector<Point2f> copies = copied_points(SamplerKind::sobol, s, 5, log2_copies);
+      CHECK(is_net(copies, 5 + static_cast<int>(log2_copies)));
+      CHECK(!is_net(copied_points(SamplerKind::independent, s, 5, log2_copies), 5 + static_cast<int>(log2_copies)));
+      std::set<float> numbers;
+      for (const Point2f& p : copies) numbers.insert(p.x);
+      for (const Point2f& p : replicate_points(SamplerKind::sobol, s, 7, 1, 2, 5)) numbers.insert(p.x);
+      CHECK(numbers.size() == copies.size() + 32);
+    }
+}
+
 TEST("single numbers are stratified in the same way") {
   for (const SamplerKind kind : {SamplerKind::stratified, SamplerKind::sobol})
     for (const Slot s : some_slots())

@@ -23,6 +23,7 @@ struct Effects {
   bool instances = false;    // groups of shapes that are seen more than once
   bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
   bool media = false;        // what is between surfaces takes or scatters light, or bodies overlap by priority
+  bool forks = false;        // paths are split: no scene calls for it, but a strategy
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -53,6 +54,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::instances, "instances"},
     {&Effects::masks, "masks"},
     {&Effects::media, "media"},
+    {&Effects::forks, "forks"},
 };
 static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");
 

@@ -49,6 +49,11 @@ struct Receives {
   float weight, share;
 };
 
+/// At a vertex, the path has become the first of its copies.
+struct Forks {};
+/// The next copy leaves it.
+struct Resumes {};
+
 /// Going on from a vertex; nothing, if the path ends there.
 struct Scatters {
   const Interaction& it;

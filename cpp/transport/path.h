@@ -4,21 +4,31 @@
 // drops a sample, never draws a number whose meaning depends on the order of calls.
 #pragma once
 
-#include "transport/gather.h"
+#include "transport/forks.h"
 #include "transport/uncommon.h"
 
 namespace equaltime {
 
+/// What a path has gathered at its end or, once it has forked, at that of the copy turned to.
 template <Effects E, class Probe>
-[[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
-                                  const Sampler& sampler, Probe& probe) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Spectrum trace_branch(const Scene& scene, const Settings& settings,
+                                                     const Ray& camera_ray, NumbersOf<E> sampler, Forks<E>& forks,
+                                                     Probe& probe) noexcept {
   Ray ray = camera_ray;
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
   Arrival made;
   Surroundings<E> within(scene);
   std::uint32_t crossed = 0;  // surfaces that are no vertices
-  for (int depth = 1;; ++depth) {
+  int depth = 1;
+  if constexpr (E.forks)
+    if (const Departure<E>* copy = forks.taken()) {
+      L = forks.gathered(), ray = copy->ray, made = copy->made, within = copy->within, sampler = copy->sampler;
+      beta = copy->beta, radiance_scale = copy->radiance_scale, depth = copy->depth, crossed = copy->crossed;
+      probe.scatters(forks.bsdf());
+      if constexpr (Probe::listens) probe.note(event::Resumes{});
+    }
+  for (;; ++depth) {
     const std::uint32_t bounce = static_cast<std::uint32_t>(depth - 1) + crossed;
     if (bounce % kLongPath == kLongPath - 1 && probe.gives_up()) [[unlikely]]
       return L;
@@ -65,10 +75,22 @@ template <Effects E, class Probe>
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
+      const auto light = [&]() noexcept {
+        const Spectrum direct =
+            direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
+        L += probe.lit(beta * direct, depth + 1);
+      };
+      if constexpr (E.forks) {
+        light();
+        if (forks.due()) {
+          Departure<E> path{ray, beta, radiance_scale, made, within, depth, crossed, sampler};
+          forks.fork(scene, *it, *bsdf, bounce, path);
+          beta = path.beta, radiance_scale = path.radiance_scale, sampler = path.sampler, u = sampler.vertex(bounce);
+          if constexpr (Probe::listens) probe.note(event::Forks{});
+        }
+      }
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      const Spectrum direct =
-          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
-      L += probe.lit(beta * direct, depth + 1);
+      if constexpr (!E.forks) light();
     }
     if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
     if (!scattered) return L;
@@ -88,6 +110,16 @@ template <Effects E, class Probe>
     ray = it->spawn(scattered->wi, scattered->above);
     within.leave(scene, *it, scattered->above);
   }
+}
+
+/// All of a path.
+template <Effects E, class Probe>
+[[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
+                                  const Sampler& sampler, Forks<E> forks, Probe& probe) noexcept {
+  Spectrum L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);
+  if constexpr (E.forks)
+    while (forks.take(L)) L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);
+  return L;
 }
 
 }  // namespace equaltime

@@ -62,6 +62,9 @@ void log(std::vector<T>& to, const std::vector<T>& from) {
     if (to.size() < kLogged) to.push_back(entry);
 }
 
+/// What a strategy calls for, whatever the scene.
+Effects effects_of(const Settings& settings) noexcept { return {.forks = settings.roulette == Roulette::efficiency}; }
+
 Effects both(Effects a, const Effects& b) noexcept {
   for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
   return a;
@@ -103,7 +106,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       settings_(settings),
       options_(options),
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
-      kernel_(choose_kernel(both(derive_effects(*scene_), options.also))),
+      kernel_(choose_kernel(both(derive_effects(*scene_), both(effects_of(settings), options.also)))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
   scene_->lights.prepare(settings_.lights, settings_.environment);
@@ -122,6 +125,7 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
   Stop stop(poll);
   if (seconds)
     stop.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+  (void)this->settings();  // what is learnt is a part of the time
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
   while (at_.done < samples) {
@@ -134,6 +138,12 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
     if (stop.now() && at_.done < samples) return false;
   }
   return true;
+}
+
+const Settings& Renderer::settings() {
+  if (settings_.roulette == Roulette::efficiency && !efficiency_)
+    settings_.efficiency = &efficiency_.emplace(learn_efficiency(*scene_, settings_, threads_));
+  return settings_;
 }
 
 bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const noexcept {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "transport/checked.h"
+#include "transport/efficiency.h"
 #include "transport/kernels.h"
 
 namespace equaltime {
@@ -48,6 +49,8 @@ class Renderer {
   /// counts are not what passes of this renderer leave there.
   void take_up(const Counters& so_far, const Position& position);
 
+  /// With what roulette by efficiency goes by, which is learnt when it is first needed.
+  [[nodiscard]] const Settings& settings();
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
@@ -72,6 +75,7 @@ class Renderer {
   RenderOptions options_;
   unsigned threads_;
   const KernelRow& kernel_;
+  std::optional<Efficiency> efficiency_;
   Film film_;
   std::vector<PixelBlock> blocks_;
   SampleSchedule schedule_;

@@ -79,7 +79,14 @@ class PathTracer {
     if (!replay_.vertices.empty()) current().faults = faults;
     replay_.vertices.push_back({sends.ray, sends.made, sends.beta, sends.L, {}, {}, {}, {}, {}});
     if (replay_.vertices.size() == 1) early_faults_ = faults;
+    const std::size_t own = replay_.vertices.size() - 1;
+    if (own == 0) return;
+    current().from = resumes_ ? forked_ : own - 1;
+    current().length = replay_.vertices[*current().from].length + 1;
+    resumes_ = false;
   }
+  void note(const event::Forks&) noexcept { forked_ = replay_.vertices.size() - 1; }
+  void note(const event::Resumes&) noexcept { resumes_ = true; }
   void note(const event::Flies& flies) {
     TracedVertex& vertex = current();
     vertex.left = flies.beta;
@@ -131,14 +138,15 @@ class PathTracer {
   const Scene& scene_;
   const Settings& settings_;
   Replay& replay_;
-  int early_faults_ = 0;  // before the first ray
+  int early_faults_ = 0;    // before the first ray
+  std::size_t forked_ = 0;  // the vertex where the path forked
+  bool resumes_ = false;    // from there, with its next ray
 };
 
 PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcept {
   const TracedVertex& last = vertices.back();
   if (!last.it) return PathEnd::escapes;
-  if (!last.scattering)
-    return static_cast<std::size_t>(max_depth) <= vertices.size() ? PathEnd::depth : PathEnd::absorbed;
+  if (!last.scattering) return static_cast<std::size_t>(max_depth) <= last.length ? PathEnd::depth : PathEnd::absorbed;
   if (!last.scattering->scattered) return PathEnd::no_direction;
   return last.scattering->survival ? PathEnd::roulette : PathEnd::black;
 }
@@ -150,7 +158,11 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   scene.lights.prepare(settings.lights, settings.environment);
   Replay result{};
   PathTracer tracer(scene, settings, result);
-  const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, index, index + 1};
+  Settings learnt = settings;
+  std::optional<Efficiency> efficiency;
+  if (settings.roulette == Roulette::efficiency)
+    learnt.efficiency = &efficiency.emplace(learn_efficiency(scene, settings, 1));
+  const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1};
   const HeldExceptions held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, replicates, tracer);
   tracer.finish();

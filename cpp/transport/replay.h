@@ -47,9 +47,11 @@ struct TracedVertex {
   std::optional<TracedEmitter> emitter;
   std::optional<TracedLight> light;
   std::optional<TracedScattering> scattering;  // none where nothing is scattered: the path ends or passes straight on
-  Spectrum left = {};      // of the throughput, by the medium that the ray came through
-  bool in_medium = false;  // where it was scattered, so that there is no surface
+  Spectrum left = {};                          // of the throughput, by the medium that the ray came through
+  bool in_medium = false;                      // where it was scattered, so that there is no surface
   int faults = 0;          // floating-point ones from the ray's sending on, of <cfenv>; the first's, also before
+  std::size_t length = 1;  // of the path, in rays
+  std::optional<std::size_t> from = {};  // the vertex that the ray left; none at the camera
 };
 
 /// Why a path has no more vertices.
@@ -58,8 +60,8 @@ enum class PathEnd : std::uint8_t { escapes, depth, absorbed, no_direction, blac
 struct Replay {
   float filter_weight;                 // of its place under the pixel's filter
   Spectrum radiance;                   // the sample, the filter's weight included: what the render added to its film
-  std::vector<TracedVertex> vertices;  // at least one
-  PathEnd end;
+  std::vector<TracedVertex> vertices;  // at least one; copies of a path that forked come one after the other
+  PathEnd end;                         // of the last copy
 };
 
 /// Sample `index` of the pixel (x, y) of the crop, bit by bit as any kernel that covers the scene renders it.

@@ -6,12 +6,11 @@
 
 namespace equaltime {
 
-/// The camera ray of one sample, its path, and the weight of its place under the pixel filter.
+/// The camera ray of one sample of a pixel of the full film, its path, and the weight of its place under the filter.
 template <Effects E, class Probe>
-EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
-                                       std::uint32_t replicates, Probe& probe) {
+EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
+                                            std::uint64_t index, std::uint32_t replicates, Probe& probe) {
   const Scene& scene = task.scene;
-  const std::uint64_t px = x + scene.film.crop_x, py = y + scene.film.crop_y;
   const std::uint64_t pixel = py * scene.film.width + px;
   const Sampler sampler = Sampler::at(task.settings.sampler, task.seed, pixel, index, replicates);
   const PixelFilter::Offset offset = scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)));
@@ -19,7 +18,14 @@ EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, s
   const Ray ray =
       camera_ray<E>(scene.sensor, static_cast<double>(px) + 0.5 + offset.x, static_cast<double>(py) + 0.5 + offset.y,
                     [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); });
-  return trace_path<E>(scene, task.settings, ray, sampler, probe) * offset.weight;
+  return trace_path<E>(scene, task.settings, ray, sampler, Forks<E>(task.settings, px, py), probe) * offset.weight;
+}
+
+/// The same of a pixel of the crop.
+template <Effects E, class Probe>
+EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
+                                       std::uint32_t replicates, Probe& probe) {
+  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, replicates, probe);
 }
 
 /// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Ends early

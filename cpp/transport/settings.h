@@ -21,6 +21,8 @@ enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
   return technique == Technique::uniform || technique == Technique::mixture;
 }
 
+class Efficiency;
+
 inline constexpr int kUnlimitedDepth = 0x7fffffff;
 
 struct Settings {
@@ -33,6 +35,7 @@ struct Settings {
   float survival = 0.75F;           // of the constant roulette, in (0, 1)
   int roulette_depth = 5;           // the first depth at which a path may be ended at random
   int max_depth = kUnlimitedDepth;  // Mitsuba's: 1 sees emission only, 2 direct light too
+  const Efficiency* efficiency = nullptr;  // that the roulette goes by: none yet, or another's
 };
 
 }  // namespace equaltime

@@ -65,7 +65,8 @@ void SplitProbe::add(const Spectrum& L, int depth, std::uint32_t way, std::uint3
 
 Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
                   std::uint64_t samples, const std::function<void()>& poll) {
-  const Renderer renderer(scene, settings, options);
+  Renderer renderer(scene, settings, options);
+  const Settings& learnt = renderer.settings();
   Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, {}};
   const std::size_t row = 3 * std::size_t{split.parts.count()};
   split.means.resize(row * split.height * split.width);
@@ -78,7 +79,7 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
     auto last_poll = std::chrono::steady_clock::now();
     for (std::size_t i = next++; i < blocks.size(); i = next++) {
       const PixelBlock& block = blocks[i];
-      const BlockTask task{*scene, settings, options.seed, block, 0, samples};
+      const BlockTask task{*scene, learnt, options.seed, block, 0, samples};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           probe.at({&split.means[row * (std::size_t{y} * split.width + x)], row}, scale);

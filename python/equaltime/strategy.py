@@ -54,9 +54,10 @@ class Strategy(BaseModel):
     environment: Literal["plain", "compensated"] | None = None
     """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
     the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
-    roulette: Literal["none", "constant", "albedo", "throughput"] = "throughput"
+    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
-    largest component), or the path's throughput. Unbiased."""
+    largest component), or the path's throughput; with ``efficiency`` by throughput too, and a path is split where it is
+    scattered first, into as many copies as are worth their rays there. Unbiased."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
     """The first depth at which a path may be ended by the roulette; 5 unless given. None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
@@ -162,7 +163,9 @@ _CONDITIONS: Mapping[str, _Condition] = {
     "environment": _Condition(
         "technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"
     ),
-    "roulette_depth": _Condition("roulette", ("constant", "albedo", "throughput"), 5, "there is none to begin"),
+    "roulette_depth": _Condition(
+        "roulette", ("constant", "albedo", "throughput", "efficiency"), 5, "there is none to begin"
+    ),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
 _LOOK_AT_THEMSELVES = ("neighbours", "history", "cutoff")
@@ -174,6 +177,8 @@ def _settle(values: Any) -> tuple[Any, list[str]]:
     if not isinstance(values, Mapping):
         return values, []
     settled, problems = dict(values), list[str]()
+    if values.get("roulette") == "efficiency" and (technique := values.get("technique")) in ("uniform", "mixture"):
+        problems.append(f"roulette=efficiency has no meaning with technique={technique}: it splits the BSDF's rays")
     for key, condition in _CONDITIONS.items():
         given = values.get(key)
         if condition.holds(values):

@@ -16,7 +16,7 @@ GLASS = Path(__file__).parents[1] / "golden" / "glass.toml"
 def test_the_kernel_for_all_effects_makes_the_bits_of_the_derived_one(path: Path) -> None:
     scene = et.load(path).with_(size=(24, 16))
     settings = _core.Settings(max_depth=scene.max_depth, lights="tree")
-    also = tuple(scene.core.effects())
+    also = (*scene.core.effects(), "forks")
     derived, full = (_core.Renderer(scene.core, settings, seed=3, threads=1, also=names) for names in ((), also))
     assert derived.kernel != full.kernel
     for renderer in (derived, full):

@@ -20,7 +20,10 @@ from .shipped import FILES, FOLDER, shipped
 SAMPLES: Final = 9
 SEED: Final = 5
 PIXELS: Final = [(0, 0), (12, 8), (7, 13), (23, 4), (15, 10)]
-STRATEGIES: Final = ["best,lights=tree,roulette_depth=2", "naive", "best,technique=mixture", "light", "bsdf"]
+STRATEGIES: Final = [
+    *("best,lights=tree,roulette_depth=2", "naive", "best,technique=mixture"),
+    *("light", "bsdf", "best,roulette=efficiency,roulette_depth=2"),
+]
 
 
 def welford(samples: list[tuple[float, ...]]) -> list[Any]:

@@ -44,6 +44,9 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "compensated": {"environment": "compensated"},
     "mixture, compensated": {"technique": "mixture", "environment": "compensated"},
     "mixture, lights alike": {"technique": "mixture", "lights": "uniform", "sampler": "independent"},
+    "efficiency": {"roulette": "efficiency", "roulette_depth": 1},
+    "efficiency, independent": {"roulette": "efficiency", "sampler": "independent"},
+    "efficiency, light": {"roulette": "efficiency", "technique": "light", "sampler": "stratified"},
 }
 NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith(("bsdf", "uniform", "naive")))
 """These never aim at a light; they get more samples and a coarser twin."""
@@ -55,7 +58,7 @@ def suits(name: str, strategy: str) -> bool:
 
 
 PAIRS: Final = [(name, s) for name in NAMES for s in STRATEGIES if s != BEST and suits(name, s)]
-EVERYDAY: Final = {("cornell", "light"), ("cornell", "early roulette")}
+EVERYDAY: Final = {("cornell", "light"), ("cornell", "early roulette"), ("cornell", "efficiency")}
 """Besides all strategies in one scene."""
 EACH: Final = share(LEVEL, len(PAIRS))
 

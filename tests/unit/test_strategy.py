@@ -13,7 +13,7 @@ CHOICES: dict[str, list[object]] = {
     "heuristic": [None, "balance", "power"],
     "lights": ["uniform", "power", "tree"],
     "environment": [None, "plain", "compensated"],
-    "roulette": ["none", "constant", "albedo", "throughput"],
+    "roulette": ["none", "constant", "albedo", "throughput", "efficiency"],
     "roulette_depth": [None, 1, 5],
     "survival": [None, 0.75, 0.95],
     "truncate": [None, 3],
@@ -109,6 +109,8 @@ def test_a_wrong_strategy_is_refused_with_the_nearest_name(text: str, message: s
         ("best,technique=light,environment=compensated", "environment=compensated has no meaning with technique=light"),
         ("mis,roulette_depth=3", "roulette_depth=3 has no meaning with roulette=none"),
         ("best,survival=0.9", "survival=0.9 has no meaning with roulette=throughput"),
+        ("naive,roulette=efficiency", "roulette=efficiency has no meaning with technique=uniform"),
+        ("best,technique=mixture,roulette=efficiency", "roulette=efficiency has no meaning with technique=mixture"),
     ],
 )
 def test_a_meaningless_pair_is_refused_with_the_reason(text: str, message: str) -> None:

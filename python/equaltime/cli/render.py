@@ -136,7 +136,7 @@ def render(
 
     * sampler=independent|stratified|sobol
 
-    * roulette=none|constant|albedo|throughput, roulette_depth=N, survival=P (of constant)
+    * roulette=none|constant|albedo|throughput|efficiency, roulette_depth=N, survival=P (of constant)
 
     * adaptive=none|error (more samples where the neighbours are noisy), neighbours|history|cutoff (biased)
 

@@ -69,6 +69,8 @@ def _told(path: Replay) -> Iterator[str]:
     for number, vertex in enumerate(path.vertices, 1):
         yield ""
         yield f"{number}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        if vertex["from"] not in (None, number - 2):
+            yield f"   one more copy of the path, split at {vertex['from'] + 1}"
         yield f"   throughput {_numbers(vertex['throughput'])}"
         yield from (f"   {line}" for line in _vertex(vertex, last=number == len(path.vertices)))
     yield f"   ends: {ENDS[path.end]}"
