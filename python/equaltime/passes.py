@@ -120,6 +120,7 @@ class Passes:
         self.rendering = 0.0
         """Seconds spent in passes, without what is done between them."""
         self._renderer, self._clock, self._start = renderer, clock, clock()
+        self._first, self._cancelled = samples, False
         self._looks, self._hidden = Looks(looks), hidden
         self._report = None if progress is None else _Reporter(self, progress)
 
@@ -139,20 +140,19 @@ class Passes:
         return self._clock() - self._start
 
     def __iter__(self) -> Iterator[int]:
-        self._start, self.stopped_by = self._clock(), None
-        tick = None if self._report is None else self._report.tick
+        self._start, self.stopped_by, self._cancelled = self._clock(), None, False
         try:
             while (reason := self._met()) is None:
                 end = self._next_end()
                 limit = self.limits.seconds
                 before = self.seconds
-                complete = self._renderer.advance(end, None if limit is None else limit - before, tick)
+                complete = self._renderer.advance(end, None if limit is None else limit - before, self._tick)
                 self.rendering += self.seconds - before
                 if wrong := _went_wrong(self._renderer):
                     reason = wrong
                     break
                 if not complete:
-                    reason = "time"
+                    reason = "interrupt" if self._cancelled else "time"
                     break
                 self.samples = end
                 if self._report is not None:
@@ -161,6 +161,32 @@ class Passes:
         except KeyboardInterrupt:
             reason = "interrupt"
         self.stopped_by = reason
+
+    def _tick(self) -> bool:
+        if self._report is not None:
+            self._report.tick()
+        return not self._cancelled
+
+    def cancel(self) -> None:
+        """End the loop at the blocks done; may be called from any thread, and counts for the loop that runs."""
+        self._cancelled = True
+
+    @property
+    def time_left(self) -> float | None:
+        """Estimated seconds in passes to the nearest limit; None where nothing is known yet, or no limit is set."""
+        lefts = [] if self.limits.seconds is None else [self.limits.seconds - self.seconds]
+        targets = [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
+        if targets and self.samples > self._first:
+            lefts.append((min(targets) - self.samples) * self.rendering / (self.samples - self._first))
+        return max(0.0, min(lefts)) if lefts else None
+
+    def samples_for(self, error: float | None) -> float | None:
+        """Return how many samples a pixel an error target will likely take, once it was looked at."""
+        looks = self._looks
+        if error is None or looks.last is None or not looks.last.known:
+            return None
+        growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
+        return max(looks.made[-1] * growth, self.samples + 1.0)
 
     def run(self) -> StoppedBy:
         """Run passes until a limit is met; say which."""
@@ -171,6 +197,8 @@ class Passes:
 
     def _met(self) -> StoppedBy | None:
         """Return the limit that is met, if one is."""
+        if self._cancelled:
+            return "interrupt"
         limits = self.limits
         due = self.samples >= self._looks.next
         if limits.error is not None and due and self._looks.look(self._error, self.samples, limits.error):
@@ -229,7 +257,7 @@ class _Reporter:
         self._reported = seconds
         error = self._error if samples < 2 * self._estimated_at else None
         fractions, lefts = [0.0], []
-        for target in (limits.spp, self._samples_for(limits.error)):
+        for target in (limits.spp, self._passes.samples_for(limits.error)):
             if target is None:
                 continue
             fractions.append(min(1.0, samples / target))
@@ -241,11 +269,3 @@ class _Reporter:
             lefts.append(max(0.0, limits.seconds - seconds))
         left = min(lefts) if lefts else None
         self._callback(Progress(samples, limits.spp, seconds, max(fractions), left, error))
-
-    def _samples_for(self, error: float | None) -> float | None:
-        """Return how many samples a pixel an error target will likely take, once it was looked at."""
-        looks = self._passes.looks
-        if error is None or looks.last is None or not looks.last.known:
-            return None
-        growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
-        return max(looks.made[-1] * growth, self._passes.samples + 1.0)

@@ -47,6 +47,15 @@ class Progressive:
         """What is done so far; its `stopped_by` says which limit was met, or ``unfinished``."""
         return self._session.result(self._session.passes.stopped_by or "unfinished")
 
+    @property
+    def time_left(self) -> float | None:
+        """Estimated seconds of rendering to the nearest limit, right again within a pass after the load has changed."""
+        return self._session.passes.time_left
+
+    def cancel(self) -> None:
+        """End the loop that runs, within a pass; from any thread. What is done stays, and another loop goes on."""
+        self._session.passes.cancel()
+
     def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
         """Change when to stop, from the next pass on; ``time`` counts from the start of the loop that goes on.
 

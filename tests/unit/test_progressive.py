@@ -1,5 +1,6 @@
 """Renders that the caller drives, pass by pass."""
 
+import threading
 from itertools import islice
 from pathlib import Path
 
@@ -44,6 +45,34 @@ def test_an_error_may_be_asked_for_on_the_way(scene: et.Scene) -> None:
         assert state.error.known
     assert session.result.stopped_by == "error"
     assert session.result.error.value < 0.4
+
+
+def test_cancelling_ends_the_loop_and_another_goes_on(scene: et.Scene) -> None:
+    session = et.progressive(scene)
+    threading.Timer(0.2, session.cancel).start()
+    for _ in session:
+        pass
+    assert session.result.stopped_by == "interrupt"
+    goal = int(session.result.samples.max()) + 2
+    session.aim(spp=goal)
+    assert [int(state.spp) for state in session][-1] == goal
+
+
+def test_the_time_left_falls_and_follows_the_target(scene: et.Scene) -> None:
+    session = et.progressive(scene, spp=4096)
+    assert session.time_left is None
+    lefts: list[float | None] = []
+    for state in session:
+        lefts.append(session.time_left)
+        if state.spp >= 64:
+            break
+    assert lefts[0] is not None
+    assert lefts[-1] is not None
+    before = lefts[-1]
+    session.aim(spp=128)
+    assert 0.0 < (session.time_left or 0.0) < 0.1 * before
+    session.aim(time=100.0)
+    assert 0.0 < (session.time_left or 0.0) <= 100.0
 
 
 def test_a_state_stays_what_it_was(scene: et.Scene, tmp_path: Path) -> None:
