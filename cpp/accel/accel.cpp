@@ -1,14 +1,14 @@
 #include "accel/accel.h"
 
 #include <embree3/rtcore.h>
-#include <xmmintrin.h>
 
 #include <atomic>
-#include <bit>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <stdexcept>
+
+#include "accel/embree_values.h"
+#include "accel/moving_instance.h"
 
 namespace equaltime {
 
@@ -41,14 +41,6 @@ void check(RTCDevice device, const char* during) {
     throw std::runtime_error(std::string("Embree failed while ") + during + ", error " + std::to_string(error));
 }
 
-float below(double x) noexcept { return std::nextafter(static_cast<float>(x), -kInfinity); }
-float above(double x) noexcept { return std::nextafter(static_cast<float>(x), kInfinity); }
-
-RTCBounds bounds_around(const Vec3d& center, const Vec3d& half) noexcept {
-  const Vec3d lo = center - half, hi = center + half;
-  return {below(lo.x), below(lo.y), below(lo.z), 0, above(hi.x), above(hi.y), above(hi.z), 0};
-}
-
 RTCBounds bounds_of(const SphereGeometry& s) noexcept {
   return bounds_around(s.center, {s.radius, s.radius, s.radius});
 }
@@ -77,13 +69,6 @@ std::optional<double> intersect_primitive(const CylinderGeometry& c, const RayD&
 
 RayD to_ray(const RTCRay& r) noexcept {
   return RayD(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar});
-}
-
-/// Written as three 16-byte stores, which is how Embree reads it back: narrower stores would not be forwarded.
-void write(RTCRay& r, Vec3f o, Vec3f d, float t_max) noexcept {
-  _mm_store_ps(&r.org_x, _mm_setr_ps(o.x, o.y, o.z, 0.0F));
-  _mm_store_ps(&r.dir_x, _mm_setr_ps(d.x, d.y, d.z, 0.0F));
-  _mm_store_ps(&r.tfar, _mm_setr_ps(t_max, std::bit_cast<float>(~0U), 0.0F, 0.0F));
 }
 
 template <class Primitive>
@@ -122,9 +107,14 @@ struct Accel::Impl {
   std::atomic<std::int64_t> memory{0};
   Device device;
   std::vector<EmbreeScene> group_scenes;
+  std::vector<MovingInstance> moving;
   EmbreeScene scene;  // of all
 
-  EmbreeScene build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances);
+  EmbreeScene build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances, bool moves);
+  void set_moving(const std::vector<MovingInstanceGeometry>& instances, std::size_t before);
+  [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
+  /// How many geometries of the scene are no instances.
+  [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
 
  private:
   void attach(RTCScene to, RTCGeometry geometry) const;
@@ -146,6 +136,12 @@ void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality qual
   mesh.vertices.emplace_back();  // Embree reads 16 bytes at every vertex of 12: the last needs some to spare
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
                              sizeof(Vec3f), count);
+  if (!mesh.later.empty()) rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(mesh.later.size() + 1));
+  for (unsigned i = 0; i < mesh.later.size(); ++i) {
+    mesh.later[i].emplace_back();
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, i + 1, RTC_FORMAT_FLOAT3, mesh.later[i].data(), 0,
+                               sizeof(Vec3f), count);
+  }
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                              sizeof(Triangle), mesh.triangles.size());
   rtcSetGeometryBuildQuality(geometry, quality);
@@ -170,7 +166,20 @@ void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) co
   attach(to, geometry);
 }
 
-EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances) {
+void Accel::Impl::set_moving(const std::vector<MovingInstanceGeometry>& instances, std::size_t before) {
+  for (const auto& [group, to_world] : instances) {
+    RTCBounds b;
+    rtcGetSceneBounds(group_scenes[group].get(), &b);
+    Bounds local;
+    local.include(Vec3d(Vec3f(b.lower_x, b.lower_y, b.lower_z)));
+    local.include(Vec3d(Vec3f(b.upper_x, b.upper_y, b.upper_z)));
+    const auto id = static_cast<std::uint32_t>(before + moving.size());
+    moving.push_back({group_scenes[group].get(), to_world, local, id, to_world.parts(local)});
+  }
+}
+
+EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances,
+                               bool moves) {
   EmbreeScene made(rtcNewScene(device.get()));
   rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   std::size_t triangles = 0;
@@ -182,13 +191,15 @@ EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::ve
   add_primitives(made.get(), all.disks);
   add_primitives(made.get(), all.cylinders);
   for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
+  if (moves)
+    for (MovingInstance& instance : moving) attach(made.get(), new_geometry(device.get(), instance));
   rtcCommitScene(made.get());
   check(device.get(), "building the scene");
   return made;
 }
 
 Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> groups,
-             const std::vector<InstanceGeometry>& instances)
+             const std::vector<InstanceGeometry>& instances, const std::vector<MovingInstanceGeometry>& moving)
     : impl_(std::make_unique<Impl>()) {
   impl_->geometries = std::move(geometries);
   impl_->groups = std::move(groups);
@@ -200,8 +211,9 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
         return true;
       },
       &impl_->memory);
-  for (Geometries& group : impl_->groups) impl_->group_scenes.push_back(impl_->build(group, mode, {}));
-  impl_->scene = impl_->build(impl_->geometries, mode, instances);
+  for (Geometries& group : impl_->groups) impl_->group_scenes.push_back(impl_->build(group, mode, {}, false));
+  impl_->set_moving(moving, impl_->before_instances() + instances.size());
+  impl_->scene = impl_->build(impl_->geometries, mode, instances, true);
 }
 Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
@@ -220,19 +232,33 @@ Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, f
   return PrimitiveId{query.hit.geomID, query.hit.primID};
 }
 
-Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept {
+EQUALTIME_INLINE Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query;
-  write(query.ray, ray.origin, ray.direction, ray.t_max);
+  write(query.ray, ray.origin, ray.direction, ray.t_max, time);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(impl_->scene.get(), &context, &query);
+  rtcIntersect1(scene.get(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const PrimitiveId id{query.hit.geomID, query.hit.primID};
   if (query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) return InstancedId{kNotInstanced, id};
-  const auto before = static_cast<std::uint32_t>(impl_->geometries.meshes.size() + kPrimitiveGroups);
-  return InstancedId{query.hit.instID[0] - before, id};
+  return InstancedId{query.hit.instID[0] - static_cast<std::uint32_t>(before_instances()), id};
+}
+
+Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept { return impl_->nearest(ray, 0); }
+
+Optional<InstancedId> Accel::intersect_at(const Ray& ray, float time) const noexcept {
+  return impl_->nearest(ray, time);
+}
+
+bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay query;
+  write(query, ray.origin, ray.direction, ray.t_max, time);
+  rtcOccluded1(impl_->scene.get(), &context, &query);
+  return query.tfar < 0;
 }
 
 bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {

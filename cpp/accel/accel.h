@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "accel/geometry.h"
+#include "math/motion.h"
 #include "math/optional.h"
 
 namespace equaltime {
@@ -35,7 +36,15 @@ struct InstanceGeometry {
   std::array<float, 12> to_world;
 };
 
-/// Which primitive was hit, and in which instance of its group; kNotInstanced if it is in none.
+/// The same where the matrix changes with time: its rays are taken to the group's space by this class itself, in
+/// float64, so that whoever computes the point from the same motion knows exactly which ray was traced.
+struct MovingInstanceGeometry {
+  std::uint32_t group;
+  Motion to_world;
+};
+
+/// Which primitive was hit, and in which instance of its group; kNotInstanced if it is in none. Moving instances are
+/// numbered after the others.
 struct InstancedId {
   std::uint32_t instance;
   PrimitiveId id;
@@ -48,7 +57,8 @@ enum class Intersection : std::uint8_t { robust, fast };
 class Accel {
  public:
   explicit Accel(Geometries geometries, Intersection mode = Intersection::robust, std::vector<Geometries> groups = {},
-                 const std::vector<InstanceGeometry>& instances = {});
+                 const std::vector<InstanceGeometry>& instances = {},
+                 const std::vector<MovingInstanceGeometry>& moving = {});
   ~Accel();
   Accel(Accel&&) noexcept;
   Accel& operator=(Accel&&) noexcept;
@@ -60,6 +70,9 @@ class Accel {
   }
   /// The same where there are instances.
   [[nodiscard]] Optional<InstancedId> intersect_instances(const Ray& ray) const noexcept;
+  /// The same where something moves, at a time from 0, when the shutter opens, to 1, when it closes.
+  [[nodiscard]] Optional<InstancedId> intersect_at(const Ray& ray, float time) const noexcept;
+  [[nodiscard]] bool occluded_at(const Ray& ray, float time) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray) const noexcept {
     const auto& [o, d, t_max] = ray;
     return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);

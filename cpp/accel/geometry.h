@@ -4,6 +4,7 @@
 // scene's normalised space (see scene/normalization.h).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -19,7 +20,20 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct TriangleMesh {
   std::vector<Vec3f> vertices;
   std::vector<Triangle> triangles;
+  /// Where the vertices are later, at evenly spaced times up to 1, if they move; at 0 they are as above.
+  std::vector<std::vector<Vec3f>> later = {};
 };
+
+/// A place in a list that is evenly spaced over times from 0 to 1: between two, and how far.
+struct Between {
+  std::size_t before;
+  double share;
+};
+[[nodiscard]] inline Between between(float time, std::size_t parts) noexcept {
+  const double at = static_cast<double>(time) * static_cast<double>(parts);
+  const std::size_t before = std::min(static_cast<std::size_t>(at), parts - 1);
+  return {before, at - static_cast<double>(before)};
+}
 
 struct SphereGeometry {
   Vec3d center;

@@ -158,13 +158,14 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Receiver receiver = receivers[i];
     const Vec3f d = row(wi, i);
-    const auto it = scene.intersect<kAllEffects>({receiver.p, d});
+    const auto it = scene.intersect<kAllEffects>({receiver.p, d}, 0);
     if (!it) {
       if (!scene.lights.environment()) continue;
       const LightValue v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);
       out.set(i, d, v.radiance * scale, v.pdf);
     } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
-      const float pdf = scene.lights.area_pdf<kAllEffects>(by.lights, scene.light_of(*it), receiver, d, it->anchor.p);
+      const float pdf =
+          scene.lights.area_pdf<kAllEffects>(by.lights, scene.light_of(*it), receiver, d, it->anchor.p, 0);
       out.set(i, d, scene.radiance<kAllEffects>(*it) * scale, pdf);
     }
   }
@@ -182,9 +183,9 @@ py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light,
   require(light < scene.lights.size(), "no such light");
   py::array_t<double> out(receivers.size);
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
-    const bool drawn = scene.lights.has_directions<kAllEffects>(light, receivers[i]);
+    const bool drawn = scene.lights.has_directions<kAllEffects>(light, receivers[i], 0);
     out.mutable_at(i) =
-        drawn ? scene.lights.pdf_towards<kAllEffects>(light, sampling, receivers[i], row(wi, i)) : -1.0F;
+        drawn ? scene.lights.pdf_towards<kAllEffects>(light, sampling, receivers[i], row(wi, i), 0) : -1.0F;
   }
   return out;
 }
@@ -225,15 +226,14 @@ py::dict sample_filter(const Scene& scene, const Array& u) {
 
 /// Camera rays through places on the full film, in pixels, with the lens numbers given: as a path gets them, but in
 /// world space and in the scene's own units. Each is where the ray begins, its direction and its length.
-py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens) {
+py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens, float time) {
   const py::ssize_t n = count(places, 2, "places");
   require(count(lens, 2, "lens") == n, "as many lens numbers as places");
   py::array_t<double> origin({n, py::ssize_t{3}}), direction({n, py::ssize_t{3}}), reach(n);
   for (py::ssize_t i = 0; i < n; ++i) {
     const double *p = places.data(i, 0), *u = lens.data(i, 0);
-    const Ray ray = camera_ray<kAllEffects>(scene.sensor, p[0], p[1], [&]() noexcept {
-      return Point2f{static_cast<float>(u[0]), static_cast<float>(u[1])};
-    });
+    const auto on_lens = [&]() noexcept { return Point2f{static_cast<float>(u[0]), static_cast<float>(u[1])}; };
+    const Ray ray = camera_ray<kAllEffects>(scene.sensor, scene.camera_motion, p[0], p[1], on_lens, time);
     const Vec3d o = scene.normalization.world_point(Vec3d(ray.origin)), d(ray.direction);
     std::copy_n(&o.x, 3, origin.mutable_data(i, 0));
     std::copy_n(&d.x, 3, direction.mutable_data(i, 0));
@@ -274,7 +274,7 @@ void bind_sampling(py::module_& m) {
   parts.def("sample_flights", &sample_flights, "scene"_a, "medium"_a, "beta"_a, "distance"_a, "u"_a);
   parts.def("take_faults", [] { return fault_names(take_faults()); }, "This thread's floating-point faults since.");
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
-  parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a);
+  parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a, "time"_a = 0.0F);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);
   parts.def(
       "mis_weight",

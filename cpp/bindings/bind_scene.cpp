@@ -84,7 +84,7 @@ py::dict effects_dict(const Effects& e) {
 
 /// Nearest hits of rays given in the user's units: for tests, comparisons and outputs beside the image. Normals are on
 /// the side of the ray.
-py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions) {
+py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions, float time) {
   const auto o = rows<Vec3d>(origins, "origins"), d = rows<Vec3d>(directions, "directions");
   if (o.size() != d.size()) throw py::value_error("as many directions as origins");
   const auto n = static_cast<py::ssize_t>(o.size());
@@ -97,15 +97,16 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
   for (py::ssize_t i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Ray ray{Vec3f(scene.normalization.point(o[k])), Vec3f(normalize(d[k]))};
-    const auto it = scene.intersect<kAllEffects>(ray);
+    const auto it = scene.intersect<kAllEffects>(ray, time);
     const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
     const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{}, shading_normal = it ? Vec3d(it->frame.n) : Vec3d{};
     const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
     const Point2f place = it ? scene.place(*it).uv : Point2f{};
-    const Derivatives moves = it ? scene.derivatives(*it) : Derivatives{};
+    const Derivatives moves = it ? scene.derivatives(*it, time) : Derivatives{};
     const Vec3d du = Vec3d(moves.du) * unit, dv = Vec3d(moves.dv) * unit;
     t.mutable_at(i) = it ? length(point - o[k]) : std::numeric_limits<double>::infinity();
-    shape.mutable_at(i) = it ? static_cast<std::int64_t>(it->shape) : -1;
+    const std::uint32_t shown = it ? scene.surfaces[it->shape].shown_as : kNone;
+    shape.mutable_at(i) = it ? static_cast<std::int64_t>(shown != kNone ? shown : it->shape) : -1;
     primitive.mutable_at(i) = it ? static_cast<std::int64_t>(it->primitive) : -1;
     std::copy_n(&point.x, 3, p.mutable_data(i, 0));
     front.mutable_at(i) = it && it->front;
@@ -127,6 +128,7 @@ void bind_builder(py::module_& m) {
   bind_bsdfs(builder);
   bind_textures(builder);
   bind_sensors(builder);
+  bind_motion(builder);
   builder.def(py::init<>())
       .def(
           "add_mesh",
@@ -273,7 +275,7 @@ void bind_scene(py::module_& m) {
       .def_property_readonly("memory_bytes", &Scene::memory_bytes)
       .def_property_readonly("film_shape",
                              [](const Scene& s) { return std::pair(s.film.crop_height, s.film.crop_width); })
-      .def("intersect", &intersect, "origins"_a, "directions"_a);
+      .def("intersect", &intersect, "origins"_a, "directions"_a, "time"_a = 0.5F);
 }
 
 }  // namespace equaltime

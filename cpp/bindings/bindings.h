@@ -19,6 +19,7 @@ void bind_split(pybind11::module_& m);     // where light comes from
 void bind_bsdfs(pybind11::class_<SceneDescription>& builder);
 void bind_sensors(pybind11::class_<SceneDescription>& builder);
 void bind_textures(pybind11::class_<SceneDescription>& builder);
+void bind_motion(pybind11::class_<SceneDescription>& builder);
 
 /// Throws ValueError for what is no 4x4 matrix.
 [[nodiscard]] Transform transform(

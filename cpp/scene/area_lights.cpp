@@ -99,6 +99,12 @@ EmitterBounds TriangleLight::bounds() const noexcept {
   return flat_bounds({v0, v0 + Vec3d(e1_), v0 + Vec3d(e2_)}, normal_, power());
 }
 
+TriangleLight TriangleLight::placed(const Placement& to) const noexcept {
+  const Vec3d v0(v0_);
+  const Vec3f a(to.point(v0)), b(to.point(v0 + Vec3d(e1_))), c(to.point(v0 + Vec3d(e2_)));
+  return to.mirrors() ? TriangleLight(a, c, b, radiance_) : TriangleLight(a, b, c, radiance_);
+}
+
 // --- Rectangle ----------------------------------------------------------------------------------------------------
 
 RectangleLight::RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
@@ -225,6 +231,10 @@ EmitterBounds SphereLight::bounds() const noexcept {
   return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
 }
 
+SphereLight SphereLight::placed(const Placement& to) const noexcept {
+  return {to.point(center_), radius_ * length(to.columns[0]), inward_, radiance_};
+}
+
 // --- Disk ---------------------------------------------------------------------------------------------------------
 
 DiskLight::DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
@@ -266,6 +276,11 @@ EmitterBounds DiskLight::bounds() const noexcept {
           std::sqrt(longest_axis_squared),
           {Vec3d(normal_), 0},
           power() * std::numbers::inv_pi};
+}
+
+DiskLight DiskLight::placed(const Placement& to) const noexcept {
+  const bool flipped = dot(cross(axis_u_, axis_v_), Vec3d(normal_)) < 0;
+  return {to.point(center_), to.vector(axis_u_), to.vector(axis_v_), flipped != to.mirrors(), radiance_};
 }
 
 }  // namespace equaltime

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "math/motion.h"
 #include "math/numeric.h"
 #include "math/optional.h"
 #include "sampling/spherical_rectangle.h"
@@ -55,6 +56,8 @@ class TriangleLight {
   [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
+  /// The same light, taken to where an instance puts it.
+  [[nodiscard]] TriangleLight placed(const Placement& placement) const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - v0_); }
@@ -120,6 +123,8 @@ class SphereLight {
   }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
+  /// The same light, taken to where an instance puts it that scales all directions alike.
+  [[nodiscard]] SphereLight placed(const Placement& placement) const noexcept;
 
  private:
   /// Whether a receiver at that distance from the centre is on the side that radiance leaves to.
@@ -143,6 +148,7 @@ class DiskLight {
   [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] DiskLight placed(const Placement& placement) const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept {

@@ -13,17 +13,18 @@ constexpr float kTurn = 2 * kPi;
 
 /// How the point of a triangle moves with u and v; without usable uvs, what Frame makes of the normal, as long as the
 /// author's unit, as in Mitsuba.
-Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, double unit) noexcept {
+Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners,
+                    const Vec3d& n, double unit) noexcept {
   const auto& [a, b, c] = mesh.triangles[primitive];
-  const Vec3d v0(mesh.vertices[a]);
-  const Vec3d e1 = Vec3d(mesh.vertices[b]) - v0, e2 = Vec3d(mesh.vertices[c]) - v0;
+  const Vec3d v0(corners[0]);
+  const Vec3d e1 = Vec3d(corners[1]) - v0, e2 = Vec3d(corners[2]) - v0;
   if (mesh.uvs != nullptr) {
     const double u1 = mesh.uvs[b].x - mesh.uvs[a].x, w1 = mesh.uvs[b].y - mesh.uvs[a].y;
     const double u2 = mesh.uvs[c].x - mesh.uvs[a].x, w2 = mesh.uvs[c].y - mesh.uvs[a].y;
     const double determinant = u1 * w2 - u2 * w1;
     if (determinant != 0) return {Vec3f((e1 * w2 - e2 * w1) / determinant), Vec3f((e2 * u1 - e1 * u2) / determinant)};
   }
-  const FrameD frame = FrameD::from_normal(mesh.planes[primitive].n);
+  const FrameD frame = FrameD::from_normal(n);
   return {Vec3f(frame.s * unit), Vec3f(frame.t * unit)};
 }
 
@@ -36,15 +37,20 @@ Vec3f bumped(const Derivatives& d, Point2f rise, const Vec3f& n, const Vec3f& ge
 
 }  // namespace
 
-Derivatives Scene::derivatives(const Interaction& it) const noexcept {
+Derivatives Scene::derivatives(const Interaction& it, float time) const noexcept {
   if (it.instance != kNone) {
     Interaction local = it;
     local.instance = kNone;
-    const auto [du, dv] = derivatives(local);
-    return {instances[it.instance].to_world(du), instances[it.instance].to_world(dv)};
+    const auto [du, dv] = derivatives(local, time);
+    const Instance instance = instance_at(it.instance, time);
+    return {instance.to_world(du), instance.to_world(dv)};
   }
   const Surface& s = surfaces[it.shape];
-  if (s.mesh != kNone) return on_mesh(meshes[s.mesh], it.primitive, normalization.length(1));
+  if (s.mesh != kNone) {
+    const bool deforms = !deforming.empty() && deforming[s.mesh];
+    const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
+    return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, normalization.length(1));
+  }
   const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.place.y : it.place.x);
   const Vec3f outward = s.azimuth[0] * std::cos(turns) + s.azimuth[1] * std::sin(turns);
   const Vec3f around = s.azimuth[1] * std::cos(turns) - s.azimuth[0] * std::sin(turns);
@@ -55,8 +61,8 @@ Derivatives Scene::derivatives(const Interaction& it) const noexcept {
           (outward * std::cos(polar) - s.pole * std::sin(polar)) * (kPi * s.size)};
 }
 
-void Scene::bend(const Bend& b, Interaction& it) const noexcept {
-  const Derivatives d = derivatives(it);
+void Scene::bend(const Bend& b, Interaction& it, float time) const noexcept {
+  const Derivatives d = derivatives(it, time);
   const Texture& texture = textures[b.texture];
   const Vec3f n = it.frame.n;
   const float side = it.front ? 1.0F : -1.0F;

@@ -12,13 +12,38 @@ void fail(std::size_t shape, const std::string& what) {
   throw std::invalid_argument("shape " + std::to_string(shape) + ": " + what);
 }
 
+namespace {
+
+std::vector<Vec3f> placed_vertices(std::size_t index, const std::vector<Vec3d>& vertices, const Normalization& space) {
+  std::vector<Vec3f> out;
+  out.reserve(vertices.size() + 1);
+  for (const Vec3d& v : vertices) {
+    if (!is_finite(v)) fail(index, "vertex " + std::to_string(out.size()) + " is not finite");
+    out.push_back(Vec3f(space.point(v)));
+  }
+  return out;
+}
+
+/// Whether a triangle has no area, whenever.
+bool is_flat(const TriangleMesh& mesh, const Triangle& t) noexcept {
+  const auto flat = [&t](const std::vector<Vec3f>& vertices) {
+    const Vec3d a(vertices[t[0]]);
+    return length_squared(cross(Vec3d(vertices[t[1]]) - a, Vec3d(vertices[t[2]]) - a)) == 0;
+  };
+  return flat(mesh.vertices) && std::all_of(mesh.later.begin(), mesh.later.end(), flat);
+}
+
+}  // namespace
+
 TriangleMesh placed_mesh(std::size_t index, MeshDescription& mesh, const Normalization& space) {
   TriangleMesh out;
-  out.vertices.reserve(mesh.vertices.size() + 1);
-  for (const Vec3d& v : mesh.vertices) {
-    if (!is_finite(v)) fail(index, "vertex " + std::to_string(out.vertices.size()) + " is not finite");
-    out.vertices.push_back(Vec3f(space.point(v)));
+  out.vertices = placed_vertices(index, mesh.vertices, space);
+  for (const std::vector<Vec3d>& later : mesh.later_vertices) {
+    if (later.size() != mesh.vertices.size()) fail(index, "a mesh has the same vertices at all times");
+    out.later.push_back(placed_vertices(index, later, space));
   }
+  if (std::all_of(out.later.begin(), out.later.end(), [&](const auto& later) { return later == out.vertices; }))
+    out.later.clear();
   if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size())
     fail(index, "a mesh has as many normals as vertices, or none");
   if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
@@ -32,8 +57,7 @@ std::size_t drop_degenerate(std::size_t index, TriangleMesh& mesh, std::vector<A
   const auto degenerate = [&](const Triangle& t) {
     for (const std::uint32_t i : t)
       if (i >= count) fail(index, "vertex index " + std::to_string(i) + " of " + std::to_string(count) + " vertices");
-    const Vec3d a(mesh.vertices[t[0]]);
-    return length_squared(cross(Vec3d(mesh.vertices[t[1]]) - a, Vec3d(mesh.vertices[t[2]]) - a)) == 0;
+    return is_flat(mesh, t);
   };
   std::size_t kept = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -92,6 +116,8 @@ std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<d
   return out;
 }
 
+namespace {
+
 MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t shape) noexcept {
   return {mesh.triangles.data(),
           mesh.vertices.data(),
@@ -104,11 +130,27 @@ MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t
           surface.flipped};
 }
 
+}  // namespace
+
+std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top, const std::vector<SetOfShapes>& groups,
+                                  const std::vector<std::uint32_t>& mesh_shapes, const std::vector<Surface>& surfaces) {
+  std::vector<MeshView> views;
+  const auto add = [&](const SetOfShapes& set, const Geometries& all) {
+    for (std::uint32_t i = 0; i < set.mesh_count; ++i) {
+      const std::uint32_t shape = mesh_shapes[set.first_mesh + i];
+      views.push_back(view_of(all.meshes[i], surfaces[shape], shape));
+    }
+  };
+  add(top, accel.geometries());
+  for (std::size_t i = 0; i < groups.size(); ++i) add(groups[i], accel.groups()[i]);
+  return views;
+}
+
 std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescription>& instances,
                                               const std::vector<Normalization>& groups, const Normalization& world) {
   std::vector<InstanceGeometry> placed;
   placed.reserve(instances.size());
-  for (const auto& [group, to_world] : instances) {
+  for (const auto& [group, to_world, keys] : instances) {
     const Normalization& own = groups[group];
     const double scale = world.length(1) / own.length(1);
     const Vec3f columns[4] = {Vec3f(to_world.column(0) * scale), Vec3f(to_world.column(1) * scale),
@@ -122,6 +164,63 @@ std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescript
     }
   }
   return placed;
+}
+
+std::optional<std::size_t> only_instance(const std::vector<ShapeDescription>& shapes, std::uint32_t group) noexcept {
+  std::optional<std::size_t> only;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto* instance = std::get_if<InstanceDescription>(&shapes[i]);
+    if (instance == nullptr || instance->group != group) continue;
+    if (only) return std::nullopt;
+    only = i;
+  }
+  return only;
+}
+
+void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept {
+  const FrameD axes = FrameD::from_tangent(axis, meridian);
+  surface.azimuth[0] = Vec3f(axes.s);
+  surface.azimuth[1] = Vec3f(mirrored ? -axes.t : axes.t);
+}
+
+std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDescription>& instances,
+                                                   const std::vector<Normalization>& groups,
+                                                   const Normalization& world) {
+  std::vector<MovingInstanceGeometry> moving;
+  for (const auto& [group, to_world, keys] : instances)
+    moving.push_back({group, Motion(keys).between(groups[group].space(), world.space())});
+  return moving;
+}
+
+void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& mesh, Surface& surface) {
+  if (mesh.later.empty()) return;
+  if (!surface.radiance.is_black()) fail(index, "a mesh that deforms cannot emit");
+  if (surface.tangential) fail(index, "a mesh that deforms cannot have a BSDF that is anisotropic");
+  if (from.normals.empty()) return;
+  if (from.later_normals.size() != mesh.later.size()) fail(index, "a mesh has normals at all times, or at none");
+  for (const std::vector<Vec3d>& later : from.later_normals) {
+    if (later.size() != from.vertices.size()) fail(index, "a mesh has as many normals as vertices, or none");
+    std::vector<Vec3f>& normals = surface.later_normals.emplace_back();
+    for (const Vec3d& n : later) normals.push_back(Vec3f(n));
+  }
+}
+
+std::vector<std::optional<DeformingMesh>> deforming_meshes(const Accel& accel, const std::vector<MeshView>& views,
+                                                           const std::vector<SetOfShapes>& groups,
+                                                           const std::vector<Surface>& surfaces) {
+  std::vector<std::optional<DeformingMesh>> all(views.size());
+  bool any = false;
+  const auto add = [&](std::size_t first, const Geometries& geometries) {
+    for (std::size_t i = 0; i < geometries.meshes.size(); ++i)
+      if (const TriangleMesh& mesh = geometries.meshes[i]; !mesh.later.empty()) {
+        all[first + i] = DeformingMesh{&mesh, &surfaces[views[first + i].shape]};
+        any = true;
+      }
+  };
+  add(0, accel.geometries());
+  for (std::size_t i = 0; i < groups.size(); ++i) add(groups[i].first_mesh, accel.groups()[i]);
+  if (!any) all.clear();
+  return all;
 }
 
 }  // namespace equaltime

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/deforming_mesh.h"
 #include "scene/instance.h"
 #include "scene/normalization.h"
 #include "scene/texture.h"
@@ -25,11 +26,31 @@ void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<A
 [[nodiscard]] std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh,
                                                    const std::vector<std::array<double, 2>>& uvs);
 [[nodiscard]] std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);
-[[nodiscard]] MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t shape) noexcept;
+/// Views of all meshes, those of groups last; `mesh_shapes` says which shape each is.
+[[nodiscard]] std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top,
+                                                const std::vector<SetOfShapes>& groups,
+                                                const std::vector<std::uint32_t>& mesh_shapes,
+                                                const std::vector<Surface>& surfaces);
+
+/// Gives a surface the normals of a mesh that deforms, and refuses what that cannot have.
+void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& mesh, Surface& surface);
+/// One a mesh, or none at all if no mesh deforms.
+[[nodiscard]] std::vector<std::optional<DeformingMesh>> deforming_meshes(const Accel& accel,
+                                                                         const std::vector<MeshView>& views,
+                                                                         const std::vector<SetOfShapes>& groups,
+                                                                         const std::vector<Surface>& surfaces);
 
 /// Where instances stand, each from the space of its group to normalised space.
 [[nodiscard]] std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescription>& instances,
                                                             const std::vector<Normalization>& groups,
                                                             const Normalization& world);
+/// Which shape is the instance of a group, if it has only one.
+[[nodiscard]] std::optional<std::size_t> only_instance(const std::vector<ShapeDescription>& shapes,
+                                                       std::uint32_t group) noexcept;
+/// Where azimuth is counted from, and which way round.
+void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept;
+[[nodiscard]] std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDescription>& instances,
+                                                                 const std::vector<Normalization>& groups,
+                                                                 const Normalization& world);
 
 }  // namespace equaltime

@@ -16,14 +16,6 @@ namespace {
 /// Edges of a rectangle this close to orthogonal are sampled as a rectangle, others as two triangles.
 constexpr double kOrthogonal = 1e-6;
 
-Vec3f to_float(const Vec3d& v) noexcept { return Vec3f(v); }
-
-void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept {
-  const FrameD axes = FrameD::from_tangent(axis, meridian);
-  surface.azimuth[0] = to_float(axes.s);
-  surface.azimuth[1] = to_float(mirrored ? -axes.t : axes.t);
-}
-
 class Builder {
  public:
   explicit Builder(SceneDescription& d) : description_(d), normalization_(d), space_(normalization_) {}
@@ -42,9 +34,9 @@ class Builder {
   void add(std::size_t index, InstanceDescription& instance);
   SetOfShapes add_set(std::vector<ShapeDescription>& shapes);
   void add_groups();
+  void move_group(std::size_t first_shape, std::size_t first_light);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   Lights make_lights();
-  std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top) const;
 
   SceneDescription& description_;
   Normalization normalization_;
@@ -57,7 +49,9 @@ class Builder {
   std::vector<Normalization> group_spaces_;
   std::vector<SetOfShapes> group_sets_;
   std::vector<Geometries> groups_;
-  std::vector<InstanceDescription> instances_;
+  std::vector<InstanceDescription> instances_, moving_;
+  std::vector<MovingLights> moving_lights_;
+  bool in_group_ = false;  // the set being built is one
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
   AreaLights area_lights_{textures_};
   std::size_t dropped_triangles_ = 0;
@@ -100,7 +94,8 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   add_attributes(static_cast<std::uint32_t>(index), out, mesh.attributes, textures_);
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
   surface.normals.reserve(mesh.normals.size());
-  for (const Vec3d& n : mesh.normals) surface.normals.push_back(to_float(n));
+  for (const Vec3d& n : mesh.normals) surface.normals.push_back(Vec3f(n));
+  deform(index, mesh, out, surface);
   if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
   if (surface.textured) surface.uvs = float_uvs(index, mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
@@ -110,8 +105,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
 void Builder::add(std::size_t index, RectangleDescription& r) {
   TriangleMesh out;
   for (const auto& [x, y] : {std::pair{-1, -1}, std::pair{1, -1}, std::pair{1, 1}, std::pair{-1, 1}})
-    out.vertices.push_back(
-        to_float(space_.point(r.to_world.point({static_cast<double>(x), static_cast<double>(y), 0}))));
+    out.vertices.push_back(Vec3f(space_.point(r.to_world.point({static_cast<double>(x), static_cast<double>(y), 0}))));
   out.triangles = {{0, 1, 2}, {0, 2, 3}};
   const Vec3d corner(out.vertices[0]);
   const Vec3d edge_x = Vec3d(out.vertices[1]) - corner, edge_y = Vec3d(out.vertices[3]) - corner;
@@ -119,8 +113,8 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
   if (surface.textured) surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  if (surface.tangential) surface.tangents.assign(2, to_float(edge_x));
-  if (std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
+  if (surface.tangential) surface.tangents.assign(2, Vec3f(edge_x));
+  if (in_group_ || std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     area_lights_.add_triangles(index, out, surface, flipped);
   } else if (!surface.radiance.is_black()) {
     area_lights_.add_rectangle(surface, index, out.vertices[0], edge_x, edge_y, flipped);
@@ -140,7 +134,7 @@ void Builder::add(std::size_t index, DiskDescription& d) {
   const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
   Surface& surface = surfaces_[add_surface(d.surface, flipped)];
   surface.kind = SurfaceKind::disk;
-  surface.azimuth[0] = to_float(u), surface.azimuth[1] = to_float(v);
+  surface.azimuth[0] = Vec3f(u), surface.azimuth[1] = Vec3f(v);
   if (!surface.radiance.is_black()) {
     area_lights_.add(surface, index, geometries_.disks.size() - 1,
                      DiskLight(center, u, v, flipped, area_lights_.mean_radiance(surface)));
@@ -155,7 +149,7 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   const double radius = space_.length(s.radius);
   geometries_.spheres.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
-  surface.pole = to_float(s.pole);
+  surface.pole = Vec3f(s.pole);
   set_azimuth(surface, s.pole, s.meridian, s.mirrored);
   surface.kind = SurfaceKind::sphere, surface.size = static_cast<float>(radius);
   if (!surface.radiance.is_black()) {
@@ -175,7 +169,7 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
   set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);
   surface.kind = SurfaceKind::cylinder, surface.size = static_cast<float>(radius);
-  surface.pole = to_float(axis);
+  surface.pole = Vec3f(axis);
   if (!surface.radiance.is_black()) {
     area_lights_.add(surface, index, geometries_.cylinders.size() - 1,
                      CylinderLight(cylinder, c.flip_normals, area_lights_.mean_radiance(surface)));
@@ -184,12 +178,15 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
 }
 
 void Builder::add(std::size_t index, InstanceDescription& instance) {
+  if (in_group_) fail(index, "a group cannot hold instances");
   if (instance.group >= description_.groups.size()) fail(index, "an instance of no group");
+  if (!instance.keys.empty() && stays(instance.keys))
+    instance.to_world = instance.keys.front().to_world, instance.keys.clear();
   const double size = std::abs(orientation(instance.to_world));
   if (!(size > 0) || !std::isfinite(size) || !is_finite(instance.to_world.column(3)))
     fail(index, "to_world of an instance must be finite and have an inverse");
   surfaces_.emplace_back();
-  instances_.push_back(instance);
+  (instance.keys.empty() ? instances_ : moving_).push_back(instance);
 }
 
 /// Adds shapes to the set being built, and returns where they are.
@@ -204,32 +201,34 @@ SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
 void Builder::add_groups() {
   for (GroupDescription& group : description_.groups) {
     space_ = group_spaces_.emplace_back(group);
-    const std::size_t lights = area_lights_.lights.size(), instances = instances_.size(), first = surfaces_.size();
+    const std::size_t lights = area_lights_.lights.size(), first = surfaces_.size();
+    in_group_ = true;
     group_sets_.push_back(add_set(group.shapes));
-    if (area_lights_.lights.size() > lights) fail(first, "the shapes of a group cannot emit");
-    if (instances_.size() > instances) fail(first, "a group cannot hold instances");
+    move_group(first, lights);
     groups_.push_back(std::exchange(geometries_, {}));
   }
 }
 
-std::vector<MeshView> Builder::view_meshes(const Accel& accel, const SetOfShapes& top) const {
-  std::vector<MeshView> views;
-  const auto add = [&](const SetOfShapes& set, const Geometries& all) {
-    for (std::uint32_t i = 0; i < set.mesh_count; ++i) {
-      const std::uint32_t shape = mesh_shapes_[set.first_mesh + i];
-      views.push_back(view_of(all.meshes[i], surfaces_[shape], shape));
-    }
-  };
-  add(top, accel.geometries());
-  for (std::size_t i = 0; i < group_sets_.size(); ++i) add(group_sets_[i], accel.groups()[i]);
-  return views;
+/// Sees to the group that was built last, if its only instance moves: it is that shape, and may have lights.
+void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
+  const auto only = only_instance(description_.shapes, static_cast<std::uint32_t>(group_sets_.size() - 1));
+  const auto* owner = only ? std::get_if<InstanceDescription>(&description_.shapes[*only]) : nullptr;
+  const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
+  if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
+  for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i) {
+    if (surfaces_[i].emission != kNone) fail(*only, "what moves cannot emit by a texture");
+    surfaces_[i].shown_as = static_cast<std::uint32_t>(*only);
+  }
+  if (!shines) return;
+  MovingInstanceGeometry instance = move_instances({*owner}, group_spaces_, normalization_).front();
+  moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
 }
 
 Lights Builder::make_lights() {
   const Bounds& bounds = normalization_.bounds();
   const double reach = bounds.empty() ? 0 : 0.5 * length(bounds.extent()), radius = reach > 0 ? reach : 1;
   return Lights(std::move(area_lights_.lights), make_delta_lights(description_, normalization_),
-                make_environment(description_, normalization_), radius);
+                make_environment(description_, normalization_), radius, std::move(moving_lights_));
 }
 
 Scene Builder::build(Intersection mode) {
@@ -243,8 +242,10 @@ Scene Builder::build(Intersection mode) {
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
   const std::vector<InstanceGeometry> placed = place_instances(instances_, group_spaces_, normalization_);
-  Accel accel(std::move(own), mode, std::move(groups_), placed);
-  std::vector<MeshView> views = view_meshes(accel, top);
+  std::vector<MovingInstanceGeometry> moving = move_instances(moving_, group_spaces_, normalization_);
+  Accel accel(std::move(own), mode, std::move(groups_), placed, moving);
+  std::vector<MeshView> views = view_meshes(accel, top, group_sets_, mesh_shapes_, surfaces_);
+  std::vector<std::optional<DeformingMesh>> deforming = deforming_meshes(accel, views, group_sets_, surfaces_);
   const std::vector<Instance> instances(placed.begin(), placed.end());
   const Nesting nesting = make_nesting(description_,
                                        {materials_, accel.geometries(), accel.groups(), instances, top, group_sets_,
@@ -257,6 +258,9 @@ Scene Builder::build(Intersection mode) {
           top,
           std::move(group_sets_),
           instances,
+          std::move(moving),
+          std::move(deforming),
+          make_camera_motion(description_, normalization_),
           std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
@@ -268,7 +272,7 @@ Scene Builder::build(Intersection mode) {
           nesting,
           description_.crossings_are_vertices,
           std::move(lights),
-          make_sensor(description_.sensor, film, normalization_),
+          make_sensor(description_, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
           film,
           dropped_triangles_};
@@ -281,6 +285,9 @@ Scene build_scene(SceneDescription description, Intersection mode) {
   if (film.crop_width == 0 || film.crop_height == 0 || film.crop_x + film.crop_width > film.width ||
       film.crop_y + film.crop_height > film.height)
     throw std::invalid_argument("the film's crop is empty or reaches beyond the film");
+  std::vector<MotionKey>& keys = description.sensor_keys;
+  if (!keys.empty()) place(description.sensor, keys.front().to_world);
+  if (stays(keys)) keys.clear();
   return Builder(description).build(mode);
 }
 

@@ -81,4 +81,10 @@ EmitterBounds CylinderLight::bounds() const noexcept {
   return {{center - half, center + half}, std::hypot(0.5 * tube_.length, tube_.radius), {}, brightest};
 }
 
+CylinderLight CylinderLight::placed(const Placement& to) const noexcept {
+  const Vec3d axis = to.vector(tube_.axis);
+  const double scale = length(axis);
+  return {{to.point(tube_.base), axis / scale, tube_.length * scale, tube_.radius * scale}, inward_, radiance_};
+}
+
 }  // namespace equaltime

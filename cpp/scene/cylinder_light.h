@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/geometry.h"
+#include "math/motion.h"
 #include "math/optional.h"
 #include "sampling/sampler.h"
 #include "scene/emitter_bounds.h"
@@ -21,6 +22,8 @@ class CylinderLight {
   [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
+  /// The same light, taken to where an instance puts it that scales all directions alike.
+  [[nodiscard]] CylinderLight placed(const Placement& placement) const noexcept;
 
  private:
   /// The part of the tube whose front faces a receiver: within `half` of an angle round the axis.

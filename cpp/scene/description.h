@@ -2,12 +2,14 @@
 // It is what a reader fills in and what `build_scene` compiles; it knows nothing of how scenes are rendered.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <variant>
 #include <vector>
 
+#include "math/motion.h"
 #include "math/spectrum.h"
 #include "math/transform.h"
 #include "math/vector.h"
@@ -95,6 +97,8 @@ struct MeshDescription {
   std::vector<std::array<double, 2>> uvs;               // one a vertex, or none
   std::vector<AttributeValues> attributes;
   SurfaceDescription surface;
+  /// Where the vertices are later, at evenly spaced times up to 1, if they move, and their normals, if there are any.
+  std::vector<std::vector<Vec3d>> later_vertices = {}, later_normals = {};
 };
 struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
   Transform to_world;
@@ -123,14 +127,16 @@ struct CylinderDescription {  // a tube without caps, front outwards
   Vec3d meridian{1, 0, 0};  // where azimuth is 0
   bool mirrored = false;    // azimuth runs the other way round
 };
-/// A group of shapes, once more: to_world takes its space to the scene's.
+/// A group of shapes, once more: to_world takes its space to the scene's. Keys, if there are any, stand for it and make
+/// it move; what is the only instance of its group, and has keys, may emit.
 struct InstanceDescription {
   std::uint32_t group = 0;
   Transform to_world;
+  std::vector<MotionKey> keys = {};
 };
 using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription,
                                       CylinderDescription, InstanceDescription>;
-/// Shapes that are seen where instances put them, and nowhere else. They do not emit, and none of them is an instance.
+/// Shapes that are seen where instances put them, and nowhere else. None of them is an instance.
 struct GroupDescription {
   std::vector<ShapeDescription> shapes;
 };
@@ -216,6 +222,7 @@ struct SceneDescription {
   std::optional<std::uint32_t> camera_medium;  // where the sensor stands; vacuum if not given
   bool crossings_are_vertices = true;          // of paths: going through a surface of nothing is as long as a bounce
   SensorDescription sensor = PerspectiveDescription{};
+  std::vector<MotionKey> sensor_keys;  // stand for the sensor's to_world, and make it move
   FilmDescription film;
   bool keeps_uvs = false;  // of surfaces without textures too
 };
@@ -226,6 +233,23 @@ struct SceneDescription {
   if (const auto* parallel = std::get_if<OrthographicDescription>(&sensor)) return parallel->to_world;
   if (const auto* spherical = std::get_if<SphericalDescription>(&sensor)) return spherical->to_world;
   return std::get_if<PerspectiveDescription>(&sensor)->to_world;
+}
+
+inline void place(SensorDescription& sensor, const Transform& to_world) noexcept {
+  if (auto* lens = std::get_if<ThinLensDescription>(&sensor))
+    lens->view.to_world = to_world;
+  else
+    std::visit(
+        [&](auto& any) {
+          if constexpr (requires { any.to_world; }) any.to_world = to_world;
+        },
+        sensor);
+}
+
+/// Whether all keys say the same.
+[[nodiscard]] inline bool stays(const std::vector<MotionKey>& keys) noexcept {
+  return std::all_of(keys.begin(), keys.end(),
+                     [&](const MotionKey& key) { return key.to_world.m == keys.front().to_world.m; });
 }
 
 }  // namespace equaltime

@@ -24,7 +24,7 @@ template <auto E>
   }
   Interaction at = it;
   std::optional<Bsdf> own;
-  return visit<E>(scene.bsdf<E>(material, at, own), [&](const auto& model) noexcept -> Spectrum {
+  return visit<E>(scene.bsdf<E>(material, at, own, 0), [&](const auto& model) noexcept -> Spectrum {
     if constexpr (requires { model.diffuse_reflectance; })
       return model.diffuse_reflectance;
     else if constexpr (requires { model.base_color; })

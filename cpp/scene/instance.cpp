@@ -37,6 +37,21 @@ Instance::Instance(const InstanceGeometry& geometry) noexcept
   }
 }
 
+/// What float64 leaves of the same terms, eight of its units each, beside the rounding of the ray to float32.
+Instance::Instance(std::uint32_t group, const Placement& now) noexcept
+    : group_(group),
+      columns_{now.columns[0], now.columns[1], now.columns[2]},
+      origin_(now.origin),
+      rows_{now.rows[0], now.rows[1], now.rows[2]} {
+  constexpr double kExact = 0x1p-50;
+  const double inverse = std::abs(1 / dot(columns_[0], cross(columns_[1], columns_[2])));
+  const double cancelled = dot(abs(columns_[0]), cross_of_sizes(columns_[1], columns_[2])) * inverse;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d sizes = cross_of_sizes(columns_[(i + 1) % 3], columns_[(i + 2) % 3]);
+    doubt_[i] = sizes * (kExact * inverse) + abs(rows_[i]) * (kExact * cancelled + 4 * kRounding);
+  }
+}
+
 RayD Instance::to_local(const RayD& ray) const noexcept {
   return {combined(rows_, ray.origin - origin_), combined(rows_, ray.direction), ray.t_max};
 }
@@ -44,6 +59,12 @@ RayD Instance::to_local(const RayD& ray) const noexcept {
 Vec3f Instance::to_world(const Vec3f& v) const noexcept {
   const Vec3d d(v);
   return Vec3f(columns_[0] * d.x + columns_[1] * d.y + columns_[2] * d.z);
+}
+
+float Instance::doubt(const Vec3f& p, const Vec3f& normal) const noexcept {
+  const Vec3d n(normal), local{dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n)};
+  const Vec3d back = rows_[0] * local.x + rows_[1] * local.y + rows_[2] * local.z;
+  return static_cast<float>(dot(abs(local), combined(doubt_, abs(Vec3d(p)) + abs(origin_))) / length(back));
 }
 
 detail::Met Instance::placed(const detail::Met& local) const noexcept {

@@ -1,4 +1,4 @@
-// Instance: a group of shapes seen once more. Points are met in the group's own space, in float64, and then taken to the
+// Instance: a group of shapes seen once more, always or at one time. Points are met in the group's own space, in float64, and then taken to the
 // scene's; the offset of a ray that leaves them bounds what Embree's transform of that ray may be off.
 #pragma once
 
@@ -16,10 +16,14 @@ class Instance {
  public:
   /// `to_world` as Accel has it: three columns, and where the group's origin goes; its determinant is not 0.
   explicit Instance(const InstanceGeometry& geometry) noexcept;
+  /// One that moves, where it is now: the ray that Embree gets was transformed in float64 and then rounded.
+  Instance(std::uint32_t group, const Placement& now) noexcept;
 
   [[nodiscard]] std::uint32_t group() const noexcept { return group_; }
   [[nodiscard]] RayD to_local(const RayD& ray) const noexcept;
   [[nodiscard]] Vec3f to_world(const Vec3f& direction) const noexcept;
+  /// How far along its normal a point may be from where the ray of Embree meets it.
+  [[nodiscard]] float doubt(const Vec3f& p, const Vec3f& n) const noexcept;
   /// What was met in the group's space, in the scene's.
   [[nodiscard]] detail::Met placed(const detail::Met& local) const noexcept;
 
@@ -27,7 +31,7 @@ class Instance {
   std::uint32_t group_;
   Vec3d columns_[3], origin_;  // to_world
   Vec3d rows_[3];              // of its linear part's inverse
-  Vec3d doubt_[3];             // of Embree's, entry by entry, for what is as long as the point and the origin together
+  Vec3d doubt_[3];             // of the ray's, entry by entry, for what is as long as the point and the origin together
 };
 
 }  // namespace equaltime

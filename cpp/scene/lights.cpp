@@ -20,8 +20,11 @@ double power_of(const DeltaLight& light, double scene_radius) noexcept {
 }  // namespace
 
 Lights::Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std::optional<Environment> environment,
-               double scene_radius)
-    : area_(std::move(area)), deltas_(std::move(deltas)), environment_(std::move(environment)) {
+               double scene_radius, std::vector<MovingLights> moving)
+    : area_(std::move(area)),
+      moving_(std::move(moving)),
+      deltas_(std::move(deltas)),
+      environment_(std::move(environment)) {
   const auto distant = std::stable_partition(deltas_.begin(), deltas_.end(), std::not_fn(is_distant));
   deltas_begin_ = static_cast<std::uint32_t>(area_.size());
   distant_begin_ = deltas_begin_ + static_cast<std::uint32_t>(distant - deltas_.begin());
@@ -65,6 +68,9 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
     std::vector<EmitterBounds> bounds;
     bounds.reserve(distant_begin_);
     for (const AreaLight& light : area_) bounds.push_back(std::visit([](const auto& l) { return l.bounds(); }, light));
+    for (const MovingLights& lights : moving_)
+      for (std::uint32_t i = 0; i < lights.local.size(); ++i)
+        bounds[lights.first + i] = lights.bounds(lights.first + i);
     for (const DeltaLight& light : std::span(deltas_).first(distant_begin_ - deltas_begin_)) {
       const auto* spot = std::get_if<SpotLight>(&light);
       bounds.push_back(spot ? spot->bounds() : std::get<PointLight>(light).bounds());

@@ -11,18 +11,15 @@
 #include "math/optional.h"
 #include "sampling/alias_table.h"
 #include "sampling/sampler.h"
-#include "scene/area_lights.h"
-#include "scene/cylinder_light.h"
 #include "scene/directional_light.h"
 #include "scene/environment.h"
 #include "scene/light_tree.h"
-#include "scene/picture_light.h"
+#include "scene/moving_lights.h"
 #include "scene/point_light.h"
 #include "scene/spot_light.h"
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureLight>;
 /// Lights that no ray meets: only light sampling finds them.
 using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
@@ -50,7 +47,7 @@ class Lights {
  public:
   Lights() = default;
   Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std::optional<Environment> environment,
-         double scene_radius);
+         double scene_radius, std::vector<MovingLights> moving = {});
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// The number of the environment, if there is one.
@@ -84,18 +81,18 @@ class Lights {
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <auto E>
-  [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver) const noexcept;
+  [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept;
   /// Density of those directions at wi, whatever stands before the light; no pick is in it.
   template <auto E>
   [[nodiscard]] float pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
-                                  Vec3f wi) const noexcept;
+                                  Vec3f wi, float time) const noexcept;
 
   /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
   template <auto E>
   [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, const Receiver& receiver, Vec3f wi,
-                               Vec3f point) const noexcept {
+                               Vec3f point, float time) const noexcept {
     return pick_pmf(selection, light, receiver) *
-           visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf(receiver.p, wi, point); });
+           visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf(receiver.p, wi, point); });
   }
 
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
@@ -107,6 +104,22 @@ class Lights {
   }
 
  private:
+  /// The moving lights that a light is among; null if it stays where it is.
+  [[nodiscard]] const MovingLights* moving(std::uint32_t light) const noexcept {
+    for (const MovingLights& lights : moving_)
+      if (lights.has(light)) return &lights;
+    return nullptr;
+  }
+  /// Calls f with the kind of area light of a number, as it is at a time from 0 to 1.
+  template <auto E, class F>
+  [[nodiscard]] EQUALTIME_INLINE auto visit_at(std::uint32_t light, [[maybe_unused]] float time, F&& f) const noexcept {
+    if constexpr (E.motion)
+      if (const MovingLights* lights = moving(light)) {
+        const AreaLight now = lights->at(light, time);
+        return visit<E>(now, f);
+      }
+    return visit<E>(area_[light], f);
+  }
   [[nodiscard]] Optional<LightSample> sample_delta(const LightPick& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                          std::uint32_t bounce, float pmf) const noexcept;
@@ -127,6 +140,7 @@ class Lights {
   };
 
   std::vector<AreaLight> area_;
+  std::vector<MovingLights> moving_;
   std::vector<DeltaLight> deltas_;  // the distant ones last
   std::optional<Environment> environment_;
   AliasTable tables_[2];  // by LightSelection
@@ -159,29 +173,33 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
         if (sample) sample->light = pick.light;
       return sample;
     }
-  auto sample = visit<E>(area_[pick.light], [&](const auto& l) noexcept {
+  float time = 0;
+  if constexpr (E.motion) time = sampler.get_1d(slot(CameraDimension::time));
+  auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
     if constexpr (std::is_same_v<std::decay_t<decltype(l)>, PictureLight>)
       return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
     else
       return l.sample(receiver.p, u, pick.pmf);
   });
+  if constexpr (E.motion)
+    if (const MovingLights* lights = moving(pick.light)) sample = lights->cleared(sample, time);
   if constexpr (E.textures) sample->light = pick.light;
   return sample;
 }
 
 template <auto E>
-bool Lights::has_directions(std::uint32_t light, const Receiver& receiver) const noexcept {
+bool Lights::has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept {
   if (light >= deltas_begin_) return light >= environment_begin_;
-  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.shows_front(receiver.p); });
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.shows_front(receiver.p); });
 }
 
 template <auto E>
-float Lights::pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
-                          Vec3f wi) const noexcept {
+float Lights::pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver, Vec3f wi,
+                          float time) const noexcept {
   if constexpr (E.environment)
     if (light >= environment_begin_)
       return std::visit([&](const auto& e) noexcept { return e.eval(wi, environment).pdf; }, *environment_);
-  return visit<E>(area_[light], [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
 }
 
 }  // namespace equaltime

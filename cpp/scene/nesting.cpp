@@ -1,6 +1,7 @@
 #include "scene/nesting.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 
 #include "accel/accel.h"
@@ -164,6 +165,12 @@ Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, cons
                      std::uint32_t camera_medium, std::vector<Surface>& surfaces) {
   Nesting nesting{{}, 0, camera_medium};
   rank_bodies(d, shapes, nesting, surfaces);
+  const auto moves = [](const ShapeDescription& shape) {
+    const auto* instance = std::get_if<InstanceDescription>(&shape);
+    return instance != nullptr && !instance->keys.empty();
+  };
+  if (!nesting.bodies.empty() && (!d.sensor_keys.empty() || std::any_of(d.shapes.begin(), d.shapes.end(), moves)))
+    throw std::invalid_argument("where bodies overlap by priority, nothing can move, and nor can the camera");
   Search search(nesting, surfaces, d.camera_medium.has_value());
   const auto in = [&](const SetOfShapes& set, const Geometries& all, const Vec3d& place) {
     each_of(shapes, set, all, [&](std::uint32_t shape, const Place& at) { search.look_at(shape, at, place); });

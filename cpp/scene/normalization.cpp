@@ -20,6 +20,8 @@ int exponent_of(double x) noexcept {
 
 void include_shape(Bounds& b, const MeshDescription& mesh) {
   for (const Vec3d& v : mesh.vertices) b.include(v);
+  for (const std::vector<Vec3d>& later : mesh.later_vertices)
+    for (const Vec3d& v : later) b.include(v);
 }
 void include_shape(Bounds& b, const RectangleDescription& r) {
   for (const double x : {-1.0, 1.0})
@@ -57,6 +59,10 @@ Bounds bounds_of(const std::vector<ShapeDescription>& shapes, const std::vector<
           shape);
     } else if (instance->group < groups.size() && !groups[instance->group].empty()) {
       const Bounds& b = groups[instance->group];
+      if (!instance->keys.empty()) {
+        all.include(Motion(instance->keys).swept(b));
+        continue;
+      }
       for (const double x : {b.lo.x, b.hi.x})
         for (const double y : {b.lo.y, b.hi.y})
           for (const double z : {b.lo.z, b.hi.z}) all.include(instance->to_world.point({x, y, z}));
@@ -68,13 +74,16 @@ Bounds bounds_of(const std::vector<ShapeDescription>& shapes, const std::vector<
 /// The largest value that any emitter's radiance takes, or a directional light's irradiance, in the user's units.
 double brightest(const SceneDescription& d) {
   double most = 0;
-  for (const ShapeDescription& shape : d.shapes)
+  const auto look_at = [&](const ShapeDescription& shape) {
     std::visit(
         [&](const auto& s) {
           if constexpr (requires { s.surface; })
             if (s.surface.radiance) most = std::max(most, max_component(*s.surface.radiance));
         },
         shape);
+  };
+  std::for_each(d.shapes.begin(), d.shapes.end(), look_at);
+  for (const GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), look_at);
   for (const DirectionalLightDescription& light : d.directional_lights)
     most = std::max(most, max_component(light.irradiance));
   if (!d.environment) return most;
@@ -93,10 +102,16 @@ bool stands_in_medium(const SceneDescription& d) noexcept {
 /// Where camera rays begin: in a medium, the way to the geometry matters too.
 void include_film(Bounds& b, const SceneDescription& d) {
   const Transform& t = placement(d.sensor);
-  if (!std::holds_alternative<OrthographicDescription>(d.sensor)) return b.include(t.column(3));
-  const double height = static_cast<double>(d.film.height) / d.film.width;
-  for (const double x : {-1.0, 1.0})
-    for (const double y : {-height, height}) b.include(t.point({x, y, 0}));
+  Bounds film;
+  film.include(Vec3d{});
+  if (std::holds_alternative<OrthographicDescription>(d.sensor)) {
+    const double height = static_cast<double>(d.film.height) / d.film.width;
+    film.include(Vec3d{-1, -height, 0});
+    film.include(Vec3d{1, height, 0});
+  }
+  if (!d.sensor_keys.empty()) return b.include(Motion(d.sensor_keys).swept(film));
+  for (const double x : {film.lo.x, film.hi.x})
+    for (const double y : {film.lo.y, film.hi.y}) b.include(t.point({x, y, 0}));
 }
 
 Spectrum scaled(const Vec3d& v, double s) noexcept {

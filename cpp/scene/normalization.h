@@ -17,6 +17,14 @@ class Normalization {
   explicit Normalization(const SceneDescription& description);
   /// Of a group's own space: its origin is the middle of its shapes.
   explicit Normalization(const GroupDescription& group);
+  /// Of a camera's own space, as large as the world's; it knows of no geometry.
+  [[nodiscard]] Normalization of_camera() const noexcept {
+    Normalization own;
+    own.length_scale_ = length_scale_, own.radiance_scale_ = radiance_scale_;
+    return own;
+  }
+  /// For motions between spaces.
+  [[nodiscard]] Motion::Space space() const noexcept { return {origin_, length_scale_}; }
 
   [[nodiscard]] Vec3d point(const Vec3d& world) const noexcept { return (world - origin_) * length_scale_; }
   [[nodiscard]] double length(double world) const noexcept { return world * length_scale_; }

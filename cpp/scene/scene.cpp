@@ -21,6 +21,13 @@ TexturePlace Scene::place(std::uint32_t shape, std::uint32_t primitive, Point2f 
   return on_triangle(on_primitive, shape, primitive, meshes[mesh].triangles[primitive], meshes[mesh].uvs);
 }
 
+std::array<Vec3f, 3> Scene::corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept {
+  if (!deforming.empty() && deforming[mesh]) return deforming[mesh]->corners(primitive, time);
+  const auto& [a, b, c] = meshes[mesh].triangles[primitive];
+  const Vec3f* vertices = meshes[mesh].vertices;
+  return {vertices[a], vertices[b], vertices[c]};
+}
+
 std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u) const noexcept {
   while (materials[index].kind == Material::Kind::mixture) {
     const float w = materials[index].weight_at(textures, place(it));
@@ -48,7 +55,7 @@ std::size_t Scene::memory_bytes() const noexcept {
   std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
   const auto add = [&bytes](const Geometries& all) {
     for (const TriangleMesh& mesh : all.meshes)
-      bytes += mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+      bytes += (1 + mesh.later.size()) * mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
   };
   add(accel.geometries());
   for (const Geometries& group : accel.groups()) add(group);

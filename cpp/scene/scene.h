@@ -7,6 +7,7 @@
 
 #include "accel/accel.h"
 #include "math/optional.h"
+#include "scene/deforming_mesh.h"
 #include "scene/emission.h"
 #include "scene/instance.h"
 #include "scene/lights.h"
@@ -36,6 +37,9 @@ struct Scene {
   SetOfShapes top;
   std::vector<SetOfShapes> groups;
   std::vector<Instance> instances;
+  std::vector<MovingInstanceGeometry> moving;  // numbered after the instances
+  std::vector<std::optional<DeformingMesh>> deforming;  // one a mesh, or none at all
+  std::optional<CameraMotion> camera_motion;
   std::vector<MeshView> meshes;
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
@@ -52,18 +56,42 @@ struct Scene {
   FilmDescription film;
   std::size_t dropped_triangles = 0;  // of no area, so that no ray can meet them
 
-  /// The nearest surface that the ray meets. E prunes kinds of shapes that the scene cannot hold. A Guard lives while
-  /// Embree searches.
+  /// The nearest surface that the ray meets, at a time from 0 to 1 if anything moves. E prunes kinds of shapes that the
+  /// scene cannot hold. A Guard lives while Embree searches.
   template <auto E, class Guard = Unguarded>
-  [[nodiscard]] Optional<Interaction> intersect(const Ray& ray) const noexcept;
+  [[nodiscard]] Optional<Interaction> intersect(const Ray& ray, float time) const noexcept;
   /// The same where there are instances.
   template <auto E, class Guard = Unguarded>
   [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_instances(const Ray& ray) const noexcept;
+  /// The same where something moves.
+  template <auto E, class Guard = Unguarded>
+  [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_moving(const Ray& ray, float time) const noexcept;
+  /// The interaction with what was hit in an instance of that number.
+  template <auto E>
+  [[nodiscard]] Interaction seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
+                                    float time) const noexcept;
+  /// The corners of a triangle of a mesh, in the mesh's own space.
+  [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept;
+  /// Whether anything that rays meet is elsewhere at another time.
+  [[nodiscard]] bool moves() const noexcept { return !moving.empty() || !deforming.empty(); }
+  /// Whether anything stands in the way of the ray.
+  template <auto E>
+  [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray, float time) const noexcept {
+    if constexpr (E.motion)
+      if (moves()) return accel.occluded_at(ray, time);
+    return accel.occluded(ray);
+  }
+  /// An instance by its number, as it is at the time if it moves.
+  [[nodiscard]] Instance instance_at(std::uint32_t number, float time) const noexcept {
+    if (number < instances.size()) return instances[number];
+    const auto& [group, to_world] = moving[number - instances.size()];
+    return {group, to_world.at(static_cast<double>(time))};
+  }
   /// Where the ray, in the space of a set, meets a primitive of it. `geometries` gives the set's own: called only where
   /// they are looked at, because the call is not free.
   template <auto E, class GeometriesOf>
   [[nodiscard]] detail::Met meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
-                                 const RayD& ray) const noexcept;
+                                 const RayD& ray, float time) const noexcept;
 
   /// Material on the side that the interaction is on; kNone where that side absorbs.
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
@@ -75,18 +103,18 @@ struct Scene {
   [[nodiscard]] float passing(std::uint32_t material, const Interaction& it) const noexcept;
   /// BSDF of a leaf at the point, whose frame it may bend. One that textures make is put in `own`.
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it,
-                                                  std::optional<Bsdf>& own) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it, std::optional<Bsdf>& own,
+                                                  float time) const noexcept {
     const Material& material = materials[leaf];
     if constexpr (E.normal_maps)
-      if (material.bend) bend(*material.bend, it);
+      if (material.bend) bend(*material.bend, it, E.motion ? time : 0);
     if constexpr (E.textures)
       if (!material.bindings.empty()) return own.emplace(material.at(textures, place(it)));
     return material.bsdf;
   }
-  [[nodiscard]] Derivatives derivatives(const Interaction& it) const noexcept;
+  [[nodiscard]] Derivatives derivatives(const Interaction& it, float time) const noexcept;
   /// Bends the shading frame of the interaction.
-  void bend(const Bend& bend, Interaction& it) const noexcept;
+  void bend(const Bend& bend, Interaction& it, float time) const noexcept;
   /// Where textures are looked up for a point of a textured surface. A mesh that has no texture coordinates takes its
   /// triangles' barycentric ones.
   [[nodiscard]] TexturePlace place(const Interaction& it) const noexcept {
@@ -118,7 +146,9 @@ struct Scene {
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
 template <auto E, class Guard>
-EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const noexcept {
+EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray, [[maybe_unused]] float time) const noexcept {
+  if constexpr (E.motion)
+    if (moves()) return intersect_moving<E, Guard>(ray, time);
   if constexpr (E.instances)
     if (!instances.empty()) return intersect_instances<E, Guard>(ray);
   Optional<PrimitiveId> hit = [&]() noexcept {
@@ -127,7 +157,7 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray) const no
   }();
   if (!hit) return std::nullopt;
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  return detail::face<E>(meet<E>(top, own, *hit, RayD(ray)), ray);
+  return detail::face<E>(meet<E>(top, own, *hit, RayD(ray), 0), ray);
 }
 
 template <auto E, class Guard>
@@ -138,19 +168,36 @@ Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept 
   }();
   if (!hit) return std::nullopt;
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray)), ray);
-  const Instance& instance = instances[hit->instance];
+  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray), 0), ray);
+  return seen_in<E>(instances[hit->instance], *hit, ray, 0);
+}
+
+template <auto E, class Guard>
+Optional<Interaction> Scene::intersect_moving(const Ray& ray, float time) const noexcept {
+  const auto hit = [&]() noexcept {
+    [[maybe_unused]] const Guard guard;
+    return accel.intersect_at(ray, time);
+  }();
+  if (!hit) return std::nullopt;
+  const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
+  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
+  return seen_in<E>(instance_at(hit->instance, time), *hit, ray, time);
+}
+
+template <auto E>
+EQUALTIME_INLINE Interaction Scene::seen_in(const Instance& instance, const InstancedId& hit,
+                                            const Ray& ray, [[maybe_unused]] float time) const noexcept {
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
   Interaction it =
-      detail::face<E>(instance.placed(meet<E>(groups[group], grouped, hit->id, instance.to_local(RayD(ray)))), ray);
-  it.instance = hit->instance;
+      detail::face<E>(instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time)), ray);
+  it.instance = hit.instance;
   return it;
 }
 
 template <auto E, class GeometriesOf>
 EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
-                                         const RayD& ray) const noexcept {
+                                         const RayD& ray, [[maybe_unused]] float time) const noexcept {
   if constexpr (E.analytic_shapes) {
     const std::uint32_t i = id.primitive;
     if (id.geometry == set.mesh_count) {
@@ -167,7 +214,10 @@ EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, GeometriesOf&& 
     }
   }
   std::uint32_t mesh = id.geometry;
-  if constexpr (E.instances) mesh += set.first_mesh;
+  if constexpr (E.instances || E.motion) mesh += set.first_mesh;
+  if constexpr (E.motion)
+    if (!deforming.empty() && deforming[mesh])
+      return meet_deforming<E>(*deforming[mesh], meshes[mesh], ray, id.primitive, time);
   return detail::meet<E>(meshes[mesh], ray, id.primitive);
 }
 

@@ -29,6 +29,12 @@ double distance_to(const Bounds& bounds, const Vec3d& camera) {
   return distance;
 }
 
+/// The ray from a distance on, rounded.
+Ray rounded(const SensorRay& ray, double start) noexcept {
+  const auto& [origin, d, near, far] = ray;
+  return {Vec3f(origin + d * start), Vec3f(d), far > 0 ? static_cast<float>(far - start) : kInfinity};
+}
+
 }  // namespace
 
 PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const FilmDescription& film,
@@ -50,12 +56,15 @@ PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const Film
   if (d.far) far_ = normalization.length(*d.far) * unit;
 }
 
-Ray PerspectiveCamera::ray(double x, double y) const noexcept {
+SensorRay PerspectiveCamera::exact(double x, double y) const noexcept {
   const Vec3d along = axis_ + right_ * x + down_ * y;  // reaches one axis length along the axis
   const double norm = length(along);
-  const Vec3d d = along * (1 / norm);
-  const double start = std::max(advance_, near_ * norm);
-  return {Vec3f(origin_ + d * start), Vec3f(d), far_ > 0 ? static_cast<float>(far_ * norm - start) : kInfinity};
+  return {origin_, along * (1 / norm), near_ * norm, far_ * norm};
+}
+
+Ray PerspectiveCamera::ray(double x, double y) const noexcept {
+  const SensorRay ray = exact(x, y);
+  return rounded(ray, std::max(advance_, ray.near));
 }
 
 ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescription& film,
@@ -69,16 +78,19 @@ ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescripti
   lens_y_ = d.view.to_world.column(1) * radius;
 }
 
-Ray ThinLensCamera::ray(double x, double y, Point2f lens) const noexcept {
+SensorRay ThinLensCamera::exact(double x, double y, Point2f lens) const noexcept {
   const auto& [origin, axis, right, down, advance, near, far] = view_;
   const Point2f place = blades_ == 0 ? square_to_disk(lens) : square_to_polygon(lens, blades_, rotation_);
   const Vec3d from = lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
   // As for a pinhole, but one axis length is divided out of what leads to the plane of focus.
   const Vec3d along = axis + right * x + down * y - from / focus_;
   const double norm = length(along);
-  const Vec3d d = along * (1 / norm);
-  const double start = std::max(advance, near * norm);
-  return {Vec3f(origin + from + d * start), Vec3f(d), far > 0 ? static_cast<float>(far * norm - start) : kInfinity};
+  return {origin + from, along * (1 / norm), near * norm, far * norm};
+}
+
+Ray ThinLensCamera::ray(double x, double y, Point2f lens) const noexcept {
+  const SensorRay ray = exact(x, y, lens);
+  return rounded(ray, std::max(view_.advance_, ray.near));
 }
 
 OrthographicCamera::OrthographicCamera(const OrthographicDescription& d, const FilmDescription& film,
@@ -101,11 +113,14 @@ OrthographicCamera::OrthographicCamera(const OrthographicDescription& d, const F
   far_ = d.far ? *d.far * unit * scale : static_cast<double>(kInfinity);
 }
 
+SensorRay OrthographicCamera::exact(double x, double y) const noexcept {
+  return {corner_ + right_ * x + down_ * y, direction_, near_, far_};
+}
+
 Ray OrthographicCamera::ray(double x, double y) const noexcept {
-  const Vec3d origin = corner_ + right_ * x + down_ * y;
-  const double clear = dot(first_ - origin, direction_) * (1 - kSlack) - slack_;
-  const double start = std::max(clear, near_);
-  return {Vec3f(origin + direction_ * start), Vec3f(direction_), static_cast<float>(far_ - start)};
+  const SensorRay ray = exact(x, y);
+  const double clear = dot(first_ - ray.origin, direction_) * (1 - kSlack) - slack_;
+  return rounded(ray, std::max(clear, near_));
 }
 
 SphericalCamera::SphericalCamera(const SphericalDescription& d, const FilmDescription& film,
@@ -118,18 +133,53 @@ SphericalCamera::SphericalCamera(const SphericalDescription& d, const FilmDescri
       polar_(std::numbers::pi / film.height) {
   const Bounds& bounds = normalization.bounds();
   const double clear = distance_to(bounds, origin_) * (1 - kSlack) - kSlack * extent_of(bounds);
-  start_ = std::max({0.0, clear, d.near ? normalization.length(*d.near) : 0.0});
+  near_ = d.near ? normalization.length(*d.near) : 0.0;
+  start_ = std::max({0.0, clear, near_});
   far_ = d.far ? normalization.length(*d.far) : static_cast<double>(kInfinity);
 }
 
-Ray SphericalCamera::ray(double x, double y) const noexcept {
+SensorRay SphericalCamera::exact(double x, double y) const noexcept {
   const double phi = azimuth_ * x, theta = polar_ * y, sine = std::sin(theta);
-  const Vec3d d = x_axis_ * (std::sin(phi) * sine) + y_axis_ * std::cos(theta) - z_axis_ * (std::cos(phi) * sine);
-  return {Vec3f(origin_ + d * start_), Vec3f(d), static_cast<float>(far_ - start_)};
+  return {origin_, x_axis_ * (std::sin(phi) * sine) + y_axis_ * std::cos(theta) - z_axis_ * (std::cos(phi) * sine),
+          near_, far_};
 }
 
-Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
-                   const Normalization& normalization) {
+Ray SphericalCamera::ray(double x, double y) const noexcept { return rounded(exact(x, y), start_); }
+
+CameraMotion::CameraMotion(const std::vector<MotionKey>& keys, const Normalization& normalization)
+    : to_world_(Motion(keys).between({{}, normalization.length(1)}, normalization.space())),
+      bounds_(normalization.bounds()) {
+  for (const MotionKey& key : keys) (void)distance_to(bounds_, normalization.point(key.to_world.column(3)));  // throws
+}
+
+Ray CameraMotion::ray(const Sensor& sensor, double x, double y, Point2f lens, float time) const noexcept {
+  SensorRay ray = std::visit(
+      [&](const auto& camera) noexcept {
+        if constexpr (requires { camera.exact(x, y, lens); })
+          return camera.exact(x, y, lens);
+        else
+          return camera.exact(x, y);
+      },
+      sensor);
+  const Placement now = to_world_.at(static_cast<double>(time));
+  ray.origin = now.point(ray.origin);
+  const Vec3d along = now.vector(ray.direction);
+  const double stretch = length(along);
+  ray.direction = along / stretch;
+  ray.near *= stretch, ray.far *= stretch;
+  double clear = 0;
+  if (!bounds_.empty()) {
+    const Vec3d nearest = max(bounds_.lo, min(bounds_.hi, ray.origin));
+    clear = length(nearest - ray.origin) * (1 - kSlack) - kSlack * extent_of(bounds_);
+  }
+  // Parallel rays may be clipped before the plane that they start from.
+  return rounded(ray, std::max(std::max(0.0, clear), ray.near));
+}
+
+namespace {
+
+Sensor sensor_of(const SensorDescription& description, const FilmDescription& film,
+                 const Normalization& normalization) {
   if (const auto* lens = std::get_if<ThinLensDescription>(&description)) {
     if (lens->aperture_radius == 0) return PerspectiveCamera(lens->view, film, normalization);
     if (!(lens->aperture_radius > 0 && std::isfinite(lens->aperture_radius)))
@@ -146,6 +196,20 @@ Sensor make_sensor(const SensorDescription& description, const FilmDescription& 
   if (const auto* spherical = std::get_if<SphericalDescription>(&description))
     return SphericalCamera(*spherical, film, normalization);
   return PerspectiveCamera(*std::get_if<PerspectiveDescription>(&description), film, normalization);
+}
+
+}  // namespace
+
+Sensor make_sensor(const SceneDescription& scene, const Normalization& normalization) {
+  if (scene.sensor_keys.empty()) return sensor_of(scene.sensor, scene.film, normalization);
+  SensorDescription own = scene.sensor;
+  place(own, {});
+  return sensor_of(own, scene.film, normalization.of_camera());
+}
+
+std::optional<CameraMotion> make_camera_motion(const SceneDescription& scene, const Normalization& normalization) {
+  if (scene.sensor_keys.empty()) return std::nullopt;
+  return CameraMotion(scene.sensor_keys, normalization);
 }
 
 }  // namespace equaltime

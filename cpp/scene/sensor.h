@@ -3,13 +3,22 @@
 // film are in pixels from its upper left corner.
 #pragma once
 
+#include <optional>
 #include <variant>
+#include <vector>
 
+#include "math/motion.h"
 #include "math/ray.h"
 #include "sampling/sampler.h"
 #include "scene/normalization.h"
 
 namespace equaltime {
+
+/// A camera ray before it is advanced and rounded. Distances along it within which geometry is seen.
+struct SensorRay {
+  Vec3d origin, direction;  // unit
+  double near, far;         // far 0: no end
+};
 
 /// A pinhole.
 class PerspectiveCamera {
@@ -20,6 +29,7 @@ class PerspectiveCamera {
                     const Normalization& normalization, double aperture = 0);
 
   [[nodiscard]] Ray ray(double x, double y) const noexcept;
+  [[nodiscard]] SensorRay exact(double x, double y) const noexcept;
 
  private:
   friend class ThinLensCamera;
@@ -36,6 +46,7 @@ class ThinLensCamera {
                  const Normalization& normalization);
 
   [[nodiscard]] Ray ray(double x, double y, Point2f lens) const noexcept;
+  [[nodiscard]] SensorRay exact(double x, double y, Point2f lens) const noexcept;
 
  private:
   PerspectiveCamera view_;
@@ -52,6 +63,7 @@ class OrthographicCamera {
                      const Normalization& normalization);
 
   [[nodiscard]] Ray ray(double x, double y) const noexcept;
+  [[nodiscard]] SensorRay exact(double x, double y) const noexcept;
 
  private:
   Vec3d corner_, right_, down_;  // of the film, and one pixel
@@ -68,23 +80,49 @@ class SphericalCamera {
                   const Normalization& normalization);
 
   [[nodiscard]] Ray ray(double x, double y) const noexcept;
+  [[nodiscard]] SensorRay exact(double x, double y) const noexcept;
 
  private:
   Vec3d origin_, x_axis_, y_axis_, z_axis_;
   double azimuth_, polar_;  // of a pixel, in radians
-  double start_;            // of every ray: the near clip, or before the geometry
-  double far_;              // infinite: none
+  double near_;
+  double start_;  // of every ray: the near clip, or before the geometry
+  double far_;    // infinite: none
 };
 
 using Sensor = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera>;
 
-/// Throws std::invalid_argument for numbers that are none, and for a camera too far away for float64.
-[[nodiscard]] Sensor make_sensor(const SensorDescription& description, const FilmDescription& film,
-                                 const Normalization& normalization);
+/// Takes the rays of a sensor that was made in the camera's own space to where the camera is at a time.
+class CameraMotion {
+ public:
+  /// Throws std::invalid_argument for keys that make no motion.
+  CameraMotion(const std::vector<MotionKey>& keys, const Normalization& normalization);
 
-/// The ray through a place on the film. `lens` gives two uniform numbers, and is called only where there is a lens.
+  [[nodiscard]] Ray ray(const Sensor& sensor, double x, double y, Point2f lens, float time) const noexcept;
+
+ private:
+  Motion to_world_;
+  Bounds bounds_;  // of the geometry
+};
+
+/// The sensor of a scene, in its own space if it moves. Throws std::invalid_argument for numbers that are none, and for
+/// a camera too far away for float64.
+[[nodiscard]] Sensor make_sensor(const SceneDescription& scene, const Normalization& normalization);
+[[nodiscard]] std::optional<CameraMotion> make_camera_motion(const SceneDescription& scene,
+                                                             const Normalization& normalization);
+
+/// The ray through a place on the film, at a time from 0 to 1 if the camera moves. `lens` gives two uniform numbers,
+/// and is called only where there is a lens.
 template <auto E, class LensNumbers>
-[[nodiscard]] EQUALTIME_INLINE Ray camera_ray(const Sensor& sensor, double x, double y, LensNumbers&& lens) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Ray camera_ray(const Sensor& sensor,
+                                              [[maybe_unused]] const std::optional<CameraMotion>& motion, double x,
+                                              double y, LensNumbers&& lens, [[maybe_unused]] float time) noexcept {
+  if constexpr (E.motion) {
+    if (motion) {
+      const bool has_lens = std::holds_alternative<ThinLensCamera>(sensor);
+      return motion->ray(sensor, x, y, has_lens ? lens() : Point2f{}, time);
+    }
+  }
   if constexpr (E.lens) {
     if (const auto* thin = std::get_if<ThinLensCamera>(&sensor)) return thin->ray(x, y, lens());
     if (const auto* parallel = std::get_if<OrthographicCamera>(&sensor)) return parallel->ray(x, y);

@@ -75,6 +75,8 @@ struct Surface {
   // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round.
   Vec3f pole, azimuth[2];
   float size = 0;
+  std::vector<std::vector<Vec3f>> later_normals;  // of a mesh that deforms, as its later vertices
+  std::uint32_t shown_as = kNone;  // another shape, which is how its author knows it: one that moves
 };
 
 }  // namespace equaltime

@@ -107,6 +107,32 @@ inline SceneDescription full_room() {
   return d;
 }
 
+/// A quarter turn about the y axis, and where it goes, in four keys of which two are while the shutter is open.
+inline std::vector<MotionKey> swing(const Vec3d& from, const Vec3d& to, double size) {
+  std::vector<MotionKey> keys;
+  for (const auto& [time, c, s] : {std::array{-0.5, 1.0, 0.0}, {0.25, 0.8, 0.6}, {0.75, 0.28, 0.96}, {1.5, 0.0, 1.0}})
+    keys.push_back({time, placed({size * c, 0, -size * s}, {0, size * (1 + s / 4), 0}, {size * s, 0, size * c},
+                                 from * (1 - s) + to * s)});
+  return keys;
+}
+
+/// The same with a lamp, a ball and two walls of a box that swing through it while the camera moves.
+inline SceneDescription in_motion(SceneDescription d) {
+  const SurfaceDescription lamp{0, {}, Vec3d{2, 4, 8}}, green{1, 1, {}};
+  GroupDescription shining, box;
+  shining.shapes.emplace_back(RectangleDescription{placed({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}), false, lamp});
+  box.shapes.emplace_back(RectangleDescription{placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 1}), false, green});
+  box.shapes.emplace_back(RectangleDescription{placed({0, 0, -1}, {0, 1, 0}, {1, 0, 0}, {1, 0, 0}), false, green});
+  const auto first = static_cast<std::uint32_t>(d.groups.size());
+  d.groups.push_back(shining);
+  d.groups.push_back(box);
+  d.shapes.emplace_back(InstanceDescription{first, {}, swing({-0.5, 1.25, 0}, {0.25, 1, 0.5}, 0.125)});
+  d.shapes.emplace_back(InstanceDescription{first + 1, {}, swing({0.5, 0.25, 0.5}, {-0.5, 0.5, 0.25}, 0.25)});
+  d.sensor_keys = {{0, placement(d.sensor)}, {1, placement(d.sensor)}};
+  for (std::size_t row = 0; row < 3; ++row) d.sensor_keys[1].to_world.m[row][3] += 0.125;
+  return d;
+}
+
 /// The same without its media.
 inline SceneDescription in_vacuum(SceneDescription d) {
   for (MediumDescription& medium : d.media) medium.sigma_t = {0, 0, 0};
@@ -145,7 +171,10 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     if (auto* sphere = std::get_if<SphereDescription>(&shape)) sphere->center = sphere->center * s, sphere->radius *= s;
     if (auto* tube = std::get_if<CylinderDescription>(&shape))
       tube->base = tube->base * s, tube->end = tube->end * s, tube->radius *= s;
-    if (auto* instance = std::get_if<InstanceDescription>(&shape)) scale(instance->to_world, 1);
+    if (auto* instance = std::get_if<InstanceDescription>(&shape)) {
+      scale(instance->to_world, 1);
+      for (MotionKey& key : instance->keys) scale(key.to_world, 1);
+    }
   };
   std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
   for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
@@ -165,7 +194,9 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
     scale_view(lens->view);
     lens->aperture_radius *= s, lens->focus_distance *= s;
   }
-  if (auto* parallel = std::get_if<OrthographicDescription>(&d.sensor)) scale(parallel->to_world, 4);
+  auto* parallel = std::get_if<OrthographicDescription>(&d.sensor);
+  if (parallel != nullptr) scale(parallel->to_world, 4);
+  for (MotionKey& key : d.sensor_keys) scale(key.to_world, parallel != nullptr ? 4 : 1);
   return d;
 }
 
@@ -178,6 +209,10 @@ inline SceneDescription with_light(SceneDescription d, double s) {
             if (any.surface.radiance) any.surface.radiance = *any.surface.radiance * s;
         },
         shape);
+  for (GroupDescription& group : d.groups)
+    for (ShapeDescription& shape : group.shapes)
+      if (auto* lamp = std::get_if<RectangleDescription>(&shape); lamp != nullptr && lamp->surface.radiance)
+        lamp->surface.radiance = *lamp->surface.radiance * s;
   for (PointLightDescription& light : d.point_lights) light.intensity = light.intensity * s;
   for (SpotLightDescription& light : d.spot_lights) light.intensity = light.intensity * s;
   for (DirectionalLightDescription& light : d.directional_lights) light.irradiance = light.irradiance * s;

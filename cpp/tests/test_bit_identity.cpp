@@ -25,7 +25,7 @@ Settings deep() {
 }
 
 TEST("threads, tiles and pass splits leave every bit where it is") {
-  const auto scene = built(full_room());
+  const auto scene = built(in_motion(full_room()));
   const Moments reference = rendered(scene, kSamples, deep(), {.seed = 5, .threads = 1, .tile = 1000});
   CHECK(mean(reference) > 0.01);
   const std::vector<std::vector<std::uint64_t>> splits = {{kSamples}, {1, 2, 3, 20, kSamples}, {17, kSamples}};
@@ -71,7 +71,8 @@ TEST("a crop has the bits of the whole") {
 TEST("every kernel that covers a scene gives the same bits") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
-      for (const SceneDescription& description : {room(), room_of_curves(), in_vacuum(full_room()), full_room()}) {
+      for (const SceneDescription& description :
+           {room(), room_of_curves(), in_vacuum(full_room()), full_room(), in_motion(room()), in_motion(full_room())}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
@@ -104,7 +105,7 @@ Spectrum sum(const Replay& path) {
 TEST("replays of all samples are the film, bit by bit, and what they list sums up to each") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
-      for (const SceneDescription& description : {room(), room_of_curves(), full_room()}) {
+      for (const SceneDescription& description : {room(), room_of_curves(), full_room(), in_motion(full_room())}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;

@@ -24,7 +24,8 @@ const Settings kByTree{.lights = LightSelection::tree};
 
 TEST("lengths times a power of two change no bit, with point light intensities scaled by its square") {
   for (const SceneDescription& d :
-       {room(), full_room(), clipped(full_room()), through_a_lens(clipped(room())), from_afar(full_room())})
+       {room(), full_room(), clipped(full_room()), through_a_lens(clipped(room())), from_afar(full_room()),
+        in_motion(full_room()), in_motion(through_a_lens(room())), in_motion(from_afar(full_room()))})
     for (const Settings& settings : {Settings{}, kByTree}) {
       const Moments reference = rendered(built(d), kSamples, settings);
       CHECK(mean(reference) > 0.01);
@@ -34,7 +35,7 @@ TEST("lengths times a power of two change no bit, with point light intensities s
 }
 
 TEST("light times a power of two scales the image exactly") {
-  for (const SceneDescription& d : {room(), full_room()})
+  for (const SceneDescription& d : {room(), full_room(), in_motion(room())})
     for (const Settings& settings : {Settings{}, kByTree}) {
       const Moments reference = rendered(built(d), kSamples, settings);
       for (const double s : {0x1p-40, 0x1p-1, 0x1p40})

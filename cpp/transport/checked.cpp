@@ -16,16 +16,18 @@ class CheckedCounter {
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++counter_.counters.rays;
-    return scene.intersect<E, HeldExceptions>(ray);
+    return scene.intersect<E, HeldExceptions>(ray, time);
   }
-  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) noexcept {
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
     const HeldExceptions held;
-    return counter_.occluded(accel, ray);
+    ++counter_.counters.shadow_rays;
+    return scene.occluded<E>(ray, time);
   }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
     ++counter_.counters.shadow_rays;
-    return scene.intersect<E, HeldExceptions>(ray);
+    return scene.intersect<E, HeldExceptions>(ray, time);
   }
   void begin(float weight) noexcept { counter_.begin(weight); }
   static void scatters(const Bsdf&) noexcept {}
@@ -33,6 +35,8 @@ class CheckedCounter {
   static Spectrum met(const Spectrum& L, std::uint32_t, int) noexcept { return L; }
   static Spectrum lit(const Spectrum& L, int) noexcept { return L; }
   bool gives_up() noexcept { return counter_.gives_up(); }
+
+  float time = 0;  // as RayCounter's
 
  private:
   RayCounter& counter_;

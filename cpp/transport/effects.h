@@ -24,6 +24,7 @@ struct Effects {
   bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
   bool media = false;        // what is between surfaces takes or scatters light, or bodies overlap by priority
   bool forks = false;        // paths are split: no scene calls for it, but a strategy
+  bool motion = false;       // something is elsewhere when the shutter closes than when it opens
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -55,6 +56,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::masks, "masks"},
     {&Effects::media, "media"},
     {&Effects::forks, "forks"},
+    {&Effects::motion, "motion"},
 };
 static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");
 

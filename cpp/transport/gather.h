@@ -47,7 +47,7 @@ template <Effects E, class Probe>
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
   if (!ray.alone && aims_at_lights(settings.technique))
-    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p);
+    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, probe.time);
   if constexpr (Probe::listens) probe.note(event::MeetsEmitter{light, light_pdf});
   return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
 }

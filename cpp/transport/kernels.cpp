@@ -30,7 +30,7 @@ KernelRow row() {
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects = [] {
   Effects e = kAllEffects;
-  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = e.forks = false;
+  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = e.forks = e.motion = false;
   return e;
 }();
 
@@ -47,9 +47,15 @@ constexpr Effects kCommonWithMedia = [] {
   return e;
 }();
 
-constexpr Effects kAllButMedia = [] {
+constexpr Effects kCommonInMotion = [] {
+  Effects e = kCommonEffects;
+  e.motion = true;
+  return e;
+}();
+
+constexpr Effects kAllButMediaAndMotion = [] {
   Effects e = kAllButForks;
-  e.media = false;
+  e.media = e.motion = false;
   return e;
 }();
 
@@ -67,8 +73,10 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
       row<Effects{.smooth_normals = true, .rough_conductors = true, .specular = true}>(),
       row<kCommonEffects>(),
-      row<kAllButMedia>(),
+      row<kAllButMediaAndMotion>(),
       row<kCommonWithMedia>(),
+      row<Effects{.smooth_normals = true, .environment = true, .motion = true}>(),
+      row<kCommonInMotion>(),
       row<kAllButForks>(),
       row<Effects{.forks = true}>(),
       row<Effects{.analytic_shapes = true, .rough_conductors = true, .forks = true}>(),

@@ -97,11 +97,16 @@ class LimitRun {
   /// Sends the rays to Embree and to nothing else; returns how many met something, so that no query is idle.
   std::uint64_t trace(const Recording& part) {
     const Accel& accel = scene_->accel;
+    const bool moves = scene_->moves();
     std::atomic<std::uint64_t> found{0}, traced{0};
     in_order(part.begin, part.end, [&](std::size_t i) {
       const std::vector<RecordedRay>& rays = part.rays[i - part.begin];
       std::uint64_t met = 0;
-      for (const RecordedRay& r : rays) met += (r.shadow ? accel.occluded(r.ray) : accel.intersect(r.ray).has_value());
+      if (moves)
+        for (const RecordedRay& r : rays)
+          met += r.shadow ? accel.occluded_at(r.ray, r.time) : accel.intersect_at(r.ray, r.time).has_value();
+      else
+        for (const RecordedRay& r : rays) met += r.shadow ? accel.occluded(r.ray) : accel.intersect(r.ray).has_value();
       found += met;
       traced += rays.size();
       return true;

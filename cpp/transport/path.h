@@ -64,7 +64,8 @@ template <Effects E, class Probe>
       if (depth >= settings.max_depth) return L;
     }
     std::optional<Bsdf> own;
-    const Bsdf* bsdf = phase != nullptr ? phase : &within.beside(scene, *it, scene.bsdf<E>(material, *it, own), own);
+    const Bsdf* bsdf =
+        phase != nullptr ? phase : &within.beside(scene, *it, scene.bsdf<E>(material, *it, own, probe.time), own);
     probe.scatters(*bsdf);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {

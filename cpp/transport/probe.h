@@ -21,18 +21,19 @@ class RayCounter {
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++counters.rays;
-    return scene.intersect<E>(ray);
+    return scene.intersect<E>(ray, time);
   }
-  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) noexcept {
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
     ++counters.shadow_rays;
-    return accel.occluded(ray);
+    return scene.occluded<E>(ray, time);
   }
 
   /// The nearest surface that a shadow ray meets, where surfaces may let it pass.
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
     ++counters.shadow_rays;
-    return scene.intersect<E>(ray);
+    return scene.intersect<E>(ray, time);
   }
 
   /// What follows is told to probes that ask where light comes from: the beginning of a path, with the weight of its
@@ -50,6 +51,7 @@ class RayCounter {
     return gave_up;
   }
 
+  float time = 0;  // of the path, from 0 to 1, where anything moves
   Counters counters;
   const std::function<bool()>* stop = nullptr;  // whether the render is to end; throws nothing
   bool gave_up = false;
@@ -58,6 +60,7 @@ class RayCounter {
 struct RecordedRay {
   Ray ray;
   bool shadow;
+  float time;
 };
 
 class RayRecorder {
@@ -66,12 +69,13 @@ class RayRecorder {
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
-    rays.push_back({ray, false});
-    return scene.intersect<E>(ray);
+    rays.push_back({ray, false, time});
+    return scene.intersect<E>(ray, time);
   }
-  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) {
-    rays.push_back({ray, true});
-    return accel.occluded(ray);
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) {
+    rays.push_back({ray, true, time});
+    return scene.occluded<E>(ray, time);
   }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
@@ -84,6 +88,7 @@ class RayRecorder {
   EQUALTIME_INLINE static Spectrum lit(Spectrum L, int) noexcept { return L; }
   static bool gives_up() noexcept { return false; }
 
+  float time = 0;
   Counters counters;
   std::vector<RecordedRay> rays;
 };

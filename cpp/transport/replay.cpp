@@ -15,14 +15,13 @@ constexpr const char* kBsdfNames[] = {"diffuse", "roughconductor", "conductor", 
 static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
-std::optional<Point2f> place_on(const Scene& scene, const Interaction& it) noexcept {
+std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float time) noexcept {
   const Surface& surface = scene.surfaces[it.shape];
   if (surface.mesh == kNone) return surface.textured ? std::optional(it.place) : std::nullopt;
   RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
-  if (it.instance != kNone) at = scene.instances[it.instance].to_local(at);
-  const MeshView& mesh = scene.meshes[surface.mesh];
-  const auto& [a, b, c] = mesh.triangles[it.primitive];
-  const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], at.origin);
+  if (it.instance != kNone) at = scene.instance_at(it.instance, time).to_local(at);
+  const auto [a, b, c] = scene.corners(surface.mesh, it.primitive, time);
+  const auto [u, v] = barycentric(a, b, c, at.origin);
   return Point2f{u, v};
 }
 
@@ -36,12 +35,12 @@ class PathTracer {
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E, HeldExceptions>(ray);
+    const auto it = scene.intersect<E, HeldExceptions>(ray, time);
     const HeldExceptions held;
     TracedVertex& vertex = current();
     if (it) {
       vertex.it = *it;
-      vertex.place = place_on(scene, *it);
+      vertex.place = place_on(scene, *it, time);
     } else if (scene.lights.environment()) {
       const LightValue value =
           scene.lights.environment_towards(settings_.lights, settings_.environment, vertex.made.from, ray.direction);
@@ -49,15 +48,16 @@ class PathTracer {
     }
     return it;
   }
-  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) {
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) {
     const HeldExceptions held;
-    const bool blocked = accel.occluded(ray);
+    const bool blocked = scene.occluded<E>(ray, time);
     if (blocked) block(ray);
     return blocked;
   }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E, HeldExceptions>(ray);
+    const auto it = scene.intersect<E, HeldExceptions>(ray, time);
     if (it) current().light->blocker = *it;
     return it;
   }
@@ -124,6 +124,8 @@ class PathTracer {
     replay_.vertices.front().faults |= early_faults_;
   }
 
+  float time = 0;  // as RayCounter's
+
  private:
   TracedVertex& current() noexcept { return replay_.vertices.back(); }
   void meets(std::uint32_t light, const Spectrum& radiance, float light_pdf) {
@@ -132,7 +134,7 @@ class PathTracer {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    if (const auto it = scene_.intersect<kAllEffects>(ray)) current().light->blocker = *it;
+    if (const auto it = scene_.intersect<kAllEffects>(ray, time)) current().light->blocker = *it;
   }
 
   const Scene& scene_;
@@ -177,7 +179,7 @@ std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
     const std::uint32_t first = scene.surfaces[shape].first_light;
     if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
   }
-  return owner;
+  return owner != kNone && scene.surfaces[owner].shown_as != kNone ? scene.surfaces[owner].shown_as : owner;
 }
 
 }  // namespace equaltime

@@ -15,9 +15,11 @@ EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t
   const Sampler sampler = Sampler::at(task.settings.sampler, task.seed, pixel, index, replicates);
   const PixelFilter::Offset offset = scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)));
   probe.begin(offset.weight);
-  const Ray ray =
-      camera_ray<E>(scene.sensor, static_cast<double>(px) + 0.5 + offset.x, static_cast<double>(py) + 0.5 + offset.y,
-                    [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); });
+  if constexpr (E.motion) probe.time = sampler.get_1d(slot(CameraDimension::time));
+  const Ray ray = camera_ray<E>(
+      scene.sensor, scene.camera_motion, static_cast<double>(px) + 0.5 + offset.x,
+      static_cast<double>(py) + 0.5 + offset.y, [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); },
+      probe.time);
   return trace_path<E>(scene, task.settings, ray, sampler, Forks<E>(task.settings, px, py), probe) * offset.weight;
 }
 

@@ -16,7 +16,7 @@ template <Effects E, class Probe>
     return light.infinite ? from.spawn(light.wi, side) : from.spawn_to(light.target, light.distance, side);
   };
   Ray shadow = towards_light(vertex, above);
-  if constexpr (!E.masks) return probe.occluded(scene.accel, shadow) ? 0.0F : 1.0F;
+  if constexpr (!E.masks) return probe.template occluded<E>(scene, shadow) ? 0.0F : 1.0F;
   for (float share = 1;; --crossings) {
     const auto it = probe.template blocker<E>(scene, shadow);
     if (!it) return share;

@@ -57,13 +57,16 @@ class SplitProbe {
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return scene.intersect<E>(ray);
+    return scene.intersect<E>(ray, time);
   }
-  [[nodiscard]] bool occluded(const Accel& accel, const Ray& ray) noexcept { return accel.occluded(ray); }
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
+    return scene.occluded<E>(ray, time);
+  }
   template <auto E>
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
     if (scene.crossings_are_vertices) ++crossed_;
-    return scene.intersect<E>(ray);
+    return scene.intersect<E>(ray, time);
   }
 
   void begin(float weight) noexcept { weight_ = scale_ * static_cast<double>(weight), bsdf_ = 0; }
@@ -82,6 +85,8 @@ class SplitProbe {
     return L;
   }
   static bool gives_up() noexcept { return false; }
+
+  float time = 0;  // as RayCounter's
 
  private:
   void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;

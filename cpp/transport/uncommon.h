@@ -24,7 +24,7 @@ template <Effects E, class Probe>
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
   if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
-  const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver);
+  const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver, probe.time);
   const bool lights_turn = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
   Vertex vertex;
   if (lights_turn && has_directions) {
@@ -45,9 +45,9 @@ template <Effects E, class Probe>
   if (!scattered) return vertex;
   float light_pdf = scattered->pdf;  // where both turns are the BSDF's
   if (has_directions) {
-    light_pdf = scattered->delta
-                    ? 0.0F
-                    : scene.lights.pdf_towards<E>(picked->light, settings.environment, receiver, scattered->wi);
+    light_pdf = scattered->delta ? 0.0F
+                                 : scene.lights.pdf_towards<E>(picked->light, settings.environment, receiver,
+                                                               scattered->wi, probe.time);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
   vertex.scattered = scattered;

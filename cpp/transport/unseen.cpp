@@ -19,9 +19,12 @@ class UnshadowedProbe {
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return scene.intersect<E>(ray);
+    return scene.intersect<E>(ray, time);
   }
-  [[nodiscard]] static bool occluded(const Accel&, const Ray&) noexcept { return false; }
+  template <auto E>
+  [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
+    return false;
+  }
   template <auto E>
   [[nodiscard]] static Optional<Interaction> blocker(const Scene&, const Ray&) noexcept {
     return {};
@@ -32,6 +35,8 @@ class UnshadowedProbe {
   static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
   static Spectrum lit(Spectrum L, int) noexcept { return L; }
   static bool gives_up() noexcept { return false; }
+
+  float time = 0;  // as RayCounter's
 };
 
 }  // namespace
