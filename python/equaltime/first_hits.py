@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import Scene
-from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, Spherical, as_array
+from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, Spherical
+from equaltime.scene.motion import center, pose
 
 __all__ = ["first_hits"]
 
@@ -103,7 +104,7 @@ def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
         return _all_around(sensor, places / (width, height))
     x, y = (1.0 - 2.0 * (places / (width, height) + offset)).T
     y *= height / width
-    to_world, near = as_array(sensor.to_world), sensor.near_clip or 0.0
+    to_world, near = pose(sensor.to_world, center(sensor)), sensor.near_clip or 0.0
     if isinstance(sensor, Orthographic):
         origins = np.stack([x, y, np.full_like(x, near)], axis=1)
         directions = np.broadcast_to([0.0, 0.0, 1.0], origins.shape)
@@ -121,7 +122,7 @@ def _all_around(sensor: Spherical, places: Array) -> tuple[Array, Array, Array]:
     """Return the same for a camera that looks everywhere; `places` are in films."""
     phi, theta = 2.0 * np.pi * places[:, 0], np.pi * places[:, 1]
     local = np.stack([np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)], axis=1)
-    to_world, near = as_array(sensor.to_world), sensor.near_clip or 0.0
+    to_world, near = pose(sensor.to_world, center(sensor)), sensor.near_clip or 0.0
     directions = local @ to_world[:3, :3].T
     reach = np.full(len(places), (sensor.far_clip or math.inf) - near)
     return near * directions + to_world[:3, 3], directions, reach

@@ -17,6 +17,7 @@ from equaltime._core import parts
 from equaltime.cost.folder import replacing
 from equaltime.errors import ImageError
 from equaltime.scene import Scene
+from equaltime.scene.motion import center, pose
 
 __all__ = ["Rays", "read_directions", "sample_directions", "write_directions"]
 
@@ -111,7 +112,7 @@ def _uniform(random: np.random.Generator, whole: bool) -> tuple[Floats, float]:
 
 def _in_the_middle(scene: Scene) -> Scene | None:
     """Return a scene of nothing but the shape in the middle of the picture, if it scatters light."""
-    to_world = np.asarray(scene.model.sensor.to_world, np.float64)
+    to_world = pose(scene.model.sensor.to_world, center(scene.model.sensor))
     hit = scene.core.intersect(to_world[None, :3, 3], to_world[None, :3, 2])
     number = int(hit["shape"][0])
     shapes = scene.model.shapes[number : number + 1] if np.isfinite(hit["t"][0]) else ()

@@ -8,7 +8,7 @@ import numpy as np
 
 from equaltime.crosscheck.vectors import Array, normalize
 from equaltime.errors import RenderError
-from equaltime.scene.model import Box, Filter, Gaussian, Perspective, Tent, as_array
+from equaltime.scene.model import Box, Filter, Gaussian, Perspective, Tent, as_array, poses
 
 __all__ = ["Camera", "filter_offsets"]
 
@@ -25,7 +25,7 @@ class Camera:
 
     def __init__(self, sensor: Perspective) -> None:
         self._film = sensor.film
-        self._to_world = as_array(sensor.to_world)
+        self._to_world = as_array(poses(sensor.to_world)[0])
         self._half_width = math.tan(math.radians(sensor.x_fov) / 2.0)
         self._principal_point = np.array([sensor.principal_point_offset_x, sensor.principal_point_offset_y])
         self._near = sensor.near_clip or 0.0

@@ -13,7 +13,7 @@ from equaltime.crosscheck.vectors import Array, Index, normalize, perpendicular
 from equaltime.scene import geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, SphereSurface
-from equaltime.scene.model import Cube, SceneModel, Shape, as_array
+from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 
 __all__ = ["Disk", "Sphere", "Triangles", "collect"]
 
@@ -72,7 +72,7 @@ def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere],
     for index, (shape, surface) in enumerate(zip(model.shapes, geometry.surfaces(model, assets), strict=True)):
         if isinstance(surface, SphereSurface):
             front = -1.0 if surface.flip_normals else 1.0
-            axis = normalize(as_array(shape.to_world)[:3, 2])
+            axis = normalize(as_array(poses(shape.to_world)[0])[:3, 2])
             spheres.append(Sphere(index, surface.center, surface.radius, front, axis))
         elif isinstance(surface, DiskSurface):
             disks.append(_disk(index, surface))
@@ -109,7 +109,7 @@ def _triangles(index: int, shape: Shape, surface: MeshSurface | QuadSurface) -> 
     if isinstance(surface, QuadSurface):
         tangents = np.tile(surface.to_world[:3, 0], (len(kept), 1))
     elif isinstance(shape, Cube):
-        tangents = _cube_tangents(as_array(shape.to_world), corners)
+        tangents = _cube_tangents(as_array(poses(shape.to_world)[0]), corners)
     else:
         tangents = _uv_tangents(corners, None if mesh.uvs is None else mesh.uvs[mesh.faces[kept]], normals)
     shapes = np.full(len(kept), index, np.int64)

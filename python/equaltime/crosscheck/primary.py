@@ -11,6 +11,7 @@ from equaltime.crosscheck.refusal import camera_of
 from equaltime.crosscheck.vectors import Array, Index
 from equaltime.crosscheck.world import World
 from equaltime.scene import Scene
+from equaltime.scene.motion import still
 
 __all__ = ["PrimaryHits", "primary_hits"]
 
@@ -30,8 +31,9 @@ class PrimaryHits:
 
 
 def primary_hits(scene: Scene) -> PrimaryHits:
-    """Return what stands behind the middles of the pixels, between the clip planes."""
-    camera, world = Camera(camera_of(scene.model)), World(scene.model, scene.assets)
+    """Return what stands behind the middles of the pixels, between the clip planes, at the shutter's centre."""
+    model = still(scene.model)
+    camera, world = Camera(camera_of(model)), World(model, scene.assets)
     directions, near, far = camera.rays(camera.pixels() + 0.5)
     origins = camera.origin + near[:, None] * directions
     t, patch = world.intersect(origins, directions, np.full(len(directions), -1))

@@ -17,7 +17,8 @@ from equaltime.crosscheck.vectors import Array, Frames, Index, Mask, dot
 from equaltime.crosscheck.world import Hits, World
 from equaltime.errors import RenderError
 from equaltime.scene import Scene, geometry
-from equaltime.scene.model import Bsdf
+from equaltime.scene.model import Bsdf, Sensor
+from equaltime.scene.motion import at_time, moves, still
 
 __all__ = ["Tracer", "render"]
 
@@ -55,12 +56,16 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
         If a path does not end, or a sample is not finite.
 
     """
-    tracer = Tracer(scene if size is None else scene.with_(size=size))
+    scene = scene if size is None else scene.with_(size=size)
+    moving = any(moves(node, scene.model.sensor) for node in (*scene.model.shapes, scene.model.sensor))
+    tracer = Tracer(scene.replaced(still(scene.model)))
     rng = np.random.Generator(np.random.Philox(seed))
     pixels = tracer.camera.pixels()
     mean, squares, done = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3)), 0
     while done < spp:
-        count = min(spp - done, max(1, PATHS_AT_ONCE // len(pixels)))
+        count = 1 if moving else min(spp - done, max(1, PATHS_AT_ONCE // len(pixels)))
+        if moving:  # brute force: another still scene for each sample
+            tracer = Tracer(scene.replaced(at_time(scene.model, _any_time(scene.model.sensor, rng))))
         radiance = tracer.sample(np.tile(pixels, (count, 1)), rng).reshape(count, len(pixels), 3)
         for one in radiance:  # Welford's way to mean and squared deviations
             done += 1
@@ -70,6 +75,10 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     shape = (*tracer.film_shape, 3)
     variance = squares / (spp * (spp - 1)) if spp > 1 else np.full_like(squares, np.nan)
     return mean.reshape(shape), variance.reshape(shape)
+
+
+def _any_time(sensor: Sensor, rng: np.random.Generator) -> float:
+    return sensor.shutter_open + rng.random() * (sensor.shutter_close - sensor.shutter_open)
 
 
 @dataclass(slots=True, eq=False)

@@ -9,6 +9,7 @@ from equaltime.effects.kinds import KINDS, Kind, kind_of
 from equaltime.scene import Scene
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import Plugin
+from equaltime.scene.motion import moves
 
 __all__ = ["Reason", "derive"]
 
@@ -69,5 +70,6 @@ def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
 
 def _reasons(scene: Scene, kind: Kind, nodes: list[Plugin]) -> Iterator[Reason]:
     for node in nodes:
-        if kind.calls(node) and not is_inert(node, scene.assets):
+        rests = kind.name == "motion" and not moves(node, scene.model.sensor)
+        if kind.calls(node) and not rests and not is_inert(node, scene.assets):
             yield Reason(scene.place_of(node), f"{node.kind} '{node.title}'")

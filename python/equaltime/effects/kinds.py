@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from equaltime.scene.model import (
+    Animation,
     Aov,
     Area,
     BlendBsdf,
@@ -75,6 +76,10 @@ def _fills(node: Plugin) -> bool:
     return isinstance(node, Medium) or (isinstance(node, Solid) and node.priority is not None)
 
 
+def _is_animated(node: Plugin) -> bool:
+    return isinstance(getattr(node, "to_world", None), Animation)
+
+
 def _shines(node: Plugin) -> bool:
     return isinstance(node, Area | Point | Spot | Directional | Constant | EnvMap)
 
@@ -106,6 +111,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
         Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
         Kind("media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase",)),
+        Kind("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
         Kind("many_lights", "a choice among lights", _shines),
         Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),

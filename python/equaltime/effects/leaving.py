@@ -1,7 +1,8 @@
 """Leaving an effect out: the same scene with something plainer in its place. That is another image: biased, and named.
 
 Textures become their means, normal and bump maps nothing, masks opaque, the environment black, a lens a pinhole, media
-a vacuum, and long paths are cut (`Strategy.truncate`). Everything else has no plainer stand-in.
+a vacuum, what moves stands where it is at the shutter's centre, and long paths are cut (`Strategy.truncate`).
+Everything else has no plainer stand-in.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from equaltime.scene.model import (
     TexturePlugin,
     ThinLens,
 )
+from equaltime.scene.motion import moves, still
 from equaltime.scene.unsupported import constant
 from equaltime.strategy import Strategy
 
@@ -196,6 +198,11 @@ def _without_media(node: Plugin) -> Plugin:
     return node.replace(**dict.fromkeys(places)) if places else node
 
 
+def _without_motion(model: SceneModel, _: Assets) -> SceneModel:
+    anything = any(moves(node, model.sensor) for node in (*model.shapes, model.sensor))
+    return still(model) if anything else model
+
+
 STEPS: Final[Mapping[str, Callable[[SceneModel, Assets], SceneModel]]] = {
     "environment": _without_environment,
     "lens": _without_lens,
@@ -203,4 +210,5 @@ STEPS: Final[Mapping[str, Callable[[SceneModel, Assets], SceneModel]]] = {
     "normal_maps": _everywhere(_without_bends),
     "masks": _everywhere(_without_masks),
     "media": _everywhere(_without_media),
+    "motion": _without_motion,
 }

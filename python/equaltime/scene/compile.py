@@ -26,6 +26,7 @@ from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.inert import shown
 from equaltime.scene.model import LOOKS_AT_UV, Aov, SceneModel
+from equaltime.scene.motion import in_shutters
 
 __all__ = ["compile_scene"]
 
@@ -35,6 +36,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
 
     Raises ValueError if a file or the scene cannot be used, and `Unsupported`, one of them, for a node that cannot.
     """
+    model = in_shutters(model)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
     media = Media(builder, model)

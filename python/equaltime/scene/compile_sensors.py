@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from equaltime.scene.builder import Builder
 from equaltime.scene.model import (
+    Animation,
     Box,
     CatmullRom,
     Filter,
@@ -17,14 +18,17 @@ from equaltime.scene.model import (
     Tent,
     ThinLens,
     as_array,
+    poses,
 )
 
 __all__ = ["set_film", "set_sensor"]
 
 
 def set_sensor(builder: Builder, sensor: Sensor) -> None:
-    """Set the camera."""
-    to_world, near, far = as_array(sensor.to_world), sensor.near_clip, sensor.far_clip
+    """Set the camera; times of its animation are counted in shutters."""
+    to_world, near, far = as_array(poses(sensor.to_world)[0]), sensor.near_clip, sensor.far_clip
+    if isinstance(sensor.to_world, Animation):
+        builder.move_sensor(sensor.to_world.times, sensor.to_world.matrices)
     if isinstance(sensor, Orthographic):
         builder.set_orthographic(to_world, near, far)
     elif isinstance(sensor, Spherical):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
@@ -9,6 +11,7 @@ from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import (
+    Animation,
     Bitmap,
     Checkerboard,
     Color,
@@ -17,9 +20,12 @@ from equaltime.scene.model import (
     Shape,
     ShapeGroup,
     Solid,
+    TexturePlugin,
     as_array,
+    mirrors,
 )
 from equaltime.scene.sides import turns
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Shapes"]
 
@@ -41,10 +47,28 @@ class Shapes:
 
     def add(self, shape: Shape) -> None:
         """Add `shape`; raises ValueError if its file cannot be used."""
-        if isinstance(shape, Instance):
-            self._builder.add_instance(self._group(shape.shapegroup), as_array(shape.to_world))
+        placement = shape.to_world
+        if isinstance(placement, Animation):
+            self._moving(shape, placement)
+        elif isinstance(shape, Instance):
+            self._builder.add_instance(self._group(shape.shapegroup), as_array(placement))
         else:
             self._solid(shape)
+
+    def _moving(self, shape: Shape, animation: Animation) -> None:
+        """Add what moves, times counted in shutters: as an instance of its group, or of one of its own."""
+        matrices = np.array(animation.matrices)
+        if isinstance(shape, Instance):
+            self._builder.add_moving_instance(self._group(shape.shapegroup), animation.times, matrices)
+            return
+        if shape.emitter is not None and isinstance(shape.emitter.radiance, TexturePlugin):
+            raise Unsupported(shape.emitter, "a shape that moves cannot emit by a texture")
+        if shape.priority is not None:
+            raise Unsupported(shape, "a shape that moves cannot have a priority")
+        # A mirrored shape may be turned inside out, so that it is mirrored in its own space, and moved as it is.
+        own = np.diag([1.0, 1.0, -1.0 if mirrors(matrices[0]) else 1.0, 1.0])
+        first = self._solid(shape.replace(to_world=own))
+        self._builder.add_moving_instance(self._builder.add_group(first), animation.times, matrices @ own)
 
     def _group(self, group: ShapeGroup) -> int:
         if group not in self._groups:

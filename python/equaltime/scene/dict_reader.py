@@ -14,6 +14,7 @@ import numpy as np
 from equaltime.scene import transforms
 from equaltime.scene.known import shortened
 from equaltime.scene.model import Spectrum
+from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
 from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
@@ -92,7 +93,7 @@ class DictReader:
     def _node(self, name: str, value: object, place: Place) -> Node | None:
         try:
             if name in TRANSFORMS:
-                return Value(place, transforms.parse(self._expanded(value), flat=name == "to_uv"))
+                return Value(place, _transform(self._expanded(value), flat=name == "to_uv"))
             if not isinstance(value, Mapping):
                 return Value(place, self._plain(value))
             if value.get("type") == "ref":
@@ -150,6 +151,12 @@ class DictReader:
         if isinstance(value, int):
             raise ValueError(f"expected a number below 1.8e308, found {_shown(value)}")
         raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")
+
+
+def _transform(value: object, *, flat: bool) -> object:
+    """Return the transform, or the animation, that `value` describes."""
+    keys = None if flat else transforms.parse_animation(value)
+    return transforms.parse(value, flat=flat) if keys is None else animation(keys)
 
 
 def _has_objects(items: list[object] | tuple[object, ...]) -> bool:

@@ -6,7 +6,8 @@ import hashlib
 import json
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.model import Plugin, SceneModel
+from equaltime.scene.model import Animation, Plugin, SceneModel
+from equaltime.scene.motion import in_shutters
 
 __all__ = ["digest"]
 
@@ -20,7 +21,7 @@ def digest(model: SceneModel, assets: Assets) -> str:
     Names, places of files, output formats and sampling hints do not count; the order of shapes and emitters does,
     because the bits of an image depend on it.
     """
-    content = json.dumps([VERSION, _canonical(model, assets)], sort_keys=True, allow_nan=False)
+    content = json.dumps([VERSION, _canonical(in_shutters(model), assets)], sort_keys=True, allow_nan=False)
     return hashlib.sha256(content.encode()).hexdigest()
 
 
@@ -30,6 +31,8 @@ def _canonical(value: object, assets: Assets) -> object:
         if isinstance(filename := fields.get("filename"), str):
             fields["filename"] = assets.sha256(filename)
         return {name: _canonical(field, assets) for name, field in fields.items()}
+    if isinstance(value, Animation):
+        return {"times": value.times, "matrices": value.matrices}
     if isinstance(value, tuple):
         return [_canonical(item, assets) for item in value]
     return value

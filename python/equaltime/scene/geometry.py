@@ -40,6 +40,7 @@ from equaltime.scene.model import (
     as_array,
     linear_scale,
     mirrors,
+    poses,
 )
 from equaltime.scene.sides import sides
 from equaltime.scene.transforms import perpendicular
@@ -147,10 +148,13 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
-    """Return `shape` in world space; raises ValueError if its file cannot be used, `Unsupported` if it cannot."""
+    """Return `shape` in world space, where it is first if it is animated.
+
+    Raises ValueError if its file cannot be used, `Unsupported` if it cannot.
+    """
     if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile):
         raise Unsupported(shape)
-    both, to_world = _sides(shape), as_array(shape.to_world)
+    both, to_world = _sides(shape), as_array(poses(shape.to_world)[0])
     if isinstance(shape, Rectangle):
         return QuadSurface(both, to_world, shape.flip_normals)
     if isinstance(shape, Disk):
@@ -168,7 +172,7 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     center = meshes.place(np.array([shape.center]), to_world)[0]
-    scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a sphere
+    scale = linear_scale(poses(shape.to_world)[0]) or 1.0  # never None: the model refuses such a sphere
     mirrored, axes = mirrors(to_world), to_world[:3, :3] / scale
     flipped = mirrored != shape.flip_normals
     return SphereSurface(sides, center, scale * shape.radius, flipped, axes[:, 2], axes[:, 0], mirrored)
@@ -176,7 +180,7 @@ def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
 
 def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:
     base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
-    scale = linear_scale(shape.to_world) or 1.0  # never None: the model refuses such a cylinder
+    scale = linear_scale(poses(shape.to_world)[0]) or 1.0  # never None: the model refuses such a cylinder
     axis = np.subtract(shape.p1, shape.p0)
     meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / np.linalg.norm(axis)), mirrors(to_world)
     flipped = mirrored != shape.flip_normals

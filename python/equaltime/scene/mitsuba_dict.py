@@ -10,7 +10,8 @@ from typing import Any
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.plain import PlainWriter, with_transforms
-from equaltime.scene.model import Instance, Perspective, Projective, SceneModel, Sensor, Shape, ThinLens
+from equaltime.scene.model import Instance, Perspective, Projective, SceneModel, Sensor, Shape, ThinLens, poses
+from equaltime.scene.motion import still
 
 __all__ = ["mitsuba_dict", "with_transforms"]
 
@@ -26,6 +27,8 @@ def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
     Integrator and sampler are left out, since they are how a renderer samples. BSDFs that are equal are written once
     and referred to. Files are named by their absolute paths; raises ValueError if one is gone or has changed.
     """
+    if still(model) is not model:
+        raise ValueError("Mitsuba 3 has no transforms that change with time")
     writer = PlainWriter(lambda filename: str(assets.path(filename).absolute()))
     sensor = _sensor(model.sensor, writer)
     shapes = {f"shape_{i:06}": _shape(shape, writer) for i, shape in enumerate(model.shapes)}
@@ -43,7 +46,7 @@ def _shape(shape: Shape, writer: PlainWriter) -> Dict:
 def _sensor(sensor: Sensor, writer: PlainWriter) -> Dict:
     result: Dict = {
         "type": sensor.type,
-        "to_world": [list(row) for row in sensor.to_world],
+        "to_world": [list(row) for row in poses(sensor.to_world)[0]],
         "near_clip": sensor.near_clip or NEAR,
         "far_clip": sensor.far_clip or FAR,
         "film": _film(sensor, writer),

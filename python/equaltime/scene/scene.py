@@ -25,6 +25,7 @@ from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid
+from equaltime.scene.motion import closed_shutter, still
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.search import Search
@@ -121,8 +122,8 @@ class Scene:
             raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 
     def surfaces(self) -> Iterator[Surface]:
-        """Iterate over the shapes as they stand in world space, in the order of the model."""
-        return geometry.surfaces(self.model, self.assets)
+        """Iterate over the shapes as they stand in world space at the shutter's centre, in the order of the model."""
+        return geometry.surfaces(still(self.model), self.assets)
 
     @cached_property
     def digest(self) -> str:
@@ -262,6 +263,8 @@ def _finish(
     assert resolved.model is not None, "a scene without problems has a model"
     if unseen := unseen_media(resolved.model):
         warnings = (*warnings, unseen)
+    if closed := closed_shutter(resolved.model):
+        warnings = (*warnings, closed)
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
     return Scene(resolved.model, source, assets, warnings, done, places, {"load": perf_counter() - started})
 

@@ -11,7 +11,7 @@ from typing import Any, Final, get_args, get_type_hints
 from pydantic import TypeAdapter
 
 from equaltime.scene.export.plain import VECTORS
-from equaltime.scene.model import PLUGINS, Color, Matrix, Plugin
+from equaltime.scene.model import PLUGINS, Animation, Color, Matrix, Plugin
 from equaltime.scene.model.textures import TexturePlugin
 from equaltime.scene.transforms import STEPS
 
@@ -98,6 +98,27 @@ def _shared() -> dict[str, Schema]:
         "vector": _array(number, 3),
         "color": {"anyOf": [number, _array(number, 3), *closed, *spectra], "description": "Grey, RGB or a spectrum."},
         "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(NUMBER, 4, 3)]}}, VARIABLE]},
+        "placement": {"anyOf": [{"$ref": "#/$defs/transform"}, _animation(number)]},
+    }
+
+
+def _animation(number: Schema) -> Schema:
+    """Return the schema of a transform that changes with time."""
+    properties = {"time": number, "transform": {"$ref": "#/$defs/transform"}, **{name: {} for name in STEPS}}
+    key = {
+        "type": "object",
+        "properties": properties,
+        "required": ["time"],
+        "minProperties": 2,
+        "maxProperties": 2,
+        "additionalProperties": False,
+    }
+    return {
+        "type": "object",
+        "properties": {"animation": {"type": "array", "items": key, "minItems": 2}},
+        "required": ["animation"],
+        "additionalProperties": False,
+        "description": "Where it is at two times or more; an extension to Mitsuba.",
     }
 
 
@@ -132,6 +153,8 @@ def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
     if found := plugin.slots().get(name):
         constant: list[Schema] = [COLOR] if _holds(hint, Color) else [NUMBER, VARIABLE] if _holds(hint, float) else []
         return {"anyOf": [*constant, *_nested(sorted(found), many=False)["anyOf"]]}
+    if _holds(hint, Animation):
+        return {"$ref": "#/$defs/placement"}
     if _holds(hint, Matrix):
         return {"$ref": "#/$defs/transform"}
     if _holds(hint, tuple[float, ...]):

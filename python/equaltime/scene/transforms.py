@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.known import shortened, suggestion
 
-__all__ = ["compose", "look_at", "matrix", "parse", "rotate", "scale", "translate"]
+__all__ = ["compose", "look_at", "matrix", "parse", "parse_animation", "rotate", "scale", "translate"]
 
 Matrix4 = NDArray[np.float64]
 
@@ -121,6 +121,30 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
     if array.shape != (4, 4):
         raise ValueError("expected a 4x4 matrix or a list of steps such as {translate = [0, 1, 0]}")
     return array
+
+
+def parse_animation(value: object) -> list[tuple[float, Matrix4]] | None:
+    """Return the keys of ``{"animation": [{"time": t, "transform": …}, …]}``; None if `value` is something else.
+
+    In place of ``transform``, which is all that a transform may be, a key may have one step.
+    """
+    if not isinstance(value, Mapping) or "animation" not in value:
+        return None
+    keys = value["animation"]
+    if set(value) != {"animation"} or not isinstance(keys, list | tuple):
+        raise ValueError("an animation is a table with a list of keys and nothing else")
+    return [_key(key) for key in keys]
+
+
+def _key(key: object) -> tuple[float, Matrix4]:
+    if not isinstance(key, Mapping) or "time" not in key or len(key) != 2:
+        raise ValueError(
+            "a key of an animation is a table with a time and a transform, such as "
+            f"{{time = 0, translate = [0, 1, 0]}}, found {shortened(key, 80)}"
+        )
+    time = _numbers(key["time"], 1)[0]
+    placed = {name: step for name, step in key.items() if name != "time"}
+    return time, parse(placed.get("transform", placed))
 
 
 def _lifted(plane: Matrix4) -> Matrix4:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from equaltime.scene.known import shortened, suggestion
-from equaltime.scene.model import NOT_YET, Plugin
+from equaltime.scene.model import NOT_YET, Animation, Plugin
 
 __all__ = ["explain"]
 
@@ -45,7 +45,7 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
     found = details["input"]
     if kind == "value_error":  # one of the model's own checks, which says all but the value
         message = str(context["error"])
-        tells_all = not name or shown(found) in message or np.ndim(found) == 2
+        tells_all = not name or shown(found) in message or np.ndim(found) == 2 or isinstance(found, Animation)
         return message if tells_all else f"{message}; found {shown(found)}"
     return f"{_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
 

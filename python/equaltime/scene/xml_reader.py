@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from equaltime.scene import transforms
 from equaltime.scene.known import suggestion
 from equaltime.scene.model import Kind
+from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import read_spectrum
 from equaltime.scene.tree import MOST_INCLUDES, Alias, Child, Node, Object, Place, Reference, Report, Value
 from equaltime.scene.variables import Variables
 from equaltime.scene.xml_elements import Element, parse_elements
 from equaltime.scene.xml_upgrade import upgraded
-from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule
+from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule, number
 
 __all__ = ["read_xml"]
 
@@ -26,7 +27,7 @@ Names = tuple[str, ...]
 T = TypeVar("T")
 
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
-ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "default", "include", "path", "ref", "scene", "transform")
+ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
 
 def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
@@ -165,6 +166,10 @@ class _Interpreter:
         if tag == "transform":
             self._attributes(element, ("name",))
             return Value(place, transforms.compose([self._step(step) for step in element.children]))
+        if tag == "animation":
+            self._attributes(element, ("name",))
+            keys = [key for child in element.children if (key := self._key(child)) is not None]
+            return Value(place, animation(keys))
         if tag == "spectrum" and "filename" in element.attributes:
             return self._spectrum_file(element)
         if tag in self._values:
@@ -184,6 +189,15 @@ class _Interpreter:
         rule = Rule(("name", "filename"), (), lambda a: read_spectrum(self._search.find(a["filename"])))
         curve = self._read(element, rule)
         return None if curve is None else Value(element.place, curve)
+
+    def _key(self, element: Element) -> tuple[float, NDArray[np.float64]] | None:
+        """Return a key of an animation: a transform with a time."""
+        if element.tag != "transform":
+            self._report.add(element.place, f"<animation> holds <transform time=...>, not <{element.tag}>")
+            return None
+        time = self._read(element, Rule(("time",), (), lambda a: number(a["time"])))
+        steps = transforms.compose([self._step(step) for step in element.children])
+        return None if time is None else (time, steps)
 
     def _step(self, element: Element) -> NDArray[np.float64]:
         """Return one step of a transform; one that cannot be read does nothing."""

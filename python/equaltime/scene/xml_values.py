@@ -20,7 +20,7 @@ from equaltime.scene.model import Curve
 from equaltime.scene.model.spectra import blackbody
 from equaltime.scene.spectrum_values import parse_spectrum
 
-__all__ = ["OLD_VALUES", "STEPS", "VALUES", "Rule"]
+__all__ = ["OLD_VALUES", "STEPS", "VALUES", "Rule", "number"]
 
 Attributes = Mapping[str, str]
 T = TypeVar("T")
@@ -36,7 +36,8 @@ class Rule(Generic[T]):
     parse: Callable[[Attributes], T]
 
 
-def _number(text: str) -> float:
+def number(text: str) -> float:
+    """Read a finite number."""
     try:
         number = float(_without_underscores(text))
     except ValueError:
@@ -54,7 +55,7 @@ def _without_underscores(text: str) -> str:
 
 
 def _numbers(text: str) -> list[float]:
-    return [_number(word) for word in re.split(r"[\s,]+", text.strip(", \t\r\n"))]
+    return [number(word) for word in re.split(r"[\s,]+", text.strip(", \t\r\n"))]
 
 
 def _integer(text: str) -> int:
@@ -87,7 +88,7 @@ def _vector(attributes: Attributes, default: float | None = None) -> Vec3:
     missing = sorted({"x", "y", "z"} - parts)
     if default is None and missing:
         raise ValueError(f"needs 'value' or 'x', 'y' and 'z'; '{missing[0]}' is missing")
-    x, y, z = (_number(attributes[axis]) if axis in parts else default or 0.0 for axis in "xyz")
+    x, y, z = (number(attributes[axis]) if axis in parts else default or 0.0 for axis in "xyz")
     return x, y, z
 
 
@@ -105,7 +106,7 @@ def _look_at(attributes: Attributes) -> NDArray[np.float64]:
 
 def _blackbody(attributes: Attributes) -> Curve:
     """Read the light of a black body: ``5000`` or ``5000K``."""
-    kelvins, scale = _number(attributes["temperature"].strip().rstrip("kK")), _number(attributes.get("scale", "1"))
+    kelvins, scale = number(attributes["temperature"].strip().rstrip("kK")), number(attributes.get("scale", "1"))
     if kelvins <= 0.0 or scale < 0.0:
         raise ValueError("a black body needs a temperature above 0 and a scale that is not negative")
     light = blackbody(kelvins)
@@ -127,7 +128,7 @@ XYZ = ("value", "x", "y", "z")
 
 VALUES: Final[dict[str, Rule[object]]] = {
     "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),
-    "float": Rule(NAMED, (), lambda a: _number(a["value"])),
+    "float": Rule(NAMED, (), lambda a: number(a["value"])),
     "integer": Rule(NAMED, (), lambda a: _integer(a["value"])),
     "point": Rule(("name",), XYZ, _vector),
     "rgb": Rule(NAMED, (), lambda a: _three(a["value"])),
@@ -147,7 +148,7 @@ STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "lookat": Rule(("origin", "target"), ("up",), _look_at),
     "lookAt": Rule(("origin", "target"), ("up",), _look_at),
     "matrix": Rule(("value",), (), lambda a: transforms.matrix(_numbers(a["value"]))),
-    "rotate": Rule(("angle",), XYZ, lambda a: transforms.rotate(_vector(a, 0.0), _number(a["angle"]))),
+    "rotate": Rule(("angle",), XYZ, lambda a: transforms.rotate(_vector(a, 0.0), number(a["angle"]))),
     "scale": Rule((), XYZ, lambda a: transforms.scale(_vector(a, 1.0))),
     "translate": Rule((), XYZ, lambda a: transforms.translate(_vector(a, 0.0))),
 }

@@ -6,13 +6,14 @@ A point light's intensity grows with the square of lengths. Powers of two change
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from equaltime.scene import Scene
 from equaltime.scene.model import (
+    Animation,
     Area,
     Constant,
     Directional,
@@ -24,6 +25,7 @@ from equaltime.scene.model import (
     Shape,
     Solid,
 )
+from equaltime.scene.model.animation import Placement
 from equaltime.scene.model.values import Matrix
 
 __all__ = ["in_units"]
@@ -42,7 +44,7 @@ def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
 
 
 def _shape(shape: Shape, length: float, light: float) -> Shape:
-    changes: dict[str, Any] = {"to_world": _scaled(shape.to_world, length)}
+    changes: dict[str, Any] = {"to_world": _everywhere(_scaled, shape.to_world, length)}
     if isinstance(shape, Solid) and shape.emitter is not None:
         changes["emitter"] = _emitter(shape.emitter, length, light)
     return shape.replace(**changes)
@@ -68,13 +70,19 @@ def _sensor(sensor: Sensor, length: float) -> Sensor:
     names = [name for name in ("near_clip", "far_clip", "aperture_radius", "focus_distance") if hasattr(sensor, name)]
     given = {name: getattr(sensor, name) for name in names}
     lengths = {name: value * length for name, value in given.items() if value is not None}
-    return sensor.replace(to_world=move(sensor.to_world, length), **lengths)
+    return sensor.replace(to_world=_everywhere(move, sensor.to_world, length), **lengths)
 
 
 def _times(values: object, factor: float) -> tuple[float, ...]:
     if not isinstance(values, Sequence):
         raise ValueError("a light whose radiance is a texture cannot be made brighter")
     return tuple(factor * value for value in values)
+
+
+def _everywhere(change: Callable[[Matrix, float], Matrix], placement: Placement, factor: float) -> Placement:
+    if not isinstance(placement, Animation):
+        return change(placement, factor)
+    return Animation(placement.times, tuple(change(matrix, factor) for matrix in placement.matrices))
 
 
 def _scaled(matrix: Matrix, factor: float) -> Matrix:

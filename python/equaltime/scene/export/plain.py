@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from equaltime.scene.model import Plugin, SceneModel
+from equaltime.scene.model import Animation, Plugin, SceneModel
 
 __all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "scene_dict", "with_transforms"]
 
@@ -101,6 +101,9 @@ class PlainWriter:
             return self._name_file(str(value))
         if name == "focal_length":
             return f"{value!r}mm"
+        if isinstance(value, Animation):
+            keys = zip(value.times, value.matrices, strict=True)
+            return {"animation": [{"time": time, "transform": list(map(list, matrix))} for time, matrix in keys]}
         if not isinstance(value, tuple):
             return value
         if name in TRANSFORMS:

@@ -36,6 +36,11 @@ def _value(key: str, value: object, slots: frozenset[str], *, lines: bool = Fals
         return "[\n" + "".join(f"  {row},\n" for row in rows) + "]" if lines else f"[{', '.join(rows)}]"
     if isinstance(value, list):
         return _array(value)
+    if key in TRANSFORMS and isinstance(value, Mapping):
+        keys = (
+            f"{{ time = {k['time']!r}, transform = {_value(key, k['transform'], slots)} }}" for k in value["animation"]
+        )
+        return f"{{ animation = [{', '.join(keys)}] }}"
     if isinstance(value, Mapping):
         return _nested(key, value, slots)
     if isinstance(value, bool):

@@ -41,17 +41,27 @@ def _object(table: Mapping[str, Any], name: str, kind: str, kinds: Mapping[str, 
 def _part(key: str, value: Any, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
     """Iterate over the lines of a parameter or of an object inside another."""
     indent = INDENT * depth
-    if isinstance(value, Mapping) and value["type"] == "ref":
+    if key in TRANSFORMS and isinstance(value, Mapping):
+        yield f'{indent}<animation name="{key}">'
+        for k in value["animation"]:
+            yield _transform(f'time="{k["time"]!r}"', k["transform"], depth + 1)
+        yield f"{indent}</animation>"
+    elif isinstance(value, Mapping) and value["type"] == "ref":
         name = f" name={_quoted(key)}" if kinds.get(value["id"]) in BY_NAME else ""
         yield f"{indent}<ref id={_quoted(value['id'])}{name}/>"
     elif isinstance(value, Mapping) and value["type"] != "rgb":
         kind = PLUGINS[value["type"]].kind
         yield from _object(value, f"name={_quoted(key)}" if kind in BY_NAME else "", kind, kinds, depth)
     elif key in TRANSFORMS:
-        rows = f"\n{indent}{INDENT * 4}".join(" ".join(map(repr, row)) for row in value)
-        yield f'{indent}<transform name="{key}"><matrix value="{rows}"/></transform>'
+        yield _transform(f'name="{key}"', value, depth)
     else:
         yield f"{indent}<{_tag(key, value)} name={_quoted(key)} value={_quoted(_text(value))}/>"
+
+
+def _transform(called: str, matrix: list[list[float]], depth: int) -> str:
+    indent = INDENT * depth
+    rows = f"\n{indent}{INDENT * 4}".join(" ".join(map(repr, row)) for row in matrix)
+    return f'{indent}<transform {called}><matrix value="{rows}"/></transform>'
 
 
 def _tag(key: str, value: Any) -> str:

@@ -10,7 +10,7 @@ primitives                 `gltf` shapes; triangles, strips, fans; flat where th
                            are told and left out
 skins, morph targets       as the file's nodes stand, with the mesh's own weights
 COLOR_0                    `mesh_attribute`, times the base colour; *its opacity is not used*
-nodes                      ``to_world``; what is scaled to nothing is left out; animations stand still
+nodes                      ``to_world``; what is scaled to nothing is left out; ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has
                            everything in view
 metallic-roughness         `principled`; its metals reflect as much as the specification's to 1 % up to roughness 0.5,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.accessors import floats
+from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 
 __all__ = ["Placed", "instances", "placed", "product", "rigid"]
@@ -25,12 +26,14 @@ class Placed:
     node: Any
     to_world: Array
     """(4, 4), of column vectors."""
+    moving: tuple[Array, ...] = ()
+    """The same at each time of a clip, if it is not the same at all of them."""
 
 
-def placed(document: Document, scene: int | None) -> Iterator[Placed]:
+def placed(document: Document, scene: int | None, clip: Clip | None = None) -> Iterator[Placed]:
     """Iterate over the nodes of a scene, each before its children; raises `Malformed` if they are no forest.
 
-    Without a scene, all nodes that are no one's children are its roots.
+    Without a scene, all nodes that are no one's children are its roots. With a clip, they are where it puts them first.
     """
     nodes = document.gltf.nodes
     parents = _parents(nodes)
@@ -38,12 +41,14 @@ def placed(document: Document, scene: int | None) -> Iterator[Placed]:
     if scene is not None and (nested := next((i for i in roots if i in parents), None)) is not None:
         message = f"node {nested} is no root: it is a child of node {parents[nested]}"
         raise Malformed((f"scenes[{scene}].nodes", message))
-    waiting = [(i, np.eye(4)) for i in dict.fromkeys(reversed(roots))]
+    times = (0.0,) if clip is None else clip.times
+    waiting = [(i, np.tile(np.eye(4), (len(times), 1, 1))) for i in dict.fromkeys(reversed(roots))]
     while waiting:
         index, around = waiting.pop()
         node = nodes[index]
-        to_world = product(around, _local(node))
-        yield Placed(index, node, to_world)
+        to_world = product(around, np.array([_local(node, clip, index, time) for time in times]))
+        still = (to_world == to_world[0]).all()
+        yield Placed(index, node, to_world[0], () if still else tuple(to_world))
         waiting.extend((child, to_world) for child in reversed(node.children or []))
 
 
@@ -57,12 +62,15 @@ def _parents(nodes: list[Any]) -> dict[int, int]:
     return parents
 
 
-def _local(node: Any) -> Array:
-    """Return the transform of a node relative to its parent."""
-    if node.matrix:
+def _local(node: Any, clip: Clip | None, index: int, time: float) -> Array:
+    """Return the transform of a node relative to its parent, at a time."""
+    animated = {} if clip is None else clip.fields(index, time)
+    if node.matrix and not animated:
         given: Array = np.array(node.matrix, dtype=np.float64).reshape(4, 4, order="F")
         return given
-    translation, rotation, scale = node.translation or (0, 0, 0), node.rotation or (0, 0, 0, 1), node.scale or (1, 1, 1)
+    translation = animated.get("translation", node.translation or (0, 0, 0))
+    rotation = animated.get("rotation", node.rotation or (0, 0, 0, 1))
+    scale = animated.get("scale", node.scale or (1, 1, 1))
     composed: Array = _composed(np.array([translation]), np.array([rotation]), np.array([scale]))[0]
     return composed
 

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.materials import Materials
 from equaltime.scene.gltf.nodes import Placed, placed
-from equaltime.scene.gltf.plant import plant
+from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.shapes import Shapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
 from equaltime.scene.known import shortened, suggestion
@@ -18,8 +19,9 @@ from equaltime.scene.tree import Child, Object, Place, Report
 
 __all__ = ["read_gltf"]
 
-DEFINITIONS: Final = ("camera", "scene", "sky", "sun")
-"""What ``-D`` may choose: camera and scene by name or number, the radiance of a sky, the irradiance of a sun."""
+DEFINITIONS: Final = ("animation", "camera", "scene", "shutter", "sky", "sun")
+"""What ``-D`` may choose: animation, camera and scene by name or number, when a shutter opens and closes, in seconds of
+the animation, the radiance of a sky, the irradiance of a sun."""
 PLACES_SHOWN: Final = 3
 
 
@@ -57,17 +59,22 @@ class _Scene:
         self._place = place
         self._defines = defines
         self._materials = Materials(document, place)
-        self._shapes = Shapes(document, place, self._materials)
+        self._clip = self._played()
+        times = () if self._clip is None else self._clip.times
+        self._shapes = Shapes(document, place, self._materials, times)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""
-        nodes = list(placed(self._document, self._chosen_scene()))
+        nodes = list(placed(self._document, self._chosen_scene(), self._clip))
         shapes = self._shapes.of(nodes)
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
         lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]
         daylight = self._daylight(lights, shapes)
         camera = self._camera(nodes)
+        if self._clip is not None:
+            add(camera, "shutter_open", self._clip.times[0])
+            add(camera, "shutter_close", self._clip.times[-1])
         self._note_what_is_left_out()
         media = self._materials.media
         integrator = [plant("integrator", "volpath", self._place, "integrator")] if media else []
@@ -93,16 +100,17 @@ class _Scene:
     def _camera(self, nodes: list[Placed]) -> Object:
         """Return the camera that is asked for, or the first, or one that has everything in view."""
         cameras = [at for at in nodes if at.node.camera is not None]
+        times = () if self._clip is None else self._clip.times
         names = [at.node.name or self._gltf.cameras[at.node.camera].name for at in cameras]
         if "camera" in self._defines and cameras:
-            return sensor(self._document, cameras[self._choice("camera", names)], self._place)
+            return sensor(self._document, cameras[self._choice("camera", names)], self._place, times)
         if cameras:
             if len(cameras) > 1:
                 known = ", ".join(str(name or i) for i, name in enumerate(names))
                 self._document.note(
                     f"of {len(cameras)} cameras the first is used; -D camera=... takes another of {known}", ""
                 )
-            return sensor(self._document, cameras[0], self._place)
+            return sensor(self._document, cameras[0], self._place, times)
         self._document.note("the file has no camera: one is added that has everything in view", "")
         return default_camera(self._shapes.corners(), self._place)
 
@@ -134,6 +142,25 @@ class _Scene:
             raise Malformed(("", f"'{name}' must be a number of at least 0, found {shortened(given, 40)}"))
         return strength
 
+    def _played(self) -> Clip | None:
+        """Return the animation that is asked for, or the first, while the shutter is open; None if it never is."""
+        given = self._defines.get("shutter")
+        if given is None or not self._gltf.animations:
+            return None
+        words = given.split(",") if isinstance(given, str) else given
+        try:
+            begin, end = (float(word) for word in words)  # type: ignore[attr-defined]
+        except (TypeError, ValueError):
+            begin, end = math.nan, math.nan
+        if not -math.inf < begin < end < math.inf:
+            expected = "two times in seconds, such as 0.5,0.54"
+            raise Malformed(("", f"'shutter' must be {expected}, found {shortened(given, 40)}"))
+        names = [animation.name for animation in self._gltf.animations]
+        number = self._choice("animation", names) if "animation" in self._defines else 0
+        return played(self._document, number, (begin, end))
+
     def _note_what_is_left_out(self) -> None:
-        if self._gltf.animations:
-            self._document.note("animations are not played: everything stands as in the file", "")
+        if self._gltf.animations and self._clip is None:
+            self._document.note(
+                "animations are not played: everything stands as in the file; -D shutter=0,0.02 opens a shutter", ""
+            )

@@ -174,6 +174,9 @@ _VIEW = table(
     "buffer byteLength", buffer=index("buffers"), byteOffset=integer(), byteLength=integer(), byteStride=integer()
 )
 
+_TARGET = table("path", node=index("nodes"), path=text)
+_DATA, _INTERPOLATION = index("accessors"), one_of("LINEAR", "STEP", "CUBICSPLINE")
+
 DOCUMENT = table(
     "asset",
     asset=table("version", version=text, minVersion=text),
@@ -199,7 +202,13 @@ DOCUMENT = table(
     images=every(table(uri=text, mimeType=text, bufferView=index("bufferViews"), name=text)),
     cameras=every(_CAMERA),
     skins=every(table("joints", joints=every(index("nodes")), inverseBindMatrices=index("accessors"))),
-    animations=every(table(name=text)),
+    animations=every(
+        table(
+            name=text,
+            channels=every(table("sampler target", sampler=integer(), target=_TARGET)),
+            samplers=every(table("input output", input=_DATA, output=_DATA, interpolation=_INTERPOLATION)),
+        )
+    ),
     extensions=table(KHR_lights_punctual=table(lights=every(_LIGHT))),
 )
 """The rule of a whole file."""

@@ -17,7 +17,8 @@ from equaltime.scene.gltf.nodes import Placed, instances
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, color, mirrored_uvs, triangles
 from equaltime.scene.gltf.textures import MIRRORED
-from equaltime.scene.model import mirrors
+from equaltime.scene.model import Animation, mirrors
+from equaltime.scene.motion import animation
 from equaltime.scene.tree import Object, Place, Reference
 
 __all__ = ["Shapes"]
@@ -47,12 +48,15 @@ class _Copy:
     to_world: Array
     skinned: int | None = None
     """The node whose skin it has, if any."""
+    moving: tuple[Array, ...] = ()
+    """The same as `to_world` at each time of a clip, if it moves."""
 
 
 class Shapes:
     """Makes the shapes of a document, and remembers where they stand."""
 
-    def __init__(self, document: Document, place: Place, materials: Materials) -> None:
+    def __init__(self, document: Document, place: Place, materials: Materials, times: tuple[float, ...] = ()) -> None:
+        self._times = times
         self._document = document
         self._place = place
         self._materials = materials
@@ -111,6 +115,11 @@ class Shapes:
             yield _Copy(at.node.mesh, np.eye(4), at.index)
             return
         made = instances(self._document, at)
+        if made is None and at.moving:
+            if len({mirrors(to_world) for to_world in at.moving}) == 1 and not any(map(_is_flat, at.moving)):
+                yield _Copy(at.node.mesh, at.to_world, moving=at.moving)
+                return
+            self._document.note("what is turned inside out, or scaled to nothing, stands still", f"nodes[{at.index}]")
         for to_world in [at.to_world] if made is None else made:
             if _is_flat(to_world):
                 self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
@@ -150,7 +159,7 @@ class Shapes:
             for shape in self._shapes(_Copy(copy.mesh, np.eye(4)), turned, seen=False):
                 add(group, None, shape)
             self._groups[copy.mesh, turned] = group
-        result = plant("shape", "instance", place, to_world=copy.to_world)
+        result = plant("shape", "instance", place, to_world=self._where(copy))
         add(result, "shapegroup", Reference(place, str(self._groups[copy.mesh, turned].id)))
         return result
 
@@ -162,20 +171,21 @@ class Shapes:
                 self._seen.append((source, copy.to_world))
             for part in self._split(copy.mesh, p):
                 variant = Variant(part.variant.colored, part.variant.mirrored != turned)
-                yield self._shape(
-                    f"{source}{part.suffix}", primitive, variant, copy.to_world, self._place_of(copy.mesh, p)
-                )
+                yield self._shape(f"{source}{part.suffix}", primitive, variant, copy, self._place_of(copy.mesh, p))
 
-    def _shape(self, name: str, primitive: Any, variant: Variant, to_world: Array, place: Place) -> Object:
+    def _where(self, copy: _Copy) -> Array | Animation:
+        return animation(list(zip(self._times, copy.moving, strict=True))) if copy.moving else copy.to_world
+
+    def _shape(self, name: str, primitive: Any, variant: Variant, copy: _Copy, place: Place) -> Object:
         flat = vars(primitive.attributes).get("NORMAL") is None
         result = plant(
             "shape",
             "gltf",
             place,
             filename=f"{self._document.name}#{name}",
-            to_world=None if np.array_equal(to_world, np.eye(4)) else to_world,
+            to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,
-            flip_normals=(flat and mirrors(to_world)) or None,
+            flip_normals=(flat and mirrors(copy.to_world)) or None,
             emitter=self._materials.emitter(primitive.material),
         )
         add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))

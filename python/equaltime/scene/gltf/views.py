@@ -12,6 +12,8 @@ from equaltime.scene import transforms
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.nodes import Placed, rigid
 from equaltime.scene.gltf.plant import plant
+from equaltime.scene.model import Animation
+from equaltime.scene.motion import animation
 from equaltime.scene.tree import Object, Place
 
 __all__ = ["SKY", "SUN", "default_camera", "light", "sensor", "sky", "sun"]
@@ -34,20 +36,20 @@ SUN: Final = 1.5
 SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
-def sensor(document: Document, at: Placed, place: Place) -> Object:
-    """Return the camera of a node."""
+def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
+    """Return the camera of a node, which moves if it is elsewhere at some of the times."""
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
     view = camera.orthographic if camera.type == "orthographic" else camera.perspective
     if view is None:
         raise Malformed((f"cameras[{at.node.camera}]", f"needs '{camera.type}'"))
     if camera.type == "orthographic":
-        return _orthographic(view, at, place)
+        return _orthographic(view, at, place, times)
     return plant(
         "sensor",
         "perspective",
         place,
-        to_world=rigid(at.to_world) @ TURNED,
+        to_world=_where(at, times, TURNED),
         fov=math.degrees(view.yfov),
         fov_axis="y",
         near_clip=view.znear or None,
@@ -56,12 +58,19 @@ def sensor(document: Document, at: Placed, place: Place) -> Object:
     )
 
 
-def _orthographic(view: Any, at: Placed, place: Place) -> Object:
+def _where(at: Placed, times: tuple[float, ...], own: Array) -> Array | Animation:
+    """Return where a camera stands, after its own transform."""
+    if not at.moving:
+        return rigid(at.to_world) @ own
+    return animation([(time, rigid(to_world) @ own) for time, to_world in zip(times, at.moving, strict=True)])
+
+
+def _orthographic(view: Any, at: Placed, place: Place, times: tuple[float, ...]) -> Object:
     width, height = abs(view.xmag), abs(view.ymag)
     if not min(width, height) > 0.0 or not 1.0 / WIDEST <= width / height <= WIDEST:
         message = f"xmag and ymag must not be 0, nor one of them {WIDEST:g} times the other"
         raise Malformed((f"cameras[{at.node.camera}].orthographic", message))
-    to_world = rigid(at.to_world) @ TURNED @ transforms.scale((width, width, 1.0))
+    to_world = _where(at, times, TURNED @ transforms.scale((width, width, 1.0)))
     return plant(
         "sensor",
         "orthographic",

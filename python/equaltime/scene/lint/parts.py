@@ -20,6 +20,7 @@ from equaltime.scene.model import (
     Solid,
     ThinDielectric,
     as_array,
+    poses,
 )
 from equaltime.scene.naming import Name, Names
 from equaltime.scene.scene import Scene
@@ -103,7 +104,7 @@ class World:
     def __init__(self, scene: Scene, *, fast: bool = False) -> None:
         self.scene = scene
         self.names = Names(scene)
-        self.camera = as_array(scene.model.sensor.to_world)[:3, 3]
+        self.camera = as_array(poses(scene.model.sensor.to_world)[0])[:3, 3]
         self.fast = fast
         self.skipped = 0
         """Meshes that were not looked at for want of time."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from equaltime.scene.model.animation import Animation, poses
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 from equaltime.scene.model.bsdfs import (
     BsdfPlugin,
@@ -86,6 +87,7 @@ __all__ = [
     "NOT_YET",
     "OUTPUTS",
     "PLUGINS",
+    "Animation",
     "Aov",
     "Area",
     "Bitmap",
@@ -173,6 +175,7 @@ __all__ = [
     "as_array",
     "linear_scale",
     "mirrors",
+    "poses",
 ]
 
 PLUGINS: dict[str, type[Plugin]] = {

@@ -8,10 +8,11 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
+from equaltime.scene.model.animation import Placement, RigidPlacement
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.films import HdrFilm
 from equaltime.scene.model.media import Medium
-from equaltime.scene.model.values import IDENTITY, RigidTransform, Transform
+from equaltime.scene.model.values import IDENTITY
 
 __all__ = [
     *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Sampler", "Stratified"),
@@ -98,7 +99,7 @@ class SensorPlugin(Plugin):
     far_clip: PositiveFloat | None = None
     """Nothing is seen farther than this, measured along the axis; applies only when given."""
     shutter_open: float = 0.0
-    """When the exposure begins; without effect, since nothing moves."""
+    """When the exposure begins. What is animated is seen at all times from then on, alike, until it ends."""
     shutter_close: float = 0.0
     """When it ends."""
     film: HdrFilm = HdrFilm()
@@ -112,11 +113,18 @@ class SensorPlugin(Plugin):
             raise ValueError(f"near_clip ({self.near_clip:g}) must be smaller than far_clip ({self.far_clip:g})")
         return self
 
+    @model_validator(mode="after")
+    def _opens_before_it_closes(self) -> Self:
+        begin, end = self.shutter_open, self.shutter_close
+        if end < begin:
+            raise ValueError(f"shutter_close ({end:g}) must not be before shutter_open ({begin:g})")
+        return self
+
 
 class Projective(SensorPlugin):
     """Base of the cameras with a field of view."""
 
-    to_world: RigidTransform = IDENTITY
+    to_world: RigidPlacement = IDENTITY
     fov: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
     """Field of view in degrees along ``fov_axis``, over the whole film."""
     fov_axis: Literal["x", "y", "diagonal", "smaller", "larger"] = "x"
@@ -195,7 +203,7 @@ class Orthographic(SensorPlugin):
     hints: ClassVar[frozenset[str]] = SensorPlugin.hints | {"focus_distance"}
 
     type: Literal["orthographic"] = "orthographic"
-    to_world: Transform = IDENTITY
+    to_world: Placement = IDENTITY
     """Its scale sets how much is seen."""
     focus_distance: PositiveFloat | None = None
     """Accepted because Mitsuba does; everything is sharp."""
@@ -208,7 +216,7 @@ class Spherical(SensorPlugin):
     """
 
     type: Literal["spherical"] = "spherical"
-    to_world: RigidTransform = IDENTITY
+    to_world: RigidPlacement = IDENTITY
     near_clip: PositiveFloat | None = None
     """Nothing is seen nearer than this distance; applies only when given."""
     far_clip: PositiveFloat | None = None

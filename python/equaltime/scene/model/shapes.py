@@ -7,10 +7,11 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
 
+from equaltime.scene.model.animation import Animation, Placement, poses
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.emitters import Area
 from equaltime.scene.model.media import Medium
-from equaltime.scene.model.values import IDENTITY, Transform, Vec3, linear_scale
+from equaltime.scene.model.values import IDENTITY, Vec3, linear_scale
 from equaltime.scene.model.wrappers import Bsdf
 
 __all__ = [
@@ -25,7 +26,8 @@ class ShapePlugin(Plugin):
     kind: ClassVar[Kind] = "shape"
     hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})
 
-    to_world: Transform = IDENTITY
+    to_world: Placement = IDENTITY
+    """Where it is; an animation, which is an extension to Mitsuba, makes it move while the shutter is open."""
     silhouette_sampling_weight: NonNegativeFloat = 1.0
     """A hint for derivatives in Mitsuba, not used."""
 
@@ -79,7 +81,7 @@ class Sphere(Solid):
 
     @model_validator(mode="after")
     def _stays_a_sphere(self) -> Self:
-        if linear_scale(self.to_world) is None:
+        if any(linear_scale(matrix) is None for matrix in poses(self.to_world)):
             raise ValueError("to_world of a sphere must scale all directions alike, without shear")
         return self
 
@@ -96,7 +98,7 @@ class Cylinder(Solid):
     def _has_length(self) -> Self:
         if self.p0 == self.p1:
             raise ValueError("p0 and p1 are the same point: the cylinder has no length")
-        if linear_scale(self.to_world) is None:
+        if any(linear_scale(matrix) is None for matrix in poses(self.to_world)):
             raise ValueError("to_world of a cylinder must scale all directions alike, without shear")
         return self
 
@@ -152,11 +154,13 @@ class ShapeGroup(Plugin):
     shapes: Annotated[tuple[InGroup, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _dark(self) -> Self:
+    def _dark_and_still(self) -> Self:
         if any(shape.emitter is not None for shape in self.shapes):
             raise ValueError("the shapes of a group cannot emit, as in Mitsuba")
         if any(shape.priority is not None for shape in self.shapes):
             raise ValueError("the shapes of a group have no priority: their copies could not be told apart")
+        if any(isinstance(shape.to_world, Animation) for shape in self.shapes):
+            raise ValueError("the shapes of a group cannot move by themselves; its instances can")
         return self
 
 

@@ -1,0 +1,121 @@
+"""Animations of a glTF file: where its nodes are while a shutter is open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.gltf.accessors import floats
+from equaltime.scene.gltf.document import Document, Malformed
+
+__all__ = ["Clip", "played"]
+
+Array = NDArray[np.float64]
+
+PARTS: Final = 16
+"""Of the shutter's time: between keys this many are baked, since nodes in nodes do not move along straight lines."""
+MOST_KEYS: Final = 512
+WIDTHS: Final = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
+JUST: Final = 1e-6
+"""How long a step takes, in shutters."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channel:
+    """One parameter of one node over time."""
+
+    times: Array
+    values: Array
+    """(times, components), or with CUBICSPLINE (times, 3, components): tangent in, value, tangent out"""
+    interpolation: str
+
+    def at(self, time: float) -> Array:
+        after = int(np.searchsorted(self.times, time, side="right"))
+        cubic = self.interpolation == "CUBICSPLINE"
+        keys = self.values[:, 1] if cubic else self.values
+        if after == 0 or after == len(self.times) or self.interpolation == "STEP":
+            held: Array = keys[max(after - 1, 0)]
+            return held
+        span = self.times[after] - self.times[after - 1]
+        u = (time - self.times[after - 1]) / span
+        a, b = keys[after - 1], keys[after]
+        if cubic:  # Hermite's, as the specification has it
+            out, into = span * self.values[after - 1, 2], span * self.values[after, 0]
+            u2, u3 = u**2, u**3
+            curve: Array = (
+                (2 * u3 - 3 * u2 + 1) * a + (u3 - 2 * u2 + u) * out + (3 * u2 - 2 * u3) * b + (u3 - u2) * into
+            )
+            return curve
+        if len(a) == 4:
+            return _slerp(a, b, u)
+        straight: Array = (1 - u) * a + u * b
+        return straight
+
+
+def _slerp(a: Array, b: Array, u: float) -> Array:
+    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+    b = -b if a @ b < 0.0 else b
+    angle = 2.0 * np.arctan2(np.linalg.norm(b - a), np.linalg.norm(b + a))
+    weights = np.array([1.0 - u, u])
+    turned: Array = (np.sin(weights * angle) / np.sin(angle) if angle > 1e-9 else weights) @ np.array([a, b])
+    return turned
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clip:
+    """An animation while a shutter is open."""
+
+    times: tuple[float, ...]
+    """When everything is to be looked at, from opening to closing."""
+    _channels: dict[tuple[int, str], _Channel]
+
+    def fields(self, node: int, time: float) -> dict[str, Array]:
+        """Return translation, rotation and scale of a node, as far as they are animated."""
+        return {path: self._channels[node, path].at(time) for path in WIDTHS if (node, path) in self._channels}
+
+
+def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
+    """Return the animation of that number; raises `Malformed` if it cannot be played."""
+    animation = document.gltf.animations[number]
+    channels: dict[tuple[int, str], _Channel] = {}
+    for i, channel in enumerate(animation.channels):
+        place = f"animations[{number}].channels[{i}]"
+        if channel.target.node is None:
+            continue
+        if channel.target.path not in WIDTHS:
+            document.note(f"'{channel.target.path}' is not animated: it stays as in the file", place)
+            continue
+        if channel.sampler >= len(animation.samplers):
+            raise Malformed((f"{place}.sampler", f"expected one of {len(animation.samplers)} samplers"))
+        sampler = animation.samplers[channel.sampler]
+        channels[channel.target.node, channel.target.path] = _channel(document, sampler, channel.target.path, place)
+    return Clip(_moments(list(channels.values()), shutter), channels)
+
+
+def _channel(document: Document, sampler: Any, path: str, place: str) -> _Channel:
+    times, values = floats(document, sampler.input, "SCALAR")[:, 0], floats(document, sampler.output, WIDTHS[path])
+    interpolation = sampler.interpolation or "LINEAR"
+    keys = 3 * len(times) if interpolation == "CUBICSPLINE" else len(times)
+    if not len(times) or len(values) != keys or not np.isfinite(values).all():
+        raise Malformed((place, f"expected {keys} finite values for {len(times)} times, found {len(values)}"))
+    if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+        raise Malformed((place, "the times of an animation must increase"))
+    if interpolation == "CUBICSPLINE":
+        values = values.reshape(len(times), 3, -1)
+    return _Channel(times, values, interpolation)
+
+
+def _moments(channels: list[_Channel], shutter: tuple[float, float]) -> tuple[float, ...]:
+    """Return the times to look at: evenly spaced ones, all keys, and those just before a step."""
+    begin, end = shutter
+    moments = [np.linspace(begin, end, PARTS + 1)]
+    for channel in channels:
+        moments.append(channel.times)
+        if channel.interpolation == "STEP":
+            moments.append(channel.times - JUST * (end - begin))
+    found = np.unique(np.concatenate(moments))
+    inside = found[(begin <= found) & (found <= end)]
+    return tuple((inside if len(inside) <= MOST_KEYS else moments[0]).tolist())

@@ -1,0 +1,70 @@
+"""Transforms that change with time, an extension to Mitsuba 3: keys, each a time and a transform.
+
+Between keys the place of the origin and the scale (with any shear) change linearly, and the rotation turns at a steady
+pace the shorter way round; before the first key and after the last, these hold. See `equaltime.scene.motion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+from pydantic import ConfigDict, PlainValidator, TypeAdapter, ValidationError
+
+from equaltime.scene.model.values import Matrix, RigidTransform, Transform, as_array, mirrors
+
+__all__ = ["Animation", "Placement", "RigidPlacement", "poses"]
+
+
+@dataclass(frozen=True, slots=True)
+class Animation:
+    """Where something is at some times."""
+
+    times: tuple[float, ...]
+    """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
+    matrices: tuple[Matrix, ...]
+    """One for each time."""
+
+
+def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
+    """Return the transforms of `placement`: one, or those of its keys."""
+    return placement.matrices if isinstance(placement, Animation) else (placement,)
+
+
+FINITE: Final = ConfigDict(strict=True, allow_inf_nan=False)
+FREE: Final[TypeAdapter[Matrix]] = TypeAdapter(Transform, config=FINITE)
+RIGID: Final[TypeAdapter[Matrix]] = TypeAdapter(RigidTransform, config=FINITE)
+
+
+def _validator(one: TypeAdapter[Matrix]) -> Callable[[object], Matrix | Animation]:
+    def validate(value: object) -> Matrix | Animation:
+        if not isinstance(value, Animation):
+            return _checked(one, value)
+        if len(value.times) < 2:
+            raise ValueError("an animation needs two keys at least")
+        if any(not before < after for before, after in zip(value.times, value.times[1:], strict=False)):
+            raise ValueError("the times of an animation's keys must increase")
+        matrices = tuple(_checked(one, matrix) for matrix in value.matrices)
+        if len({mirrors(as_array(matrix)) for matrix in matrices}) > 1:
+            raise ValueError("the keys of an animation must all mirror, or none: between them, all would be flat")
+        return Animation(value.times, matrices)
+
+    return validate
+
+
+def _checked(one: TypeAdapter[Matrix], value: object) -> Matrix:
+    """Return a transform; raises ValueError with the message of its own check."""
+    try:
+        return one.validate_python(value)
+    except ValidationError as error:
+        details = error.errors()[0]
+        if details["type"] == "finite_number":
+            raise ValueError(f"expected a finite number, found {details['input']}") from None
+        raise details["ctx"]["error"] from None
+
+
+Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE))]
+"""An affine, invertible map from local to world space, or an animation of such."""
+RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID))]
+"""A rotation or reflection followed by a translation, or an animation of such."""
