@@ -69,6 +69,9 @@ class ChangedBuilder:
     def add_instance(self, group: int, to_world: ArrayLike) -> int:
         return self.inner.add_instance(group, self._transform(to_world, 1.0))
 
+    def add_moving_instance(self, group: int, times: ArrayLike, matrices: ArrayLike) -> int:
+        return self.inner.add_moving_instance(group, times, [self._transform(m, 1.0) for m in np.asarray(matrices)])
+
     def add_point_light(self, position: ArrayLike, intensity: ArrayLike) -> int:
         bright = np.asarray(intensity) * self.light * self.length**2
         return self.inner.add_point_light(self._place(position), bright)

@@ -13,7 +13,7 @@ FILES = sorted(path for path in FOLDER.glob("*.toml") if is_experiment(path))
 
 
 def test_the_experiments_that_started_the_project_are_there() -> None:
-    assert {"x1", "x2", "x3", "x4", "x5", "x6", "x8", "x9", "x10"} <= {path.stem.split("-")[0] for path in FILES}
+    assert {"x1", "x2", "x3", "x4", "x5", "x6", "x7", "x8", "x9", "x10"} <= {path.stem.split("-")[0] for path in FILES}
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
