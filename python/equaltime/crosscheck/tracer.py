@@ -48,7 +48,8 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     -------
     mean, variance
         Two (H, W, 3) arrays: radiance per pixel of the crop window, and the estimated variance of that mean (NaN for a
-        single sample). Both are unbiased.
+        single sample). Both are unbiased. Where anything moves, all pixels share the times of their samples, so that
+        their errors are correlated.
 
     Raises
     ------
