@@ -41,7 +41,9 @@ def first_hits(scene: Scene) -> dict[str, NDArray[np.float32]]:
     integrator = scene.model.integrator
     if not isinstance(integrator, Aov | Depth):
         return {}
-    outputs = integrator.channels
+    outputs = tuple(pair for pair in integrator.channels if pair[1] in OUTPUTS)
+    if not outputs:
+        return {}
     _, _, width, height = scene.model.sensor.film.crop
     names = [f"{name}.{letter}" for name, kind in outputs for letter in OUTPUTS[kind]]
     pixels = np.concatenate([_means(scene, outputs, corners) for corners in _corners(scene)])

@@ -18,7 +18,7 @@ from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, RenderError, StrategyError
-from equaltime.first_hits import first_hits
+from equaltime.outputs import outputs
 from equaltime.passes import ProgressCallback
 from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
@@ -167,7 +167,10 @@ def render(
     if show is not None:
         show.show(result.image)
     stats = replace(result.stats, phases={**result.stats.phases, **piloting})
-    return replace(result, stats=stats, aovs=first_hits(loaded))
+    rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
+    worked = result.stats.seconds * result.stats.threads
+    aovs = outputs(loaded, rendered, by, seed, threads, max(1, round(float(result.samples.mean()))), worked)
+    return replace(result, stats=stats, aovs=aovs)
 
 
 def _left_out(

@@ -66,7 +66,7 @@ class Session:
         self._scene, self.strategy, self._bias = scene, strategy, bias
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, _REPLICATES, "core", without)
-        self._renderer = make_renderer(scene, strategy, seed, threads, traps)
+        self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
         self._saving = 0.0
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
@@ -199,13 +199,13 @@ def origin_of(
     )
 
 
-def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, traps: Traps = "ignore") -> _core.Renderer:
+def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
     _check_memory(scene)
     make = _core.Renderer if strategy.adaptive == "none" else partial(_AdaptiveRenderer, metric=strategy.adaptive)
     try:
-        return make(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES, traps=traps)
+        return make(scene.core, settings, seed=seed, threads=threads, replicates=_REPLICATES, **options)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error

@@ -94,7 +94,7 @@ def test_an_example_is_a_scene_and_can_be_written_again(number: int, folder: Pat
     assert again.digest == loaded.digest or "model.glb" in BLOCKS[number]  # what was in it has files of its own
 
 
-OURS = re.compile(r"^(blades|priority) =|\"spherical\"", re.MULTILINE)
+OURS = re.compile(r"^(blades|priority) =|\"spherical\"|:bounces", re.MULTILINE)
 """Words that Mitsuba does not know."""
 
 

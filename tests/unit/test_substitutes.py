@@ -88,8 +88,8 @@ def test_a_mixture_keeps_its_weights() -> None:
     ("aovs", "kept"),
     [
         ("a:depth, b:position", "a:depth, b:position"),
-        ("a:depth, b:duv_dx, c:position", "a:depth, c:position"),
-        ("b:duv_dx", None),
+        ("a:depth, b:boundary_test, c:position", "a:depth, c:position"),
+        ("b:boundary_test", None),
     ],
 )
 def test_outputs_that_can_be_written_are_kept(aovs: str, kept: str | None) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest
-from equaltime.scene.model import OUTPUTS, PLUGINS, Kind
+from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Reference, Value
 
 __all__ = ["Substitution", "substituted"]
@@ -142,7 +142,7 @@ def _outputs(node: Object) -> Made:
     """Keep those outputs that can be written; without any, the integrator inside."""
     aovs = next((str(c.node.data) for c in node.children if c.name == "aovs" and isinstance(c.node, Value)), "")
     pairs = [pair for pair in re.split(r"[\s,]+", aovs) if pair]
-    kept = [pair for pair in pairs if pair.partition(":")[2] in OUTPUTS]
+    kept = [pair for pair in pairs if pair.partition(":")[2] in {**OUTPUTS, **OWN_OUTPUTS}]
     if kept == pairs:
         return node, ""
     if not kept:

@@ -21,6 +21,7 @@ from equaltime.scene.model.films import Box, CatmullRom, Filter, Gaussian, HdrFi
 from equaltime.scene.model.integrators import (
     LOOKS_AT_UV,
     OUTPUTS,
+    OWN_OUTPUTS,
     Aov,
     Depth,
     Direct,
@@ -86,6 +87,7 @@ __all__ = [
     "MOST_SAMPLES",
     "NOT_YET",
     "OUTPUTS",
+    "OWN_OUTPUTS",
     "PLUGINS",
     "Animation",
     "Aov",

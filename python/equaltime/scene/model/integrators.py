@@ -11,13 +11,27 @@ from pydantic import AfterValidator, Field, NonNegativeInt, PositiveInt, model_v
 from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 
-__all__ = ["LOOKS_AT_UV", "OUTPUTS", "Aov", "Depth", "Direct", "Integrator", "Moment", "Path", "VolPath", "VolPathMis"]
+__all__ = [
+    "LOOKS_AT_UV",
+    "OUTPUTS",
+    "OWN_OUTPUTS",
+    "Aov",
+    "Depth",
+    "Direct",
+    "Integrator",
+    "Moment",
+    "Path",
+    "VolPath",
+    "VolPathMis",
+]
 
 OUTPUTS: Final = {
     **{"albedo": "RGB", "depth": "T", "position": "XYZ", "uv": "UV", "geo_normal": "XYZ", "sh_normal": "XYZ"},
     **{"prim_index": "I", "shape_index": "I", "dp_du": "XYZ", "dp_dv": "XYZ", "duv_dx": "UV", "duv_dy": "UV"},
 }
 """What can be written beside the image, and the endings of its channels' names: all of it Mitsuba's."""
+OWN_OUTPUTS: Final = {"rays": "N", "time_from_rays": "T", "bounces": ""}
+"""The same of what Mitsuba does not know: see `equaltime.outputs`. The last has as many channels as it needs."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
@@ -138,8 +152,10 @@ class Aov(Containing):
     @model_validator(mode="after")
     def _known(self) -> Self:
         for _, what in self.channels:
-            if what not in OUTPUTS:
-                raise ValueError(f"'{what}' cannot be written beside the image{suggestion(what, OUTPUTS)}")
+            if what not in OUTPUTS and what not in OWN_OUTPUTS:
+                raise ValueError(
+                    f"'{what}' cannot be written beside the image{suggestion(what, {**OUTPUTS, **OWN_OUTPUTS})}"
+                )
         return self
 
     @property

@@ -1,0 +1,87 @@
+"""What a scene asks for beside the image: what is seen first, what a pixel costs, what each bounce brings.
+
+The first is `first_hits`. The others are this renderer's own, under the names that ``aov`` gives them:
+
+``rays``            how many rays a sample of the pixel takes, on the average over some samples; the same each time
+``time_from_rays``  seconds that the pixel took, of all threads: the render's time, by the counted rays. That is a
+                    clock's, and never the same twice
+``bounces``         the image taken apart by the length of the paths, in segments: ``NAME.1.R`` is what is seen,
+                    ``NAME.2.R`` direct light; the last has all longer ones. Added up, they are the image
+
+They are taken after the render, by paths of their own: ``bounces`` costs about as much as the image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.first_hits import first_hits
+from equaltime.scene import Scene
+from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, Aov
+from equaltime.session import make_renderer, split_light
+from equaltime.strategy import Strategy
+
+__all__ = ["outputs"]
+
+Planes = dict[str, NDArray[np.float32]]
+COUNTED: Final = 16
+"""Samples by which rays are counted, at the most."""
+
+
+def outputs(
+    scene: Scene, rendered: Scene, strategy: Strategy, seed: int, threads: int, samples: int, seconds: float
+) -> Planes:
+    """Return the channels (H, W) that the scene asks for, by their full names, in its order.
+
+    Parameters
+    ----------
+    rendered
+        The scene without what was left out of it.
+    samples
+        Of the render, per pixel.
+    seconds
+        That all its threads worked.
+    """
+    integrator = scene.model.integrator
+    if not isinstance(integrator, Aov) or not any(kind in OWN_OUTPUTS for _, kind in integrator.channels):
+        return first_hits(scene)
+    kinds = {kind for _, kind in integrator.channels}
+    seen = first_hits(scene)
+    rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if kinds - {"bounces"} else None
+    bounces = _bounces(rendered, strategy, seed, threads, samples) if "bounces" in kinds else {}
+    found: Planes = {}
+    for name, kind in integrator.channels:
+        if kind in OUTPUTS:
+            found |= {f"{name}.{letter}": seen[f"{name}.{letter}"] for letter in OUTPUTS[kind]}
+        elif kind == "bounces":
+            found |= {f"{name}.{ending}": plane for ending, plane in bounces.items()}
+        elif rays is not None:
+            share = 1.0 if kind == "rays" else seconds / rays.sum()
+            found[f"{name}.{OWN_OUTPUTS[kind]}"] = (share * rays).astype(np.float32)
+    return found
+
+
+def _rays(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float64]:
+    """Return how many rays a sample of each pixel takes (H, W)."""
+    plain = strategy.model_copy(update={"adaptive": "none"})  # as many samples of each
+    renderer = make_renderer(scene, plain, seed, threads, pixel_rays=True)
+    renderer.advance(samples)
+    return renderer.pixel_rays.astype(np.float64) / samples
+
+
+def _bounces(
+    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
+) -> Mapping[str, NDArray[np.float32]]:
+    """Return what paths of each length bring, up to the longest that may be, by the endings of their channels."""
+    names, parts = split_light(scene, strategy, seed, threads, samples)
+    lengths = [part for (kind, _), part in zip(names, np.moveaxis(parts, 2, 0), strict=True) if kind == "length"]
+    longest = len(lengths) if scene.max_depth == -1 else min(scene.max_depth, len(lengths))
+    return {
+        f"{number}.{letter}": part[..., channel].astype(np.float32)
+        for number, part in enumerate(lengths[:longest], 1)
+        for channel, letter in enumerate("RGB")
+    }

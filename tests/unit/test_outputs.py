@@ -1,0 +1,76 @@
+"""Outputs that are this renderer's own: what a pixel costs, and what each bounce brings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.effects import derive
+
+AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
+
+
+def scene(aovs: str = AOVS, **integrator: Any) -> et.Scene:
+    film = {"type": "hdrfilm", "width": 8, "height": 6, "rfilter": {"type": "box"}}
+    white = {"type": "diffuse", "reflectance": 0.8}
+    path = {"type": "path", "max_depth": 4} | integrator
+    return et.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "aov", "aovs": aovs, "path": path},
+            "sensor": {"type": "perspective", "fov": 60.0, "film": film},
+            "room": {"type": "sphere", "center": [0, 0, 2], "radius": 4.0, "bsdf": {"type": "twosided", "b": white}},
+            "lamp": {
+                "type": "sphere",
+                "center": [0, 0.3, 4],
+                "radius": 0.5,
+                "emitter": {"type": "area", "radiance": 5.0},
+            },
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def result() -> et.Result:
+    return et.render(scene(), spp=8, seed=3)
+
+
+def test_all_are_there_by_name_and_in_order(result: et.Result) -> None:
+    bounces = [f"light.{number}.{letter}" for number in (1, 2, 3, 4) for letter in "RGB"]
+    assert list(result.aovs) == ["cost.N", "far.T", "seconds.T", *bounces]
+    assert all(plane.shape == (6, 8) and plane.dtype == np.float32 for plane in result.aovs.values())
+
+
+def test_the_bounces_add_up_to_the_image(result: et.Result) -> None:
+    image = [sum(result.aovs[f"light.{number}.{letter}"] for number in (1, 2, 3, 4)) for letter in "RGB"]
+    np.testing.assert_allclose(np.stack(image, axis=-1), result.image, rtol=1e-5, atol=1e-7)
+    assert result.aovs["light.1.R"].max() > 2.0, "the lamp"
+    assert (result.aovs["light.3.R"] > 0).any()
+
+
+def test_they_end_where_paths_end() -> None:
+    assert "light.2.B" in (found := et.render(scene("light:bounces", max_depth=2), spp=1).aovs)
+    assert "light.3.R" not in found
+    assert len(et.render(scene("light:bounces", max_depth=-1), spp=1).aovs) == 48
+
+
+def test_rays_are_counted_and_the_time_is_shared_out_by_them(result: et.Result) -> None:
+    rays, seconds = result.aovs["cost.N"].astype(float), result.aovs["seconds.T"].astype(float)
+    counted = result.stats.rays + result.stats.shadow_rays
+    assert rays.sum() * 8 == pytest.approx(counted, rel=1e-6)
+    assert (rays >= 1).all()
+    np.testing.assert_allclose(seconds / seconds.sum(), rays / rays.sum(), rtol=1e-4)
+    assert seconds.sum() == pytest.approx(result.stats.seconds * result.stats.threads, rel=1e-4)
+    assert np.array_equal(et.render(scene(), spp=8, seed=3).aovs["cost.N"], result.aovs["cost.N"])
+
+
+def test_outputs_are_an_effect_with_a_place() -> None:
+    assert [str(reason) for reason in derive(scene())["outputs"]] == ["integrator: integrator 'aov'"]
+
+
+def test_a_word_that_is_near_is_proposed() -> None:
+    with pytest.raises(et.SceneError, match="did you mean 'bounces'"):
+        scene("light:bounce")
