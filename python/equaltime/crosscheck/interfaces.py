@@ -1,0 +1,136 @@
+"""Scattering at surfaces of dielectrics, bare or over a diffuse body, by Mitsuba 3's formulas: value and density.
+
+As in `equaltime.crosscheck.bsdfs`: the normal is +z on the side of the viewer, values have the cosine of wi in them.
+The densities are those of visible normals, which the core draws: they are compared, and nothing is sampled here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from equaltime.crosscheck.bsdfs import fresnel_dielectric, microfacets, smith
+from equaltime.crosscheck.refusal import constant
+from equaltime.crosscheck.vectors import Array, dot, normalize
+from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric
+
+__all__ = ["plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
+
+KNOTS = 64
+"""Of a rough interface's transmittance, by the cosine, as Mitsuba has them; linear between."""
+
+
+def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
+    """Return the reflectance (N,) of a sheet, with all reflections between its sides: the series, term by term."""
+    one, _ = fresnel_dielectric(wo[:, 2], np.full(len(wo), bsdf.int_ior / bsdf.ext_ior))
+    through: Array = one + sum((1.0 - one) ** 2 * one ** (2 * bounce + 1) for bounce in range(2000))
+    return np.where(one < 1.0, through, 1.0)
+
+
+def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
+    """Return value (N, 3) and density (N,) of the diffuse body; the mirror over it has single directions."""
+    ior = bsdf.int_ior / bsdf.ext_ior
+    index = np.full(len(wo), ior)
+    seen, lit = (fresnel_dielectric(np.maximum(v[:, 2], 0.0), index)[0] for v in (wo, wi))
+    cosine = np.maximum(wi[:, 2], 0.0) / math.pi
+    body = _body(bsdf, _diffuse_fresnel(1.0 / ior), ior)
+    mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
+    rest = body.mean() * (1.0 - _diffuse_fresnel(ior)) * (1.0 - seen)
+    return body * ((1.0 - seen) * (1.0 - lit) * cosine)[:, None], rest / np.maximum(mirror + rest, 1e-300) * cosine
+
+
+def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Array]:
+    """Return value (N, 3) and density (N,) of facets over a diffuse body."""
+    ior = bsdf.int_ior / bsdf.ext_ior
+    facets = RoughConductor(distribution=bsdf.distribution, alpha=bsdf.alpha)
+    cosines = np.maximum(np.arange(KNOTS) / (KNOTS - 1), 1e-6)
+    outside = np.array([_let_through(facets, c, ior) for c in cosines])
+    inside = np.array([_sent_back(facets, c, 1.0 / ior) for c in cosines])
+    internal, entering = 2.0 / KNOTS * inside @ cosines, 2.0 / KNOTS * outside @ cosines
+    seen, lit = (np.interp(v[:, 2], np.arange(KNOTS) / (KNOTS - 1), outside) for v in (wo, wi))
+    body, cosine = _body(bsdf, float(internal), ior), np.maximum(wi[:, 2], 0.0) / math.pi
+    m = normalize(wo + wi)
+    c = dot(wo, m)
+    reflectance, _ = fresnel_dielectric(c, np.full(len(wo), ior))
+    d = microfacets(facets, m)
+    mirror = reflectance * d * smith(facets, wo) * smith(facets, wi) / (4.0 * wo[:, 2])
+    value = np.array(constant(bsdf.specular_reflectance)) * mirror[:, None] + body * (cosine * seen * lit)[:, None]
+    share = np.mean(constant(bsdf.specular_reflectance)) * (1.0 - seen)
+    share = share / np.maximum(share + body.mean() * entering * seen, 1e-300)
+    return value, share * d * visible(facets, wo) / (4.0 * wo[:, 2]) + (1.0 - share) * cosine
+
+
+def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = True) -> tuple[Array, Array]:
+    """Return value (N, 3), of radiance, and density (N,) of facets that reflect and refract (Walter et al. 2007)."""
+    ior = bsdf.int_ior / bsdf.ext_ior
+    eta = ior if front else 1.0 / ior
+    alpha_u, alpha_v = map(constant, bsdf.alphas)
+    facets = RoughConductor(distribution=bsdf.distribution, alpha_u=alpha_u, alpha_v=alpha_v)
+    mirrors = wi[:, 2] > 0.0
+    m = normalize(wo + np.where(mirrors, 1.0, eta)[:, None] * wi)
+    m *= np.where(m[:, 2:] < 0.0, -1.0, 1.0)
+    o, i = dot(wo, m), dot(wi, m)
+    right = (o > 0.0) & np.where(mirrors, True, i < 0.0)
+    reflectance, _ = fresnel_dielectric(np.clip(o, 1e-12, 1.0), np.full(len(wo), eta))
+    d, masked = microfacets(facets, m), visible(facets, wo)
+    g = smith(facets, wo) * smith(facets, np.where(mirrors[:, None], wi, -wi))
+    turn = np.where(mirrors, 0.25, np.abs(i) * o / (o + eta * i) ** 2)
+    share = np.where(mirrors, reflectance, 1.0 - reflectance)
+    color = np.where(mirrors[:, None], constant(bsdf.specular_reflectance), constant(bsdf.specular_transmittance))
+    value = color * (share * d * g * turn / wo[:, 2])[:, None]
+    density = share * d * masked / wo[:, 2] * turn * np.where(mirrors, 1.0, eta**2)
+    return np.where(right[:, None], value, 0.0), np.where(right, density, 0.0)
+
+
+def visible(facets: RoughConductor, v: Array) -> Array:
+    """Return the share of facets that are seen (N,) without approximation: what normalises the visible normals."""
+    if facets.distribution == "ggx":
+        return smith(facets, v)
+    alpha_u, alpha_v = map(constant, facets.alphas)
+    a = v[:, 2] / np.maximum(np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]), 1e-30)
+    erf = np.array([math.erf(x) for x in a])
+    return np.asarray(2.0 / (1.0 + erf + np.exp(-(np.minimum(a, 30.0) ** 2)) / (a * math.sqrt(math.pi))))
+
+
+def _body(bsdf: Plastic, internal: float, ior: float) -> Array:
+    rho = np.array(constant(bsdf.diffuse_reflectance))
+    return np.asarray(rho / ((1.0 - (rho * internal if bsdf.nonlinear else internal)) * ior**2))
+
+
+def _diffuse_fresnel(eta: float) -> float:
+    """Return what an interface reflects of diffuse light, by the fits that Mitsuba has (d'Eon & Irving 2011)."""
+    x = 1.0 / eta
+    if eta < 1.0:
+        return 0.6681 + eta * (0.7099 - 1.4399 * eta) + 0.0636 * x
+    return float(np.polyval([-1.36881, 4.98554, -7.80989, 6.75335, -3.4793, 0.919317], x))
+
+
+def _normals(facets: RoughConductor, cosine: float) -> tuple[Array, Array, Array]:
+    """Return a viewer's direction (1, 3), normals (N, 3) on a grid, and how much of what is seen each stands for."""
+    side = 64
+    t, turn = np.meshgrid((np.arange(4 * side) + 0.5) / (4 * side), (np.arange(side) + 0.5) / side)
+    rest = t**2  # of what is steeper: denser where slopes are steep, for the tails of GGX
+    r = np.sqrt((1.0 - rest) / rest) if facets.distribution == "ggx" else np.sqrt(-np.log(rest))
+    alpha = constant(facets.alphas[0])
+    slope = alpha * r * np.cos(math.pi * turn), alpha * r * np.sin(math.pi * turn)
+    m = normalize(np.stack([*slope, np.ones_like(r)], axis=-1).reshape(-1, 3))
+    wo = np.array([[math.sqrt(1.0 - cosine**2), 0.0, cosine]])
+    weight = 2.0 * t.ravel() * visible(facets, wo) * np.maximum(dot(wo, m), 0.0) / (cosine * m[:, 2]) / len(m)
+    return wo, m, weight
+
+
+def _let_through(facets: RoughConductor, cosine: float, eta: float) -> float:
+    wo, m, weight = _normals(facets, cosine)
+    c = np.clip(dot(wo, m), 1e-12, 1.0)
+    reflectance, refracted = fresnel_dielectric(c, np.full(len(m), eta))
+    wi = m * (c / eta - refracted)[:, None] - wo / eta
+    return float((weight * (1.0 - reflectance) * np.where(wi[:, 2] < 0.0, smith(facets, -wi), 0.0)).sum())
+
+
+def _sent_back(facets: RoughConductor, cosine: float, eta: float) -> float:
+    wo, m, weight = _normals(facets, cosine)
+    c = np.clip(dot(wo, m), 1e-12, 1.0)
+    reflectance, _ = fresnel_dielectric(c, np.full(len(m), eta))
+    wi = 2.0 * c[:, None] * m - wo
+    return float((weight * reflectance * np.where(wi[:, 2] > 0.0, smith(facets, wi), 0.0)).sum())
