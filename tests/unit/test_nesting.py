@@ -189,6 +189,20 @@ def test_glass_of_the_index_around_it_is_invisible() -> None:
         np.testing.assert_allclose(found.mean(), plain.mean(), rtol=0.02)
 
 
+def test_the_kernel_for_all_effects_makes_the_bits_of_the_derived_one() -> None:
+    def add(b: _core.SceneBuilder) -> None:
+        ball(b, 1.0, SMOOTH(b, 1.5), priority=1, medium=absorbing(b, 0.5))
+        ball(b, 0.6, ROUGH(b, 1.3), 2.5, priority=2)
+
+    core = build(add, strange_sky, lambda b: b.cross_freely(), fov=30.0, size=(8, 8))
+    settings = _core.Settings(max_depth=8)
+    derived, full = (_core.Renderer(core, settings, 3, 1, also=names) for names in ((), tuple(core.effects())))
+    assert derived.kernel != full.kernel
+    for renderer in (derived, full):
+        renderer.advance(8)
+    assert np.array_equal(derived.moments["mean"], full.moments["mean"])
+
+
 def test_a_furnace_of_bodies_that_overlap_is_even() -> None:
     def add(b: _core.SceneBuilder) -> None:
         for i, (z, ior) in enumerate(((2.6, 1.5), (3.2, 1.33), (3.6, 1.8), (2.9, 1.0))):
