@@ -1,6 +1,7 @@
 #include "scene/medium.h"
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -48,7 +49,8 @@ Flight Medium::sample(const Spectrum& beta, float distance, Point2d u) const noe
     picked = 0;
   else if (place < weight.of[0] + weight.of[1] || !(weight.of[2] > 0))
     picked = weight.of[1] > 0 ? 1 : 0;
-  const double drawn = -std::log1p(-u.x) / sigma.of[picked];  // infinite, or no number, where nothing is in the way
+  const double extinction = sigma.of[picked];
+  const double drawn = extinction > 0 ? -std::log1p(-u.x) / extinction : std::numeric_limits<double>::infinity();
   const bool collides = drawn < static_cast<double>(distance);
   const double t = collides ? drawn : static_cast<double>(distance);
   if (collides && t > kFarthest) return {0, true, {}};
