@@ -67,7 +67,7 @@ class Law:
     def _seen(self, samples: int, level: float) -> Estimate:
         """Return what a look is likely to see: its doubt grows with the level and falls with the error."""
         value = self.error_at(samples).value
-        doubt = self.log_error_doubt * math.sqrt(min(1.0, value / self.error))
+        doubt = self.log_error_doubt * min(1.0, value / self.error) ** 0.75
         factor = math.exp(min(NormalDist().inv_cdf(0.5 + 0.5 * level) * doubt, 700.0))
         return Estimate(value, value / factor, value * factor)
 
