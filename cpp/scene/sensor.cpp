@@ -56,7 +56,7 @@ PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const Film
   if (d.far) far_ = normalization.length(*d.far) * unit;
 }
 
-SensorRay PerspectiveCamera::exact(double x, double y) const noexcept {
+EQUALTIME_INLINE SensorRay PerspectiveCamera::exact(double x, double y) const noexcept {
   const Vec3d along = axis_ + right_ * x + down_ * y;  // reaches one axis length along the axis
   const double norm = length(along);
   return {origin_, along * (1 / norm), near_ * norm, far_ * norm};
@@ -78,7 +78,7 @@ ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescripti
   lens_y_ = d.view.to_world.column(1) * radius;
 }
 
-SensorRay ThinLensCamera::exact(double x, double y, Point2f lens) const noexcept {
+EQUALTIME_INLINE SensorRay ThinLensCamera::exact(double x, double y, Point2f lens) const noexcept {
   const auto& [origin, axis, right, down, advance, near, far] = view_;
   const Point2f place = blades_ == 0 ? square_to_disk(lens) : square_to_polygon(lens, blades_, rotation_);
   const Vec3d from = lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
