@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Final
 
-from pydantic import ConfigDict, PlainValidator, TypeAdapter, ValidationError
+from pydantic import ConfigDict, PlainValidator, SerializeAsAny, TypeAdapter, ValidationError
 
 from equaltime.scene.model.values import Matrix, RigidTransform, Transform, as_array, mirrors
 
@@ -64,7 +64,7 @@ def _checked(one: TypeAdapter[Matrix], value: object) -> Matrix:
         raise details["ctx"]["error"] from None
 
 
-Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE))]
+Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE)), SerializeAsAny()]
 """An affine, invertible map from local to world space, or an animation of such."""
-RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID))]
+RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID)), SerializeAsAny()]
 """A rotation or reflection followed by a translation, or an animation of such."""
