@@ -51,9 +51,9 @@ def timed(module: ModuleType, *names: str) -> list[list[float]]:
 
 
 def _noting(function: Callable[..., Any], spent: list[float]) -> Callable[..., Any]:
-    def call(*arguments: Any) -> Any:
+    def call(*arguments: Any, **named: Any) -> Any:
         begin = perf_counter()
-        value = function(*arguments)
+        value = function(*arguments, **named)
         spent.append(perf_counter() - begin)
         return value
 
