@@ -118,9 +118,11 @@ class Passes:
         """Samples that every pixel has."""
         self.pixels = pixels
         self.rendering = 0.0
-        """Seconds spent in passes, without what is done between them."""
+        """Seconds spent in passes that have ended, without what is done between them."""
+        self._pass_began: float | None = None
+        self._pace: float | None = None  # seconds a sample a pixel, of the last pass: the load may have changed
         self._renderer, self._clock, self._start = renderer, clock, clock()
-        self._first, self._cancelled = samples, False
+        self._cancelled = False
         self._looks, self._hidden = Looks(looks), hidden
         self._report = None if progress is None else _Reporter(self, progress)
 
@@ -141,20 +143,22 @@ class Passes:
 
     def __iter__(self) -> Iterator[int]:
         self._start, self.stopped_by, self._cancelled = self._clock(), None, False
+        self._pass_began = None
         try:
             while (reason := self._met()) is None:
                 end = self._next_end()
                 limit = self.limits.seconds
-                before = self.seconds
+                self._pass_began = before = self.seconds
                 complete = self._renderer.advance(end, None if limit is None else limit - before, self._tick)
-                self.rendering += self.seconds - before
+                took, self._pass_began = self.seconds - before, None
+                self.rendering += took
                 if wrong := _went_wrong(self._renderer):
                     reason = wrong
                     break
                 if not complete:
                     reason = "interrupt" if self._cancelled else "time"
                     break
-                self.samples = end
+                self.samples, self._pace = end, took / (end - self.samples)
                 if self._report is not None:
                     self._report.pass_ended()
                 yield end
@@ -174,11 +178,17 @@ class Passes:
     @property
     def time_left(self) -> float | None:
         """Estimated seconds in passes to the nearest limit; None where nothing is known yet, or no limit is set."""
-        lefts = [] if self.limits.seconds is None else [self.limits.seconds - self.seconds]
-        targets = [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
-        if targets and self.samples > self._first:
-            lefts.append((min(targets) - self.samples) * self.rendering / (self.samples - self._first))
+        seconds = self.seconds
+        lefts = [] if self.limits.seconds is None else [self.limits.seconds - seconds]
+        if self.targets and self._pace is not None:
+            into_pass = 0.0 if self._pass_began is None else seconds - self._pass_began
+            lefts.append((min(self.targets) - self.samples) * self._pace - into_pass)
         return max(0.0, min(lefts)) if lefts else None
+
+    @property
+    def targets(self) -> list[float]:
+        """Samples a pixel that the limits ask for, or will likely take."""
+        return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
     def samples_for(self, error: float | None) -> float | None:
         """Return how many samples a pixel an error target will likely take, once it was looked at."""
@@ -230,8 +240,7 @@ class _Reporter:
 
     def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
         self._passes, self._callback = passes, callback
-        self._first = passes.samples
-        self._sampled_at = self._reported = 0.0
+        self._reported = 0.0
         self._estimating, self._last_estimate = 0.0, _ESTIMATE_SECONDS_A_PIXEL * passes.pixels
         self._error: Estimate | None = None
         self._estimated_at = 0
@@ -244,11 +253,11 @@ class _Reporter:
 
     def pass_ended(self) -> None:
         """Report the end of a pass, with a new error if that is cheap by now."""
-        self._sampled_at = self._passes.seconds
-        if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * self._sampled_at:
+        begin = self._passes.seconds
+        if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
             self._error = image_error(pixel_statistics(self._passes.renderer.moments))
             self._estimated_at = self._passes.samples
-            self._last_estimate = self._passes.seconds - self._sampled_at
+            self._last_estimate = self._passes.seconds - begin
             self._estimating += self._last_estimate
         self._report()
 
@@ -256,16 +265,8 @@ class _Reporter:
         samples, limits, seconds = self._passes.samples, self._passes.limits, self._passes.seconds
         self._reported = seconds
         error = self._error if samples < 2 * self._estimated_at else None
-        fractions, lefts = [0.0], []
-        for target in (limits.spp, self._passes.samples_for(limits.error)):
-            if target is None:
-                continue
-            fractions.append(min(1.0, samples / target))
-            if samples > self._first:
-                rate = (samples - self._first) / self._sampled_at
-                lefts.append(max(0.0, self._sampled_at + (target - samples) / rate - seconds))
+        fractions = [0.0, *(samples / target for target in self._passes.targets)]
         if limits.seconds is not None:
-            fractions.append(min(1.0, seconds / limits.seconds))
-            lefts.append(max(0.0, limits.seconds - seconds))
-        left = min(lefts) if lefts else None
-        self._callback(Progress(samples, limits.spp, seconds, max(fractions), left, error))
+            fractions.append(seconds / limits.seconds)
+        fraction, left = min(1.0, max(fractions)), self._passes.time_left
+        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error))

@@ -19,7 +19,7 @@ class FakeRenderer:
     """Takes 1 ms a sample of the whole image; polls after every sample; stops exactly at its limit."""
 
     def __init__(self, interrupt_at: float = np.inf, bad_sample: int | None = None) -> None:
-        self.now = 0.0
+        self.now, self.seconds_a_sample = 0.0, 0.001
         self.done = 0
         self.targets: list[int] = []
         self.nonfinite: list[tuple[int, int, int]] = []
@@ -33,9 +33,9 @@ class FakeRenderer:
         self.targets.append(samples)
         end = np.inf if seconds is None else self.now + seconds
         while self.done < samples:
-            if self.now + 0.001 > end + 1e-9:
+            if self.now + self.seconds_a_sample > end + 1e-9:
                 return False
-            self.now += 0.001
+            self.now += self.seconds_a_sample
             if self.now >= self.interrupt_at:
                 raise KeyboardInterrupt
             if self.done == self.bad_sample:
@@ -148,6 +148,21 @@ def test_the_time_left_follows_from_the_samples_done() -> None:
     seen: list[Progress] = []
     run(FakeRenderer(), spp=4096, progress=seen.append)
     assert all(abs(p.seconds + p.time_left - 4.096) < 1e-6 for p in seen if p.time_left is not None)
+
+
+def test_the_time_left_is_right_again_a_pass_after_the_load_has_changed() -> None:
+    seen: list[Progress] = []
+    renderer = FakeRenderer()
+
+    def look(progress: Progress) -> None:
+        seen.append(progress)
+        if progress.samples == 256:
+            renderer.seconds_a_sample = 0.004
+
+    run(renderer, spp=4096, progress=look)
+    after = next(number for number, progress in enumerate(seen) if progress.samples > 256)
+    assert (seen[after - 1].time_left or 0.0) < 0.5 * (renderer.now - seen[after - 1].seconds)
+    assert all(p.time_left == pytest.approx(renderer.now - p.seconds) for p in seen[after:])
 
 
 def test_the_time_left_of_a_time_limit_is_what_the_clock_says() -> None:
