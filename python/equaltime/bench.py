@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from equaltime import _core
+from equaltime.core_renderer import core_settings
 from equaltime.errors import Problem, SceneError
 from equaltime.scene import Scene
-from equaltime.session import core_settings
 from equaltime.strategy import Strategy
 
 __all__ = ["Measurement", "Report", "Spread", "build_facts", "machine", "measure", "spread"]

@@ -19,10 +19,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.core_renderer import make_renderer, split_light
 from equaltime.first_hits import first_hits
 from equaltime.scene import Scene
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, Aov
-from equaltime.session import make_renderer, split_light
 from equaltime.strategy import Strategy
 
 __all__ = ["outputs"]

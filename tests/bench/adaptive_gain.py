@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.adaptive import METRICS, PILOT, error_rates, pilot_statistics
 from equaltime.bench import spread
+from equaltime.core_renderer import make_renderer
 from equaltime.error_estimate import PixelStatistics
-from equaltime.session import make_renderer
 
 Floats = NDArray[np.float64]
 CASES: dict[str, tuple[str, int, dict[str, Any], bool]] = {

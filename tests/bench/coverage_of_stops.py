@@ -22,8 +22,8 @@ from uneven import SHORT, Case
 
 import equaltime as et
 from equaltime.budget import Looks
+from equaltime.core_renderer import make_renderer
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.session import make_renderer
 
 Image = NDArray[np.float64]
 GRID = 1.15

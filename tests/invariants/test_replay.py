@@ -13,7 +13,7 @@ import pytest
 import equaltime as et
 from equaltime import _core
 from equaltime.cli import main
-from equaltime.session import make_renderer
+from equaltime.core_renderer import make_renderer
 
 from .shipped import FILES, FOLDER, shipped
 

@@ -11,9 +11,9 @@ import pytest
 import equaltime as et
 from equaltime import images
 from equaltime.cli import main
+from equaltime.core_renderer import make_renderer
 from equaltime.effects import derive, leave_out
 from equaltime.effects.kinds import KINDS
-from equaltime.session import make_renderer
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted(path for path in (ROOT / "scenes").rglob("*.toml") if "experiments" not in path.parts)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from equaltime.core_renderer import bad_sample, make_renderer
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import image_error, pixel_statistics
 from equaltime.scene import Scene
-from equaltime.session import bad_sample, make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["CoreSubject"]

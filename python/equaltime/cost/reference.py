@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
+from equaltime.core_renderer import bad_sample, make_renderer
 from equaltime.cost.experiment import ReferenceWish
 from equaltime.cost.experiment_reader import with_roulette
 from equaltime.cost.folder import replacing
 from equaltime.cost.metrics import Reference
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
-from equaltime.session import bad_sample, make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]

@@ -16,13 +16,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.core_renderer import split_light
 from equaltime.cost.metrics import Reference
 from equaltime.cost.statistics import Interval
 from equaltime.effects.pairs import change_of, products, share_of
 from equaltime.scene import Scene
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import Directional, Point, Spot
-from equaltime.session import split_light
 from equaltime.strategy import Strategy
 
 __all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts"]

@@ -1,0 +1,128 @@
+"""The core's renderer as Python asks for it: of a scene by a strategy, with counts that adapt, and what went wrong."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import _core
+from equaltime._core import build_info
+from equaltime.adaptive import METRICS, PILOT, pilot_statistics
+from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
+from equaltime.result import Result
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["REPLICATES", "bad_sample", "build_info", "core_settings", "make_renderer", "split_light", "traced"]
+
+REPLICATES = 2
+"""Independent parts of a render, whose difference tells its error."""
+_BYTES_PER_MOMENTS = 56
+_BYTES_PER_RESULT_PIXEL = 100
+
+
+def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
+    """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
+    settings = core_settings(scene, strategy)
+    _check_memory(scene)
+    make = _core.Renderer if strategy.adaptive == "none" else partial(_AdaptiveRenderer, metric=strategy.adaptive)
+    try:
+        return make(scene.core, settings, seed=seed, threads=threads, replicates=REPLICATES, **options)
+    except MemoryError as error:
+        width, height = scene.size
+        raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
+
+
+class _AdaptiveRenderer(_core.Renderer):
+    """A renderer whose samples are averages once every pixel has the pilot's; decisions follow from that alone."""
+
+    def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
+        options = {**common, "pixel_rays": True}
+        super().__init__(scene, settings, **options)
+        self._metric = METRICS[metric]
+        self._pilot = partial(_core.Renderer, scene, settings, **options)
+        self._decided = False
+
+    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
+        """Bring the image to ``samples`` a pixel, on average."""
+        if samples <= PILOT or self._decided:
+            return super().advance(samples, seconds, poll)
+        begin = time.perf_counter()
+        if not super().advance(PILOT, seconds, poll) or self.nonfinite:  # which ends the render
+            return False
+        self._decide(self)
+        left = None if seconds is None else max(0.0, seconds - (time.perf_counter() - begin))
+        return super().advance(samples, left, poll)
+
+    def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
+        """Take up a render; its pilot is made once more, since the film holds more than that by now."""
+        pilot = self._pilot()
+        pilot.advance(PILOT)
+        self._decide(pilot)
+        super().take_up(paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
+
+    def _decide(self, pilot: _core.Renderer) -> None:
+        rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
+        self.adapt(PILOT, rates.astype(np.float32))
+        self._decided = True
+
+
+def split_light(
+    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
+) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:
+    """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3)."""
+    settings = core_settings(scene, strategy)
+    return _core.split_light(scene.core, settings, seed, threads, samples, replicates=REPLICATES)
+
+
+def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
+    """Return one sample of a pixel of the whole film as the core tells it: the same bits as in a render."""
+    x, y, _, _ = scene.model.sensor.film.crop
+    return _core.replay(
+        scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, replicates=REPLICATES
+    )
+
+
+def bad_sample(
+    scene: Scene,
+    strategy: Strategy,
+    seed: int,
+    renderer: _core.Renderer,
+    result: Result | None = None,
+    without: tuple[str, ...] = (),
+) -> SampleError:
+    """Return the error for the first sample of a renderer that went wrong, with the command that shows it."""
+    x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
+    left, top, _, _ = scene.model.sensor.film.crop
+    pixel = (x + left, y + top)
+    command: tuple[str, ...] = ()
+    if scene.source is not None:
+        sample = ("--pixel", f"{pixel[0]},{pixel[1]}", "--sample", str(index), "--seed", str(seed))
+        problem = ("--size", f"{scene.size[0]}x{scene.size[1]}", "--max-depth", str(scene.max_depth))
+        command = ("equaltime", "replay", str(scene.source), *sample, "--strategy", strategy.name, *problem)
+        command += tuple(word for name in without for word in ("--without", name))
+    if renderer.nonfinite:
+        return NonFiniteSample(pixel, index, seed, result, command)
+    return FaultySample(pixel, index, seed, result, command, f"floating-point fault ({renderer.faulty[0][3]})")
+
+
+def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
+    """Return a strategy, with the scene's depth, as the core reads it."""
+    words = strategy.model_dump(exclude={"truncate", "adaptive"})
+    return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
+
+
+def _check_memory(scene: Scene) -> None:
+    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
+    _, _, width, height = scene.model.sensor.film.crop
+    needed = width * height * (REPLICATES * _BYTES_PER_MOMENTS + _BYTES_PER_RESULT_PIXEL)
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present:
+        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
+        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))
