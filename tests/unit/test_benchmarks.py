@@ -1,0 +1,51 @@
+"""Every benchmark still runs, in its smallest form: what it prints then says nothing, but that it prints it does."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).resolve().parents[1] / "bench"
+SMALLEST = {
+    "adaptive_gain": "--seeds 2 --size 16 --spp 16 --images 4 --scenes lens",
+    "cost_of_measuring": "--repeats 1 --size 16 16 --spp 4",
+    "coverage_of_stops": "--seeds 2 --size 8 --paths 1e4 --scenes lens",
+    "flat_memory": "--spp 4 --many 16",
+    "kernels": "--repeats 1 --scenes scenes/cornell-box.toml",
+    "kill_resume": "--kills 1",
+    "light_tree": "--repeats 1 --counts 2 16",
+    "limit_and_scaling": "--repeats 1 --triangles 2000",
+    "loading": "--repeats 1 --triangles 2000",
+    "memory": "--repeats 1",
+    "mis_grid": "--spp 4 --size 8 8",
+    "motion": "--repeats 1",
+    "robust_intersection": "--repeats 1 --triangles 2000",
+    "small_lights": "--repeats 1 --side 8",
+    "strategies": "independent --repeats 1 --size 16 16 --scenes scenes/cornell-box.toml",
+}
+ELSEWHERE = {
+    "against_mitsuba": "needs a peer",
+    "agreement": "needs a peer",
+    "build_variants": "builds the core anew",
+    "inert": "needs valgrind",
+    "instructions": "needs valgrind",
+    "loading_beside_mitsuba": "needs a peer",
+    "quotes": "watches the load of the machine, and takes minutes at the least",
+    "removed_fields": "builds the core anew, and needs valgrind",
+}
+
+
+def test_every_benchmark_of_the_table_is_tried_or_says_why_not() -> None:
+    listed = re.findall(r"^\| `python tests/bench/(\w+)\.py", (BENCH / "README.md").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted([*SMALLEST, *ELSEWHERE])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SMALLEST)
+def test_a_benchmark_runs_in_its_smallest_form(name: str) -> None:
+    command = [sys.executable, str(BENCH / f"{name}.py"), *SMALLEST[name].split()]
+    done = subprocess.run(command, cwd=BENCH.parents[1], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) > 4
