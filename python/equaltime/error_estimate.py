@@ -213,11 +213,11 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
         parts = variance / square
         contributions[band.rows] = _channel_mean(parts[band.inner])
         noisy = np.minimum(parts * np.sqrt(parts), parts)  # structure that rests on the local mean is below the noise
-        smooth = float(np.vdot(noisy[band.inner], shared[band.inner]))
+        smooth = _dot(noisy[band.inner], shared[band.inner])
         slope = np.divide(parts, square, out=square)
         slopes = float(slope[band.inner].sum())
         slope *= reference
-        leant = float(np.vdot(slope[band.inner], leaning[band.inner]))
+        leant = _dot(slope[band.inner], leaning[band.inner])
         pooled = noise / counts if even else _pooled_variance(pixels, band.wide)
         error = np.sqrt(pooled[band.inner])
         shared *= slope
@@ -225,7 +225,7 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
         by_local = _channel_mean(box_sum(shared)[band.inner] * error)
         by_mean = _channel_mean(error)
         products = ((by_local, by_local), (by_local, by_mean), (by_mean, by_mean))
-        return slopes, smooth, leant, *(float(np.vdot(a, b)) for a, b in products)
+        return slopes, smooth, leant, *(_dot(a, b) for a, b in products)
 
     sums = over_bands(len(contributions), 3 * RADIUS, contribute)
     slopes, smooth, leant, locals_squared, crossed, errors_squared = (sum(column) for column in zip(*sums, strict=True))
@@ -234,6 +234,11 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
     whole = max(3.0 * float(contributions.sum()), np.finfo(np.float64).tiny)
     doubt = math.sqrt(_LEANING**2 * (leant / whole) ** 2 + _SMOOTH**2 * (smooth / whole) ** 2 + _LEAST_DOUBT**2)
     return contributions, total / contributions.size, doubt
+
+
+def _dot(a: Floats, b: Floats) -> float:
+    """Return the sum of products; not by BLAS, whose threads would wait for those of the bands."""
+    return float(np.einsum("i,i->", a.reshape(-1), b.reshape(-1)))
 
 
 def _channel_mean(values: Floats) -> Floats:
