@@ -40,40 +40,16 @@ def pose(placement: Matrix | Animation, time: float) -> Array:
 
 
 def _between(first: Array, last: Array, share: float) -> Array:
+    from scipy.linalg import polar  # late: it takes long to import
+    from scipy.spatial.transform import Rotation, Slerp
+
     flip = np.diag([1.0, 1.0, -1.0 if np.linalg.det(first[:3, :3]) < 0.0 else 1.0])
-    (turn_a, stretch_a), (turn_b, stretch_b) = (_polar(m[:3, :3] @ flip) for m in (first, last))
-    a, b = _quaternion(turn_a), _quaternion(turn_b)
-    b = -b if a @ b < 0.0 else b
-    angle = 2.0 * np.arctan2(np.linalg.norm(b - a), np.linalg.norm(b + a))
-    weights = np.array([1.0 - share, share])
-    mixed: Array = (np.sin(weights * angle) / np.sin(angle) if angle > 1e-9 else weights) @ np.array([a, b])
+    turns, stretches = zip(*(polar(m[:3, :3] @ flip) for m in (first, last)), strict=True)
+    turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack(turns)))(share).as_matrix()
     result = np.eye(4)
-    result[:3, :3] = _rotation(mixed) @ (weights[0] * stretch_a + weights[1] * stretch_b) @ flip
-    result[:3, 3] = weights @ np.array([first[:3, 3], last[:3, 3]])
+    result[:3, :3] = turn @ ((1.0 - share) * stretches[0] + share * stretches[1]) @ flip
+    result[:3, 3] = (1.0 - share) * first[:3, 3] + share * last[:3, 3]
     return result
-
-
-def _polar(linear: Array) -> tuple[Array, Array]:
-    """Return the rotation and the symmetric stretch whose product is `linear`, of positive determinant."""
-    u, sizes, v = np.linalg.svd(linear)
-    return u @ v, v.T @ np.diag(sizes) @ v
-
-
-def _quaternion(r: Array) -> Array:
-    """Return the unit quaternion (w, x, y, z) of a rotation, from its largest part (Shepperd 1978)."""
-    skew = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
-    parts = np.empty((4, 4))
-    parts[0, 0], parts[0, 1:], parts[1:, 0] = 1.0 + np.trace(r), skew, skew
-    parts[1:, 1:] = r + r.T + (1.0 - np.trace(r)) * np.eye(3)
-    row: Array = parts[int(np.argmax(np.diag(parts)))]
-    return row / np.linalg.norm(row)
-
-
-def _rotation(q: Array) -> Array:
-    w, (x, y, z) = q[0], q[1:]
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Array = np.eye(3) + 2.0 * w * cross + 2.0 * (cross @ cross)
-    return turned
 
 
 def center(sensor: Sensor) -> float:
