@@ -20,7 +20,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 __all__ = [
     "EffectError",
@@ -93,6 +93,9 @@ class SampleError(RenderError):
     ``pixel`` is its place in the whole film, and ``command`` shows its path.
     """
 
+    kind: ClassVar[str] = "bad sample"
+    """What it is called where nobody says more."""
+
     def __init__(
         self,
         pixel: tuple[int, int],
@@ -100,12 +103,12 @@ class SampleError(RenderError):
         seed: int,
         result: object,
         command: Sequence[str] = (),
-        what: str = "bad sample",
+        what: str | None = None,
     ) -> None:
         self.pixel, self.index, self.seed, self.result, self.command = pixel, index, seed, result, tuple(command)
-        self.what = what
+        self.what = self.kind if what is None else what
         shown = f"; its path: {shlex.join(command)}" if command else ""
-        super().__init__(f"{what} at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
+        super().__init__(f"{self.what} at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
 
     def with_words(self, *words: str) -> Self:
         """Return the error with more words of the command, if there is one."""
@@ -116,16 +119,7 @@ class SampleError(RenderError):
 class NonFiniteSample(SampleError):
     """A sample was NaN or infinite."""
 
-    def __init__(
-        self,
-        pixel: tuple[int, int],
-        index: int,
-        seed: int,
-        result: object,
-        command: Sequence[str] = (),
-        what: str = "non-finite sample",
-    ) -> None:
-        super().__init__(pixel, index, seed, result, command, what)
+    kind = "non-finite sample"
 
 
 class FaultySample(SampleError):
