@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import Document, Malformed, parse
@@ -147,9 +147,10 @@ class _Scene:
         given = self._defines.get("shutter")
         if given is None or not self._gltf.animations:
             return None
-        words = given.split(",") if isinstance(given, str) else given
+        several = given if isinstance(given, Iterable) else ()
+        words: Iterable[Any] = given.split(",") if isinstance(given, str) else several
         try:
-            begin, end = (float(word) for word in words)  # type: ignore[attr-defined]
+            begin, end = (float(word) for word in words)
         except (TypeError, ValueError):
             begin, end = math.nan, math.nan
         if not -math.inf < begin < end < math.inf:
