@@ -63,6 +63,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the files that the examples name."""
     path = tmp_path_factory.mktemp("examples")
     (path / "mesh.ply").write_text(PLY)
+    (path / "mesh-later.ply").write_text(PLY.replace("1 0 0 0 1 0", "1 0 2 0 1 0"))
     (path / "mesh.obj").write_text(OBJ)
     (path / "mesh.serialized").write_bytes(serialized())
     (path / "model.glb").write_bytes(glb())

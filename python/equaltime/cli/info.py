@@ -14,6 +14,7 @@ from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, print_warnings
 from equaltime.cli.options import Substitute
 from equaltime.scene import Scene, SceneModel, load_file
+from equaltime.scene.model import Bitmap, EnvMap, MeshFile, mesh_files
 
 __all__ = ["info"]
 
@@ -97,8 +98,8 @@ def _plugins(model: SceneModel) -> dict[str, dict[str, int]]:
 
 def _files(scene: Scene) -> dict[str, int]:
     """Return the files that the scene names, by their sizes in bytes."""
-    names = {name for node in scene.model.nodes() if isinstance(name := getattr(node, "filename", None), str)}
-    paths = sorted({scene.assets.path(name) for name in names})
+    named = {node.filename for node in scene.model.nodes() if isinstance(node, Bitmap | EnvMap | MeshFile)}
+    paths = sorted({scene.assets.path(name) for filename in named for name in mesh_files(filename)})
     return {str(path): path.stat().st_size for path in paths}
 
 

@@ -19,6 +19,7 @@ from equaltime.scene.model import (
     Conductor,
     Constant,
     Cylinder,
+    Deformation,
     Depth,
     Dielectric,
     Directional,
@@ -77,7 +78,8 @@ def _fills(node: Plugin) -> bool:
 
 
 def _is_animated(node: Plugin) -> bool:
-    return isinstance(getattr(node, "to_world", None), Animation)
+    deforms = isinstance(node, MeshFile) and isinstance(node.filename, Deformation)
+    return deforms or isinstance(getattr(node, "to_world", None), Animation)
 
 
 def _shines(node: Plugin) -> bool:

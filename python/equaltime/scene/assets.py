@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime.image_files import complaint, excess
 from equaltime.scene.gltf import Contents, Texels, Triangles, split
-from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized
+from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
@@ -43,21 +43,25 @@ class Assets:
         self._contents: dict[Path, Contents] = {}
 
     def mesh(self, shape: MeshFile) -> Mesh:
-        """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices."""
-        path = self.path(shape.filename)
+        """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices.
+
+        Of a mesh that deforms, the first.
+        """
+        filename = mesh_files(shape.filename)[0]
+        path = self.path(filename)
         part = (
             shape.shape_index if isinstance(shape, Serialized) else shape.material if isinstance(shape, Obj) else None
         )
-        key = (shape.filename, part)
+        key = (filename, part)
         if key not in self._meshes:
-            mesh = self._read_mesh(shape, path)
+            mesh = self._read_mesh(shape, path, split(filename)[1] or "")
             _check_mesh(path, mesh)
             self._meshes[key] = mesh
         return self._meshes[key]
 
-    def _read_mesh(self, shape: MeshFile, path: Path) -> Mesh:
+    def _read_mesh(self, shape: MeshFile, path: Path, inside: str) -> Mesh:
         if isinstance(shape, Gltf):
-            return self._within(path).mesh(split(shape.filename)[1] or "")
+            return self._within(path).mesh(inside)
         try:
             if isinstance(shape, Serialized):
                 return read_serialized(path, shape.shape_index)

@@ -9,7 +9,8 @@ from equaltime.scene.builder import Builder
 from equaltime.scene.compile_bsdfs import Materials
 from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.deforming import steps
+from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface
 from equaltime.scene.model import (
     Animation,
     Bitmap,
@@ -78,7 +79,7 @@ class Shapes:
 
     def _solid(self, shape: Solid) -> int:
         """Add a surface and return the core's number of it."""
-        placed = surface(shape, self._assets)
+        placed, *later = steps(shape, self._assets)
         turned = shape.bsdf is not None and turns(shape.bsdf)
         front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back, turned)
         radiance = placed.sides.radiance
@@ -90,7 +91,17 @@ class Shapes:
         attributes = placed.attributes if isinstance(placed, MeshSurface) else {}
         self._textures.hand_over(index, attributes, shape.nodes())
         self._media.bound(shape, index)
+        if later:
+            self._deform(shape, index, later)
         return index
+
+    def _deform(self, shape: Solid, index: int, later: list[Surface]) -> None:
+        """Add where the vertices are later, at evenly spaced times."""
+        if shape.emitter is not None and later[0].sides.radiance is not None:
+            raise Unsupported(shape.emitter, "a mesh that deforms cannot emit")
+        poses = [pose for pose in later if isinstance(pose, MeshSurface)]
+        normals = None if poses[0].normals is None else np.array([pose.normals for pose in poses])
+        self._builder.deform_mesh(index, np.array([pose.vertices for pose in poses]), normals)
 
 
 def _add_surface(builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None) -> int:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from equaltime.scene import transforms
+from equaltime.scene import deforming, transforms
 from equaltime.scene.known import shortened
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
@@ -96,6 +96,8 @@ class DictReader:
                 return Value(place, _transform(self._expanded(value), flat=name == "to_uv"))
             if not isinstance(value, Mapping):
                 return Value(place, self._plain(value))
+            if name == "filename" and "animation" in value:
+                return Value(place, deforming.parse({key: self._expanded(item) for key, item in value.items()}))
             if value.get("type") == "ref":
                 return self._reference(value, place)
             if value.get("type") in ("rgb", "spectrum"):
@@ -106,7 +108,7 @@ class DictReader:
         return self.nested(value, place, name)
 
     def _expanded(self, steps: object) -> object:
-        """Return the steps of a transform with what their strings stand for; arrays and Mitsuba's transforms as is."""
+        """Return steps or keys with what their strings stand for; arrays and Mitsuba's transforms as is."""
         if isinstance(steps, str):
             return self.string(steps)
         if isinstance(steps, list | tuple):

@@ -6,7 +6,7 @@ import hashlib
 import json
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.model import Animation, Plugin, SceneModel
+from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel, mesh_files
 from equaltime.scene.motion import in_shutters
 
 __all__ = ["digest"]
@@ -28,11 +28,19 @@ def digest(model: SceneModel, assets: Assets) -> str:
 def _canonical(value: object, assets: Assets) -> object:
     if isinstance(value, Plugin):
         fields = {name: getattr(value, name) for name in type(value).model_fields if name not in {"id", *value.hints}}
-        if isinstance(filename := fields.get("filename"), str):
-            fields["filename"] = assets.sha256(filename)
+        if isinstance(filename := fields.get("filename"), str | Deformation):
+            fields["filename"] = _contents(filename, assets)
         return {name: _canonical(field, assets) for name, field in fields.items()}
     if isinstance(value, Animation):
         return {"times": value.times, "matrices": value.matrices}
     if isinstance(value, tuple):
         return [_canonical(item, assets) for item in value]
     return value
+
+
+def _contents(filename: str | Deformation, assets: Assets) -> object:
+    """Return what is in a file, or in those of an animation, unless they are all the same."""
+    sums = [assets.sha256(name) for name in mesh_files(filename)]
+    if not isinstance(filename, Deformation) or len(set(sums)) == 1:
+        return sums[0]
+    return {"times": filename.times, "files": sums, "held": filename.held}

@@ -15,7 +15,7 @@ Radiance leaves the front side only. A side whose BSDF is None absorbs everythin
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from equaltime.scene.model import (
     Color,
     Cube,
     Cylinder,
+    Deformation,
     Diffuse,
     Disk,
     MeshFile,
@@ -42,6 +43,7 @@ from equaltime.scene.model import (
     mirrors,
     poses,
 )
+from equaltime.scene.motion import span
 from equaltime.scene.sides import sides
 from equaltime.scene.transforms import perpendicular
 from equaltime.scene.unsupported import Unsupported
@@ -74,11 +76,20 @@ class MeshSurface:
     faces: NDArray[np.uint32]
     """(M, 3)"""
     normals: Array | None = None
-    """(N, 3) unit shading normals on the front side; None for flat faces"""
+    """(N, 3) shading normals on the front side, unit but in a pose between two; None for flat faces"""
     uvs: Array | None = None
     """(N, 2)"""
     attributes: Mapping[str, Array] = field(default_factory=dict)
     """By Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)"""
+
+    def towards(self, other: MeshSurface, share: float) -> MeshSurface:
+        """Return the mesh a share of the way to another pose of it; vertices and normals go straight."""
+
+        def mixed(a: Array, b: Array) -> Array:
+            return (1.0 - share) * a + share * b
+
+        normals = self.normals if other.normals is None or self.normals is None else mixed(self.normals, other.normals)
+        return replace(self, vertices=mixed(self.vertices, other.vertices), normals=normals)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +178,7 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
         turned = mirrors(to_world) != shape.flip_normals
         faces = meshes.flip(meshes.CUBE_FACES) if turned else meshes.CUBE_FACES
         return MeshSurface(both, meshes.place(meshes.CUBE_VERTICES, to_world), faces, uvs=meshes.CUBE_UVS)
-    return _mesh(shape, both, to_world, assets)
+    return _posed(shape, both, to_world, assets)
 
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
@@ -185,6 +196,17 @@ def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface
     meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / np.linalg.norm(axis)), mirrors(to_world)
     flipped = mirrored != shape.flip_normals
     return CylinderSurface(sides, base, end, scale * shape.radius, flipped, meridian, mirrored)
+
+
+def _posed(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:
+    """Return a mesh, as it is first if it deforms and is not held."""
+    if not isinstance(shape.filename, Deformation):
+        return _mesh(shape, sides, to_world, assets)
+    times, filenames, held = shape.filename.times, shape.filename.filenames, shape.filename.held
+    before, share = span(times, times[0] if held is None else held)
+    poses = (_mesh(shape.replace(filename=name), sides, to_world, assets) for name in filenames[before : before + 2])
+    first = next(poses)
+    return first if share == 0.0 else first.towards(next(poses), share)
 
 
 def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:

@@ -10,7 +10,17 @@ from typing import Any
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.plain import PlainWriter, with_transforms
-from equaltime.scene.model import Instance, Perspective, Projective, SceneModel, Sensor, Shape, ThinLens, poses
+from equaltime.scene.model import (
+    Deformation,
+    Instance,
+    Perspective,
+    Projective,
+    SceneModel,
+    Sensor,
+    Shape,
+    ThinLens,
+    poses,
+)
 from equaltime.scene.motion import still
 
 __all__ = ["mitsuba_dict", "with_transforms"]
@@ -28,7 +38,9 @@ def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
     and referred to. Files are named by their absolute paths; raises ValueError if one is gone or has changed.
     """
     if still(model) is not model:
-        raise ValueError("Mitsuba 3 has no transforms that change with time")
+        raise ValueError("Mitsuba 3 has no transforms that change with time, nor meshes")
+    if any(isinstance(getattr(node, "filename", None), Deformation) for node in model.nodes()):
+        raise ValueError("Mitsuba 3 has no meshes that are held between two")
     writer = PlainWriter(lambda filename: str(assets.path(filename).absolute()))
     sensor = _sensor(model.sensor, writer)
     shapes = {f"shape_{i:06}": _shape(shape, writer) for i, shape in enumerate(model.shapes)}

@@ -12,9 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.model import Animation, Matrix, Plugin, SceneModel, Sensor, as_array
+from equaltime.scene.model import (
+    Animation,
+    Deformation,
+    Instance,
+    Matrix,
+    Plugin,
+    SceneModel,
+    Sensor,
+    ShapeGroup,
+    as_array,
+)
 
-__all__ = ["animation", "at_time", "center", "closed_shutter", "in_shutters", "moves", "pose", "still"]
+__all__ = ["animation", "at_time", "center", "closed_shutter", "in_shutters", "moves", "pose", "posed", "span", "still"]
 
 Array = NDArray[np.float64]
 
@@ -29,14 +39,29 @@ def pose(placement: Matrix | Animation, time: float) -> Array:
     """Return the transform (4, 4) at a time; at a key, and beyond the last, it is that key's to the bit."""
     if not isinstance(placement, Animation):
         return as_array(placement)
-    times = np.array(placement.times)
+    before, share = span(placement.times, time)
+    if share == 0.0:
+        return as_array(placement.matrices[before])
+    first, last = as_array(placement.matrices[before]), as_array(placement.matrices[before + 1])
+    return _between(first, last, share)
+
+
+def span(times: Sequence[float], time: float) -> tuple[int, float]:
+    """Return the last key up to a time, and how far from it to the next that is, less than 1; beyond all keys 0."""
     after = int(np.searchsorted(times, time, side="right"))
     before = max(after - 1, 0)
     if after == len(times) or after == 0 or times[before] == time:
-        return as_array(placement.matrices[before])
-    first, last = as_array(placement.matrices[before]), as_array(placement.matrices[after])
-    share = (time - times[before]) / (times[after] - times[before])
-    return _between(first, last, share)
+        return before, 0.0
+    return before, float((time - times[before]) / (times[after] - times[before]))
+
+
+def posed(mesh: str | Deformation, time: float) -> str | Deformation:
+    """Return the mesh at a time, or at the one that it is held at: a file, or a deformation held between two."""
+    if not isinstance(mesh, Deformation):
+        return mesh
+    before, share = span(mesh.times, time if mesh.held is None else mesh.held)
+    pair = mesh.filenames[before : before + 2]
+    return pair[0] if share == 0.0 or pair[0] == pair[1] else Deformation((0.0, 1.0), pair, share)
 
 
 def _between(first: Array, last: Array, share: float) -> Array:
@@ -59,8 +84,12 @@ def center(sensor: Sensor) -> float:
 
 def moves(node: Plugin, sensor: Sensor) -> bool:
     """Tell whether `node` is animated and is not the same all the while that the shutter is open."""
-    placement = getattr(node, "to_world", None)
-    return isinstance(placement, Animation) and isinstance(_in_shutters(placement, sensor), Animation)
+    if isinstance(node, ShapeGroup):
+        return any(moves(shape, sensor) for shape in node.shapes)
+    if isinstance(node, Instance) and moves(node.shapegroup, sensor):
+        return True
+    found = (_in_shutters(changing, sensor) for changing in _changing(node).values())
+    return any(isinstance(seen, Animation) or (isinstance(seen, Deformation) and seen.held is None) for seen in found)
 
 
 def closed_shutter(model: SceneModel) -> str | None:
@@ -74,9 +103,10 @@ def closed_shutter(model: SceneModel) -> str | None:
 def in_shutters(model: SceneModel) -> SceneModel:
     """Return the scene with the times of its animations counted from 0, when the shutter opens, to 1, when it closes.
 
-    What does not move meanwhile has the transform of a scene without animations. The model itself if it has none.
+    What does not move meanwhile has the transform, or the file, of a scene without animations, as far as there is one.
+    The model itself if nothing is animated.
     """
-    return _placed(model, lambda animation: _in_shutters(animation, model.sensor))
+    return _changed(model, lambda changing: _in_shutters(changing, model.sensor))
 
 
 def still(model: SceneModel) -> SceneModel:
@@ -86,27 +116,60 @@ def still(model: SceneModel) -> SceneModel:
 
 def at_time(model: SceneModel, time: float) -> SceneModel:
     """Return the scene as it is at a time; itself if nothing is animated."""
-    return _placed(model, lambda animation: pose(animation, time))
+
+    def at(changing: Animation | Deformation) -> object:
+        if isinstance(changing, Animation):
+            return pose(changing, time)
+        return changing if changing.held is not None else posed(changing, time)
+
+    return _changed(model, at)
 
 
-def _placed(model: SceneModel, place: Callable[[Animation], object]) -> SceneModel:
+def _changing(node: Plugin) -> dict[str, Animation | Deformation]:
+    """Return the parameters of a node that are animated, by name."""
+    values = {name: getattr(node, name, None) for name in ("to_world", "filename")}
+    return {name: value for name, value in values.items() if isinstance(value, Animation | Deformation)}
+
+
+def _changed(model: SceneModel, change: Callable[[Animation | Deformation], object]) -> SceneModel:
+    """Return the model with everything that is animated changed; what is shared stays shared."""
+    groups: dict[int, ShapeGroup] = {}
+
     def changed(node: Plugin) -> Plugin:
-        before = getattr(node, "to_world", None)
-        return node.replace(to_world=place(before)) if isinstance(before, Animation) else node
+        changes = {name: change(value) for name, value in _changing(node).items()}
+        changes = {name: value for name, value in changes.items() if value is not getattr(node, name)}
+        if isinstance(node, Instance) and (group := within(node.shapegroup)) is not node.shapegroup:
+            changes["shapegroup"] = group
+        return node.replace(**changes) if changes else node
+
+    def within(group: ShapeGroup) -> ShapeGroup:
+        if id(group) not in groups:
+            shapes = tuple(map(changed, group.shapes))
+            groups[id(group)] = group if _same(shapes, group.shapes) else group.replace(shapes=shapes)
+        return groups[id(group)]
 
     shapes, sensor = tuple(map(changed, model.shapes)), changed(model.sensor)
-    same = sensor is model.sensor and all(a is b for a, b in zip(shapes, model.shapes, strict=True))
+    same = sensor is model.sensor and _same(shapes, model.shapes)
     return model if same else model.replace(shapes=shapes, sensor=sensor)
 
 
-def _in_shutters(placement: Animation, sensor: Sensor) -> object:
+def _same(these: Sequence[Plugin], those: Sequence[Plugin]) -> bool:
+    return all(a is b for a, b in zip(these, those, strict=True))
+
+
+def _in_shutters(changing: Animation | Deformation, sensor: Sensor) -> object:
     begin, end = sensor.shutter_open, sensor.shutter_close
-    times = np.array(placement.times)
+    if isinstance(changing, Deformation) and changing.held is not None:
+        return posed(changing, changing.held)
+    times = np.array(changing.times)
     first = max(int(np.searchsorted(times, begin, side="right")) - 1, 0)
     last = min(int(np.searchsorted(times, end, side="left")), len(times) - 1)
-    if len(set(placement.matrices[first : last + 1])) == 1:
-        return placement.matrices[first]
+    keys: Sequence[object] = changing.matrices if isinstance(changing, Animation) else changing.filenames
+    if len(set(keys[first : last + 1])) == 1:
+        return keys[first]
     if end == begin:
-        return pose(placement, begin)
+        return pose(changing, begin) if isinstance(changing, Animation) else posed(changing, begin)
     shares = tuple(((times[first : last + 1] - begin) / (end - begin)).tolist())
-    return Animation(shares, placement.matrices[first : last + 1])
+    if isinstance(changing, Animation):
+        return Animation(shares, changing.matrices[first : last + 1])
+    return Deformation(shares, changing.filenames[first : last + 1])

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from equaltime import _core
 from equaltime.errors import Problem, SceneError
-from equaltime.scene import export, geometry
+from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
 from equaltime.scene.changes import changed, deep
@@ -261,10 +261,8 @@ def _finish(
     warnings = (*report.notes, *map(str, done), *_check_files(resolved, assets, report))
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
-    if unseen := unseen_media(resolved.model):
-        warnings = (*warnings, unseen)
-    if closed := closed_shutter(resolved.model):
-        warnings = (*warnings, closed)
+    odd = (unseen_media(resolved.model), closed_shutter(resolved.model), deforming.uneven(resolved.model))
+    warnings += tuple(told for told in odd if told is not None)
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
     return Scene(resolved.model, source, assets, warnings, done, places, {"load": perf_counter() - started})
 
@@ -285,7 +283,7 @@ def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[st
 def _check_part(part: Plugin, assets: Assets) -> Iterator[str]:
     """Read the file that `part` names, if any, and iterate over its reader's warnings."""
     if isinstance(part, MeshFile):
-        yield from (f"{part.filename}: {text}" for text in assets.mesh(part).warnings)
+        yield from deforming.check(part, assets)
     elif isinstance(part, Solid):
         geometry.surface(part, assets)
     elif isinstance(part, EnvMap):

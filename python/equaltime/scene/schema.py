@@ -11,7 +11,7 @@ from typing import Any, Final, get_args, get_type_hints
 from pydantic import TypeAdapter
 
 from equaltime.scene.export.plain import VECTORS
-from equaltime.scene.model import PLUGINS, Animation, Color, Matrix, Plugin
+from equaltime.scene.model import PLUGINS, Animation, Color, Deformation, Matrix, Plugin
 from equaltime.scene.model.textures import TexturePlugin
 from equaltime.scene.transforms import STEPS
 
@@ -99,6 +99,7 @@ def _shared() -> dict[str, Schema]:
         "color": {"anyOf": [number, _array(number, 3), *closed, *spectra], "description": "Grey, RGB or a spectrum."},
         "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(NUMBER, 4, 3)]}}, VARIABLE]},
         "placement": {"anyOf": [{"$ref": "#/$defs/transform"}, _animation(number)]},
+        "mesh": {"anyOf": [{"type": "string"}, _deformation(number)]},
     }
 
 
@@ -119,6 +120,23 @@ def _animation(number: Schema) -> Schema:
         "required": ["animation"],
         "additionalProperties": False,
         "description": "Where it is at two times or more; an extension to Mitsuba.",
+    }
+
+
+def _deformation(number: Schema) -> Schema:
+    """Return the schema of the files of a mesh that deforms."""
+    key = {
+        "type": "object",
+        "properties": {"time": number, "filename": {"type": "string"}},
+        "required": ["time", "filename"],
+        "additionalProperties": False,
+    }
+    return {
+        "type": "object",
+        "properties": {"animation": {"type": "array", "items": key, "minItems": 2}, "time": number},
+        "required": ["animation"],
+        "additionalProperties": False,
+        "description": "The same triangles at two times or more, or at one between; an extension to Mitsuba.",
     }
 
 
@@ -155,6 +173,8 @@ def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
         return {"anyOf": [*constant, *_nested(sorted(found), many=False)["anyOf"]]}
     if _holds(hint, Animation):
         return {"$ref": "#/$defs/placement"}
+    if _holds(hint, Deformation):
+        return {"$ref": "#/$defs/mesh"}
     if _holds(hint, Matrix):
         return {"$ref": "#/$defs/transform"}
     if _holds(hint, tuple[float, ...]):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.known import shortened, suggestion
 
-__all__ = ["compose", "look_at", "matrix", "parse", "parse_animation", "rotate", "scale", "translate"]
+__all__ = ["compose", "look_at", "matrix", "numbers", "parse", "parse_animation", "rotate", "scale", "translate"]
 
 Matrix4 = NDArray[np.float64]
 
@@ -142,7 +142,7 @@ def _key(key: object) -> tuple[float, Matrix4]:
             "a key of an animation is a table with a time and a transform, such as "
             f"{{time = 0, translate = [0, 1, 0]}}, found {shortened(key, 80)}"
         )
-    time = _numbers(key["time"], 1)[0]
+    time = numbers(key["time"], 1)[0]
     placed = {name: step for name, step in key.items() if name != "time"}
     return time, parse(placed.get("transform", placed))
 
@@ -177,7 +177,7 @@ def _step(step: Mapping[str, object]) -> Matrix4:
         raise ValueError(f"{name}: {error}") from None
 
 
-def _numbers(value: object, *counts: int) -> list[float]:
+def numbers(value: object, *counts: int) -> list[float]:
     """Return `value` as a flat list of finite floats; its length must be one of `counts`."""
     items = value.tolist() if isinstance(value, np.ndarray) else value
     if isinstance(items, list | tuple) and items and all(isinstance(row, list | tuple) for row in items):
@@ -207,25 +207,25 @@ def _table(value: object, required: set[str], optional: set[str] = frozenset()) 
 
 def _rotate_step(value: object) -> Matrix4:
     table = _table(value, {"axis", "angle"})
-    return rotate(_numbers(table["axis"], 3), _numbers(table["angle"], 1)[0])
+    return rotate(numbers(table["axis"], 3), numbers(table["angle"], 1)[0])
 
 
 def _scale_step(value: object) -> Matrix4:
-    factors = _numbers(value, 1, 3)
+    factors = numbers(value, 1, 3)
     return scale(factors[0] if len(factors) == 1 else factors)
 
 
 def _look_at_step(value: object) -> Matrix4:
     table = _table(value, {"origin", "target"}, {"up"})
-    up = _numbers(table["up"], 3) if "up" in table else None
-    return look_at(_numbers(table["origin"], 3), _numbers(table["target"], 3), up)
+    up = numbers(table["up"], 3) if "up" in table else None
+    return look_at(numbers(table["origin"], 3), numbers(table["target"], 3), up)
 
 
 STEPS: dict[str, Callable[[object], Matrix4]] = {
-    "translate": lambda value: translate(_numbers(value, 3)),
+    "translate": lambda value: translate(numbers(value, 3)),
     "scale": _scale_step,
     "rotate": _rotate_step,
     "look_at": _look_at_step,
-    "matrix": lambda value: matrix(_numbers(value, 9, 16)),
+    "matrix": lambda value: matrix(numbers(value, 9, 16)),
 }
 """The steps of a transform, by name."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene import transforms
 from equaltime.scene.known import suggestion
-from equaltime.scene.model import Kind
+from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import read_spectrum
@@ -46,6 +46,10 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
     if scene is not None:
         scene.aliases.extend(aliases)
     return scene
+
+
+def _time(attributes: Mapping[str, str]) -> float:
+    return number(attributes["time"])
 
 
 def _is_old(root: Element, report: Report) -> bool | None:
@@ -167,9 +171,7 @@ class _Interpreter:
             self._attributes(element, ("name",))
             return Value(place, transforms.compose([self._step(step) for step in element.children]))
         if tag == "animation":
-            self._attributes(element, ("name",))
-            keys = [key for child in element.children if (key := self._key(child)) is not None]
-            return Value(place, animation(keys))
+            return self._animation(element)
         if tag == "spectrum" and "filename" in element.attributes:
             return self._spectrum_file(element)
         if tag in self._values:
@@ -190,12 +192,31 @@ class _Interpreter:
         curve = self._read(element, rule)
         return None if curve is None else Value(element.place, curve)
 
+    def _animation(self, element: Element) -> Value:
+        """Return an animation: of files, if it holds strings, or of transforms."""
+        if any(child.tag == "string" for child in element.children):
+            when = self._attributes(element, ("name",), ("time",)) or {}
+            files = [file for child in element.children if (file := self._file(child)) is not None]
+            times, names = tuple(time for time, _ in files), tuple(name for _, name in files)
+            held = None if "time" not in when else self._read(element, Rule(("name", "time"), (), _time))
+            return Value(element.place, Deformation(times, names, held))
+        self._attributes(element, ("name",))
+        keys = [key for child in element.children if (key := self._key(child)) is not None]
+        return Value(element.place, animation(keys))
+
+    def _file(self, element: Element) -> tuple[float, str] | None:
+        """Return a key of an animation of files."""
+        if element.tag != "string":
+            self._report.add(element.place, f"an <animation> of files holds <string time=...>, not <{element.tag}>")
+            return None
+        return self._read(element, Rule(("time", "value"), (), lambda a: (_time(a), a["value"])))
+
     def _key(self, element: Element) -> tuple[float, NDArray[np.float64]] | None:
         """Return a key of an animation: a transform with a time."""
         if element.tag != "transform":
             self._report.add(element.place, f"<animation> holds <transform time=...>, not <{element.tag}>")
             return None
-        time = self._read(element, Rule(("time",), (), lambda a: number(a["time"])))
+        time = self._read(element, Rule(("time",), (), _time))
         steps = transforms.compose([self._step(step) for step in element.children])
         return None if time is None else (time, steps)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from equaltime.scene.model import Animation, Plugin, SceneModel
+from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel
 
 __all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "scene_dict", "with_transforms"]
 
@@ -97,6 +97,10 @@ class PlainWriter:
         return self.node(plugin)
 
     def _value(self, name: str, value: object) -> object:
+        if isinstance(value, Deformation):
+            files = zip(value.times, map(self._name_file, value.filenames), strict=True)
+            held = {} if value.held is None else {"time": value.held}
+            return {"animation": [{"time": time, "filename": file} for time, file in files], **held}
         if name == "filename":
             return self._name_file(str(value))
         if name == "focal_length":

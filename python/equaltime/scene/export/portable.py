@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,7 +12,7 @@ import OpenImageIO
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, write_ply
 from equaltime.scene.gltf import split
-from equaltime.scene.model import Bitmap, Gltf, Obj, Plugin, Ply, SceneModel
+from equaltime.scene.model import Bitmap, Deformation, Gltf, Obj, Plugin, Ply, SceneModel, mesh_files
 
 __all__ = ["portable"]
 
@@ -54,8 +55,14 @@ class _Unpacker:
 
     def _shape(self, shape: Gltf | Obj) -> Ply:
         given = {name: getattr(shape, name) for name in shape.model_fields_set if name not in ("type", "material")}
-        filename = self._once(_name(shape), lambda _: self._mesh(shape))
+        filename: str | Deformation = self._file(shape)
+        if isinstance(shape.filename, Deformation):
+            poses = (shape.replace(filename=name) for name in shape.filename.filenames)
+            filename = replace(shape.filename, filenames=tuple(map(self._file, poses)))
         return self.node(Ply(**given | {"filename": filename, "flip_tex_coords": shape.flip_tex_coords}))
+
+    def _file(self, shape: Gltf | Obj) -> str:
+        return self._once(_name(shape), lambda _: self._mesh(shape))
 
     def _once(self, name: str, write: Any) -> str:
         if name not in self._known:
@@ -86,7 +93,8 @@ class _Unpacker:
 
 def _name(shape: Gltf | Obj) -> str:
     """Return what a shape is called in its file, with the file."""
-    return shape.filename if isinstance(shape, Gltf) else f"{shape.filename}#/{shape.material}"
+    filename = mesh_files(shape.filename)[0]
+    return filename if isinstance(shape, Gltf) else f"{filename}#/{shape.material}"
 
 
 def _stem(name: str) -> str:

@@ -36,11 +36,8 @@ def _value(key: str, value: object, slots: frozenset[str], *, lines: bool = Fals
         return "[\n" + "".join(f"  {row},\n" for row in rows) + "]" if lines else f"[{', '.join(rows)}]"
     if isinstance(value, list):
         return _array(value)
-    if key in TRANSFORMS and isinstance(value, Mapping):
-        keys = (
-            f"{{ time = {k['time']!r}, transform = {_value(key, k['transform'], slots)} }}" for k in value["animation"]
-        )
-        return f"{{ animation = [{', '.join(keys)}] }}"
+    if isinstance(value, Mapping) and "animation" in value:
+        return _animation(key, value, slots)
     if isinstance(value, Mapping):
         return _nested(key, value, slots)
     if isinstance(value, bool):
@@ -48,6 +45,13 @@ def _value(key: str, value: object, slots: frozenset[str], *, lines: bool = Fals
     if isinstance(value, str):
         return _string(value.replace("$", r"\$"))
     return repr(value)
+
+
+def _animation(key: str, value: Mapping[str, Any], slots: frozenset[str]) -> str:
+    name = "transform" if key in TRANSFORMS else key
+    keys = (f"{{ time = {k['time']!r}, {name} = {_value(key, k[name], slots)} }}" for k in value["animation"])
+    held = f", time = {value['time']!r}" if "time" in value else ""
+    return f"{{ animation = [{', '.join(keys)}]{held} }}"
 
 
 def _array(numbers: list[Any]) -> str:

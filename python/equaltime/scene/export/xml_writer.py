@@ -41,10 +41,16 @@ def _object(table: Mapping[str, Any], name: str, kind: str, kinds: Mapping[str, 
 def _part(key: str, value: Any, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
     """Iterate over the lines of a parameter or of an object inside another."""
     indent = INDENT * depth
-    if key in TRANSFORMS and isinstance(value, Mapping):
-        yield f'{indent}<animation name="{key}">'
+    if isinstance(value, Mapping) and "animation" in value:
+        held = f' time="{value["time"]!r}"' if "time" in value else ""
+        yield f'{indent}<animation name="{key}"{held}>'
         for k in value["animation"]:
-            yield _transform(f'time="{k["time"]!r}"', k["transform"], depth + 1)
+            time = f'time="{k["time"]!r}"'
+            yield (
+                _transform(time, k["transform"], depth + 1)
+                if key in TRANSFORMS
+                else f"{indent}{INDENT}<string {time} value={_quoted(k[key])}/>"
+            )
         yield f"{indent}</animation>"
     elif isinstance(value, Mapping) and value["type"] == "ref":
         name = f" name={_quoted(key)}" if kinds.get(value["id"]) in BY_NAME else ""

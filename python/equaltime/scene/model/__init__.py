@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from equaltime.scene.model.animation import Animation, poses
+from equaltime.scene.model.animation import Animation, Deformation, mesh_files, poses
 from equaltime.scene.model.base import NOT_YET, Kind, Plugin
 from equaltime.scene.model.bsdfs import (
     BsdfPlugin,
@@ -106,6 +106,7 @@ __all__ = [
     "Cube",
     "Curve",
     "Cylinder",
+    "Deformation",
     "Depth",
     "Dielectric",
     "Diffuse",
@@ -176,6 +177,7 @@ __all__ = [
     "VolPathMis",
     "as_array",
     "linear_scale",
+    "mesh_files",
     "mirrors",
     "poses",
 ]

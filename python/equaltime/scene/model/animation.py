@@ -1,20 +1,22 @@
-"""Transforms that change with time, an extension to Mitsuba 3: keys, each a time and a transform.
+"""What changes with time, an extension to Mitsuba 3: keys, each a time with a transform or with the file of a mesh.
 
 Between keys the place of the origin and the scale (with any shear) change linearly, and the rotation turns at a steady
-pace the shorter way round; before the first key and after the last, these hold. See `equaltime.scene.motion`.
+pace the shorter way round; vertices and normals of meshes change linearly. Before the first key and after the last,
+these hold. See `equaltime.scene.motion`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Final
 
-from pydantic import ConfigDict, PlainValidator, SerializeAsAny, TypeAdapter, ValidationError
+from pydantic import AfterValidator, ConfigDict, PlainValidator, SerializeAsAny, TypeAdapter, ValidationError
 
 from equaltime.scene.model.values import Matrix, RigidTransform, Transform, as_array, mirrors
 
-__all__ = ["Animation", "Placement", "RigidPlacement", "poses"]
+__all__ = ["Animation", "Deformation", "MeshName", "Placement", "RigidPlacement", "mesh_files", "poses"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +27,23 @@ class Animation:
     """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
     matrices: tuple[Matrix, ...]
     """One for each time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deformation:
+    """Which files have a mesh as it is at some times: the same triangles, their vertices elsewhere."""
+
+    times: tuple[float, ...]
+    """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
+    filenames: tuple[str, ...]
+    """One for each time."""
+    held: float | None = None
+    """The time that the mesh stays at, if it does not change."""
+
+
+def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
+    """Return the files of a mesh: one, or those of its keys."""
+    return filename.filenames if isinstance(filename, Deformation) else (filename,)
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
@@ -41,16 +60,26 @@ def _validator(one: TypeAdapter[Matrix]) -> Callable[[object], Matrix | Animatio
     def validate(value: object) -> Matrix | Animation:
         if not isinstance(value, Animation):
             return _checked(one, value)
-        if len(value.times) < 2:
-            raise ValueError("an animation needs two keys at least")
-        if any(not before < after for before, after in zip(value.times, value.times[1:], strict=False)):
-            raise ValueError("the times of an animation's keys must increase")
+        _check_times(value.times)
         matrices = tuple(_checked(one, matrix) for matrix in value.matrices)
         if len({mirrors(as_array(matrix)) for matrix in matrices}) > 1:
             raise ValueError("the keys of an animation must all mirror, or none: between them, all would be flat")
         return Animation(value.times, matrices)
 
     return validate
+
+
+def _check_times(times: tuple[float, ...]) -> None:
+    if len(times) < 2:
+        raise ValueError("an animation needs two keys at least")
+    if any(not before < after for before, after in pairwise(times)):
+        raise ValueError("the times of an animation's keys must increase")
+
+
+def _check_keys(filename: str | Deformation) -> str | Deformation:
+    if isinstance(filename, Deformation):
+        _check_times(filename.times)
+    return filename
 
 
 def _checked(one: TypeAdapter[Matrix], value: object) -> Matrix:
@@ -68,3 +97,5 @@ Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE)), Seri
 """An affine, invertible map from local to world space, or an animation of such."""
 RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID)), SerializeAsAny()]
 """A rotation or reflection followed by a translation, or an animation of such."""
+MeshName = Annotated[str | Deformation, AfterValidator(_check_keys)]
+"""The file of a mesh, or those of a mesh that deforms."""

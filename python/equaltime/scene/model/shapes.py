@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
 
-from equaltime.scene.model.animation import Animation, Placement, poses
+from equaltime.scene.model.animation import Animation, MeshName, Placement, poses
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.emitters import Area
 from equaltime.scene.model.media import Medium
@@ -106,8 +106,8 @@ class Cylinder(Solid):
 class MeshFile(Solid):
     """Base of the triangle meshes that are read from a file."""
 
-    filename: str
-    """The file, relative to the scene file."""
+    filename: MeshName
+    """The file, relative to the scene file; an animation of files, an extension to Mitsuba, makes the mesh deform."""
     face_normals: bool = False
     """Shade flat, without the file's vertex normals; otherwise normals that the file lacks are made smooth."""
     flip_tex_coords: bool = False

@@ -1,0 +1,131 @@
+"""Meshes that deform while the shutter is open: files with the same triangles, each a pose at a time.
+
+The core knows poses at evenly spaced times alone, so that the shutter's time is cut into as few equal parts as have all
+keys between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from equaltime.scene.assets import Assets, Mesh
+from equaltime.scene.geometry import MeshSurface, Surface, surface
+from equaltime.scene.known import shortened
+from equaltime.scene.model import Deformation, Instance, MeshFile, SceneModel, Solid, mesh_files
+from equaltime.scene.motion import in_shutters, span
+from equaltime.scene.transforms import numbers
+
+__all__ = ["check", "parse", "steps", "uneven"]
+
+MOST_PARTS: Final = 128
+"""As many as Embree takes."""
+NEAR: Final = 1e-4
+"""So far, in shutters, a key may be from where two parts meet."""
+
+
+def parse(value: Mapping[str, object]) -> Deformation:
+    """Return the deformation ``{"animation": [{"time": t, "filename": name}, …]}``, which a ``time`` beside it holds.
+
+    Raises ValueError if it is none.
+    """
+    keys = value["animation"]
+    if not set(value) <= {"animation", "time"} or not isinstance(keys, list | tuple):
+        raise ValueError("an animation of files is a table with a list of keys, and a time if it is held there")
+    pairs = [_key(key) for key in keys]
+    held = numbers(value["time"], 1)[0] if "time" in value else None
+    return Deformation(tuple(time for time, _ in pairs), tuple(name for _, name in pairs), held)
+
+
+def _key(key: object) -> tuple[float, str]:
+    if not isinstance(key, Mapping) or set(key) != {"time", "filename"} or not isinstance(key["filename"], str):
+        raise ValueError(
+            "a key of an animation of files is a table with a time and a file, such as "
+            f'{{time = 0, filename = "first.ply"}}, found {shortened(key, 80)}'
+        )
+    return numbers(key["time"], 1)[0], key["filename"]
+
+
+def check(shape: MeshFile, assets: Assets) -> Iterator[str]:
+    """Read the files of a mesh and iterate over their readers' warnings.
+
+    Raises ValueError for a file that cannot be read, and for one that is no other pose of the first.
+    """
+    first, *later = dict.fromkeys(mesh_files(shape.filename))
+    mesh = assets.mesh(shape)
+    yield from (f"{first}: {text}" for text in mesh.warnings)
+    for name in later:
+        other = assets.mesh(shape.replace(filename=name))
+        if wrong := _difference(other, mesh):
+            raise ValueError(f"{assets.absolute(name)}: {wrong} {first}, whose pose it should be another of")
+        yield from (f"{name}: {text}" for text in other.warnings)
+
+
+def _difference(mesh: Mesh, first: Mesh) -> str | None:
+    """Return what, but for the places and the directions of its vertices, is not the same in a mesh as in the first."""
+    if len(mesh.vertices) != len(first.vertices):
+        return f"has {len(mesh.vertices)} vertices instead of {len(first.vertices)} as in"
+    if not np.array_equal(mesh.faces, first.faces):
+        return "has other faces than"
+    if (mesh.normals is None) != (first.normals is None):
+        return f"has {'no ' if mesh.normals is None else ''}normals, unlike"
+    ours, theirs = mesh.uvs, first.uvs
+    if (ours is None) != (theirs is None) or (ours is not None and theirs is not None and (ours != theirs).any()):
+        return "has other texture coordinates than"
+    attributes, others = mesh.attributes, first.attributes
+    same = attributes.keys() == others.keys() and all(np.array_equal(attributes[k], others[k]) for k in others)
+    return None if same else "has other attributes than"
+
+
+def steps(shape: Solid, assets: Assets) -> Sequence[Surface]:
+    """Return the poses of `shape` at evenly spaced times from 0, when the shutter opens, to 1; one if it is still.
+
+    Raises ValueError if a file cannot be used, `Unsupported` if the shape cannot.
+    """
+    mesh = shape.filename if isinstance(shape, MeshFile) else None
+    if not isinstance(mesh, Deformation) or mesh.held is not None:
+        return [surface(shape, assets)]
+    poses = [_pose(shape, name, assets) for name in mesh.filenames]
+    if all((pose.vertices == poses[0].vertices).all() for pose in poses):
+        return [poses[0]]
+    count = _parts(mesh.times)
+    spans = (span(_rounded(mesh.times, count), k / count) for k in range(count + 1))
+    return [poses[i].towards(poses[i + 1], share) if share > 0.0 else poses[i] for i, share in spans]
+
+
+def _pose(shape: Solid, filename: str, assets: Assets) -> MeshSurface:
+    placed = surface(shape.replace(filename=filename), assets)
+    assert isinstance(placed, MeshSurface), "what has a file is a mesh"
+    return placed
+
+
+def uneven(model: SceneModel) -> str | None:
+    """Return what is to be said of keys that are not at the times that they are given."""
+    begin, end = model.sensor.shutter_open, model.sensor.shutter_close
+    shapes = in_shutters(model).shapes
+    groups = {id(shape.shapegroup): shape.shapegroup for shape in shapes if isinstance(shape, Instance)}
+    for shape in (*shapes, *(part for group in groups.values() for part in group.shapes)):
+        mesh = shape.filename if isinstance(shape, MeshFile) else None
+        if isinstance(mesh, Deformation) and mesh.held is None:
+            times = _rounded(mesh.times, _parts(mesh.times))
+            off, name = max(zip(np.abs(np.subtract(times, mesh.times)).tolist(), mesh.filenames, strict=True))
+            if off > NEAR:
+                parts = f"{MOST_PARTS} equal parts of the shutter's time meet"
+                return f"'{name}' is taken to be {off * (end - begin):.2g} off its time: keys are where {parts}"
+    return None
+
+
+def _parts(times: Sequence[float]) -> int:
+    """Return into how many equal parts the shutter's time is cut so that keys are between them, nearly."""
+
+    def off(count: int) -> float:
+        return max(abs(a - b) for a, b in zip(times, _rounded(times, count), strict=True))
+
+    return next((count for count in range(1, MOST_PARTS + 1) if off(count) <= NEAR), MOST_PARTS)
+
+
+def _rounded(times: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return the times, those within the shutter's rounded to where equal parts of it meet."""
+    return tuple(round(time * count) / count if 0.0 < time < 1.0 else time for time in times)
