@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.scene.model import Animation
-from equaltime.scene.motion import pose
+from equaltime.scene.geometry import MeshSurface
+from equaltime.scene.model import Animation, Deformation
+from equaltime.scene.motion import at_time, pose
 
 from .gltf_files import Builder, one_triangle
 
@@ -90,3 +91,112 @@ def test_times_that_do_not_increase_are_told(tmp_path: Path) -> None:
     builder = animated("translation", [1, 1], [[0, 0, 0], [4, 0, 0]])
     with pytest.raises(et.SceneError, match=r"animations\[0\].channels\[0\]: the times of an animation must increase"):
         placement(builder, tmp_path, shutter=(0, 1))
+
+
+# -- meshes that are bent -------------------------------------------------------------------------------------------
+
+
+def morphing(times: list[float], weights: list[float], kind: str = "LINEAR", **material: Any) -> Builder:
+    """Return a triangle with two morph targets, one up by 1 and one to the side by 2, whose weights are animated."""
+    builder = Builder()
+    targets = [{"POSITION": builder.accessor([move] * 3)} for move in ([0, 0, 1], [2, 0, 0])]
+    more = {"material": builder.add("materials", material)} if material else {}
+    mesh = builder.mesh(targets=targets, NORMAL=[[0, 0, 1]] * 3, **more)
+    builder.json["meshes"][mesh]["weights"] = [0.25, 0]
+    builder.node(mesh=mesh, translation=[0, 0, 5])
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    sampler = {"input": builder.accessor(times), "output": builder.accessor(weights), "interpolation": kind}
+    builder.json["animations"] = [{"channels": [channel], "samplers": [sampler]}]
+    return builder
+
+
+def first_vertex(loaded: et.Scene, time: float) -> list[float]:
+    """Return where the first vertex of the first shape, which was modelled at the origin, is at a time."""
+    surface = next(iter(loaded.replaced(at_time(loaded.model, time)).surfaces()))
+    assert isinstance(surface, MeshSurface)
+    return np.round(surface.vertices[0], 6).tolist()
+
+
+def test_weights_of_a_node_stand_for_those_of_its_mesh(tmp_path: Path) -> None:
+    builder = morphing([0, 1], [0, 0, 1, 1])
+    assert first_vertex(et.load(builder.gltf(tmp_path / "a.gltf")), 0) == [0, 0, 5.25]
+    builder.json["nodes"][0]["weights"] = [0, 0.5]
+    loaded = et.load(builder.gltf(tmp_path / "b.gltf"))
+    assert first_vertex(loaded, 0) == [1, 0, 5]
+    assert loaded.model.shapes[0].filename == "b.gltf#/nodes/0/primitives/0"
+
+
+def test_weights_that_are_animated_bend_a_mesh_while_the_shutter_is_open(tmp_path: Path) -> None:
+    loaded = et.load(morphing([0, 1], [0, 0, 1, 1]).gltf(tmp_path / "a.gltf"), shutter=(0.25, 0.75))
+    filename = loaded.model.shapes[0].filename
+    assert isinstance(filename, Deformation)
+    assert filename.times == (0.25, 0.75), "straight, so that two poses say all"
+    assert filename.filenames[1] == "a.gltf#/animations/0/0.75/nodes/0/primitives/0"
+    for time in (0.25, 0.5, 0.6):
+        assert first_vertex(loaded, time) == [2 * time, 0, 5 + time]
+    assert loaded.core.effects()["motion"]
+
+
+def test_keys_and_steps_of_weights_within_the_shutter_count(tmp_path: Path) -> None:
+    bent = et.load(morphing([0, 0.5, 1], [0, 0, 1, 0, 0, 0]).gltf(tmp_path / "a.gltf"), shutter=(0, 1))
+    assert [first_vertex(bent, time)[2] for time in (0, 0.25, 0.5, 0.75)] == [5, 5.5, 6, 5.5]
+    stepped = morphing([0, 0.5], [0, 0, 1, 0], "STEP").gltf(tmp_path / "b.gltf")
+    assert [first_vertex(et.load(stepped, shutter=(0, 1)), time)[2] for time in (0.4, 0.5)] == [5, 6]
+    still = et.load(stepped, shutter=(0.75, 1))
+    assert still.model.shapes[0].filename == "b.gltf#/animations/0/0.75/nodes/0/primitives/0"
+    assert not still.core.effects()["motion"]
+
+
+def test_joints_that_move_bend_the_mesh_of_their_skin(tmp_path: Path) -> None:
+    builder = Builder()
+    joint = builder.node(rotation=[0, 0, 0, 1])
+    builder.add("skins", {"joints": [joint]})
+    ends = {"JOINTS_0": builder.accessor([[0, 0, 0, 0]] * 3, "u1"), "WEIGHTS_0": [[1, 0, 0, 0]] * 3}
+    builder.node(mesh=builder.mesh([[1, 0, 0], [2, 0, 0], [1, 1, 0]], **ends), skin=0)
+    times, turns = builder.accessor([0, 1]), builder.accessor([[0, 0, 0, 1], [0, 0, HALF, HALF]])
+    channel = {"sampler": 0, "target": {"node": joint, "path": "rotation"}}
+    builder.json["animations"] = [{"channels": [channel], "samplers": [{"input": times, "output": turns}]}]
+    loaded = et.load(builder.gltf(tmp_path / "a.gltf"), shutter=(0, 1))
+    for time in (0.0, 0.25, 0.5, 1.0):
+        angle = 0.5 * np.pi * time
+        np.testing.assert_allclose(first_vertex(loaded, time), [np.cos(angle), np.sin(angle), 0], atol=1e-6)
+    assert first_vertex(et.load(tmp_path / "a.gltf"), 0) == [1, 0, 0]
+
+
+def test_what_is_bent_is_the_same_as_toml_and_as_xml_with_files_of_its_own(tmp_path: Path) -> None:
+    loaded = et.load(morphing([0, 1], [0, 0, 1, 1]).gltf(tmp_path / "a.gltf"), shutter=(0, 1)).with_(size=(8, 6))
+    loaded.write(tmp_path / "a.toml")
+    assert et.load(tmp_path / "a.toml").digest == loaded.digest
+    _, *files = loaded.write(tmp_path / "a.xml")
+    assert len(files) == 2
+    image, again = (et.render(scene, spp=4).image for scene in (loaded, et.load(tmp_path / "a.xml")))
+    assert image.any()
+    assert (again == image).all()
+
+
+def test_what_glows_keeps_its_form_and_that_is_told(tmp_path: Path) -> None:
+    builder = morphing([0, 1], [0, 0, 1, 1], emissiveFactor=[1, 1, 1])
+    loaded = et.load(builder.gltf(tmp_path / "a.gltf"), shutter=(0.5, 1))
+    assert first_vertex(loaded, 1) == [1, 0, 5.5]
+    assert any("what glows is not bent: it stays as it is when the shutter opens" in w for w in loaded.warnings)
+
+
+def test_weights_that_are_too_few_are_told(tmp_path: Path) -> None:
+    file = morphing([0, 1], [0, 0, 1]).gltf(tmp_path / "a.gltf")
+    with pytest.raises(et.SceneError, match="expected 4 finite values for 2 times, found 3"):
+        et.load(file, shutter=(0, 1))
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        ("animations/3/0.5/nodes/0/primitives/0", r"animations\[3\]: there is no such animation"),
+        ("animations/0/soon/nodes/0/primitives/0", "has no primitive"),
+        ("animations/0/1e999/nodes/0/primitives/0", "or no time inf"),
+    ],
+)
+def test_a_pose_that_is_none_is_told(inside: str, message: str, tmp_path: Path) -> None:
+    file = morphing([0, 1], [0, 0, 1, 1]).gltf(tmp_path / "a.gltf")
+    shape = {"type": "gltf", "filename": f"{file}#/{inside}"}
+    with pytest.raises(et.SceneError, match=message):
+        et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "it": shape})

@@ -1,4 +1,4 @@
-"""Animations of a glTF file: where its nodes are while a shutter is open."""
+"""Animations of a glTF file: where its nodes are while a shutter is open, and how their meshes are bent."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ PARTS: Final = 16
 """Of the shutter's time: between keys this many are baked, since nodes in nodes do not move along straight lines."""
 MOST_KEYS: Final = 512
 WIDTHS: Final = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
+PATHS: Final = (*WIDTHS, "weights")
 JUST: Final = 1e-6
 """How long a step takes, in shutters."""
 
@@ -31,6 +32,8 @@ class _Channel:
     values: Array
     """(times, components), or with CUBICSPLINE (times, 3, components): tangent in, value, tangent out"""
     interpolation: str
+    turns: bool
+    """The values are quaternions."""
 
     def at(self, time: float) -> Array:
         after = int(np.searchsorted(self.times, time, side="right"))
@@ -49,7 +52,7 @@ class _Channel:
                 (2 * u3 - 3 * u2 + 1) * a + (u3 - 2 * u2 + u) * out + (3 * u2 - 2 * u3) * b + (u3 - u2) * into
             )
             return curve
-        if len(a) == 4:
+        if self.turns:
             return _slerp(a, b, u)
         straight: Array = (1 - u) * a + u * b
         return straight
@@ -70,11 +73,28 @@ class Clip:
 
     times: tuple[float, ...]
     """When everything is to be looked at, from opening to closing."""
+    number: int
+    """Of the animation in its file."""
     _channels: dict[tuple[int, str], _Channel]
 
     def fields(self, node: int, time: float) -> dict[str, Array]:
-        """Return translation, rotation and scale of a node, as far as they are animated."""
-        return {path: self._channels[node, path].at(time) for path in WIDTHS if (node, path) in self._channels}
+        """Return translation, rotation, scale and weights of a node, as far as they are animated."""
+        return {path: self._channels[node, path].at(time) for path in PATHS if (node, path) in self._channels}
+
+    @property
+    def even(self) -> tuple[float, ...]:
+        """When meshes that bend are to be looked at: evenly spaced, as the core has it."""
+        return tuple(np.linspace(self.times[0], self.times[-1], PARTS + 1).tolist())
+
+    def morphing(self, node: int) -> tuple[float, ...]:
+        """Return when to look at the mesh of a node for its morph targets: once if their weights stay, or never."""
+        channel, begin, end = self._channels.get((node, "weights")), self.times[0], self.times[-1]
+        if channel is None:
+            return ()
+        if all((channel.at(time) == channel.at(begin)).all() for time in self.times):
+            return (begin,)
+        straight = channel.interpolation == "LINEAR" and not ((begin < channel.times) & (channel.times < end)).any()
+        return (begin, end) if straight else self.even
 
 
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
@@ -85,27 +105,36 @@ def played(document: Document, number: int, shutter: tuple[float, float]) -> Cli
         place = f"animations[{number}].channels[{i}]"
         if channel.target.node is None:
             continue
-        if channel.target.path not in WIDTHS:
+        targets = _targets(document, channel.target.node)
+        if channel.target.path not in PATHS or (channel.target.path == "weights" and not targets):
             document.note(f"'{channel.target.path}' is not animated: it stays as in the file", place)
             continue
         if channel.sampler >= len(animation.samplers):
             raise Malformed((f"{place}.sampler", f"expected one of {len(animation.samplers)} samplers"))
         sampler = animation.samplers[channel.sampler]
-        channels[channel.target.node, channel.target.path] = _channel(document, sampler, channel.target.path, place)
-    return Clip(_moments(list(channels.values()), shutter), channels)
+        found = _channel(document, sampler, channel.target.path, targets, place)
+        channels[channel.target.node, channel.target.path] = found
+    return Clip(_moments(list(channels.values()), shutter), number, channels)
 
 
-def _channel(document: Document, sampler: Any, path: str, place: str) -> _Channel:
-    times, values = floats(document, sampler.input, "SCALAR")[:, 0], floats(document, sampler.output, WIDTHS[path])
+def _targets(document: Document, node: int) -> int:
+    """Return how many morph targets the mesh of a node has."""
+    mesh = document.gltf.nodes[node].mesh
+    return 0 if mesh is None else max(len(p.targets or ()) for p in document.gltf.meshes[mesh].primitives)
+
+
+def _channel(document: Document, sampler: Any, path: str, targets: int, place: str) -> _Channel:
+    times = floats(document, sampler.input, "SCALAR")[:, 0]
+    values = floats(document, sampler.output, WIDTHS.get(path, "SCALAR"))
+    width = targets if path == "weights" else 1  # of one value, in elements
     interpolation = sampler.interpolation or "LINEAR"
-    keys = 3 * len(times) if interpolation == "CUBICSPLINE" else len(times)
+    keys = (3 * len(times) if interpolation == "CUBICSPLINE" else len(times)) * width
     if not len(times) or len(values) != keys or not np.isfinite(values).all():
         raise Malformed((place, f"expected {keys} finite values for {len(times)} times, found {len(values)}"))
     if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
         raise Malformed((place, "the times of an animation must increase"))
-    if interpolation == "CUBICSPLINE":
-        values = values.reshape(len(times), 3, -1)
-    return _Channel(times, values, interpolation)
+    shape = (len(times), 3, -1) if interpolation == "CUBICSPLINE" else (len(times), -1)
+    return _Channel(times, values.reshape(shape), interpolation, path == "rotation")
 
 
 def _moments(channels: list[_Channel], shutter: tuple[float, float]) -> tuple[float, ...]:

@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.meshes import Source, read
+from equaltime.scene.gltf.poses import Pose, at_time
 from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
 from equaltime.scene.gltf.slots import Texels
 from equaltime.scene.gltf.textures import bake
@@ -22,7 +23,10 @@ from equaltime.scene.gltf.textures import bake
 __all__ = ["Contents", "split"]
 
 _NAME: Final = re.compile(r"(.*\.(?:gltf|glb))#(.*)", re.IGNORECASE | re.DOTALL)
-_PRIMITIVE: Final = re.compile(r"/(meshes|nodes)/(\d{1,9})/primitives/(\d{1,9})(?:/(mirrored|unmirrored))?")
+_PRIMITIVE: Final = re.compile(
+    r"(?:/animations/(?P<animation>\d{1,9})/(?P<time>-?\d{1,20}(?:\.\d{1,40})?(?:e[-+]?\d{1,3})?))?"
+    r"/(?P<owner>meshes|nodes)/(?P<index>\d{1,9})/primitives/(?P<primitive>\d{1,9})(?:/(?P<part>mirrored|unmirrored))?"
+)
 _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
@@ -40,6 +44,7 @@ class Contents:
         self._path = path
         with self._told():
             self._document: Document = parse(path.name, path.read_bytes(), locate)
+        self._poses: dict[tuple[str, str], Pose] = {}
 
     @property
     def extensions(self) -> dict[str, str]:
@@ -62,7 +67,10 @@ class Contents:
         return content.hexdigest()
 
     def mesh(self, fragment: str) -> Triangles:
-        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if skinned; raises ValueError."""
+        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if a node bends it; raises ValueError.
+
+        ``/animations/A/T`` before it means at the time T of an animation.
+        """
         with self._told():
             return self._mesh(fragment)
 
@@ -89,11 +97,20 @@ class Contents:
         """Return the whole primitive that a name is about, and the end of the name."""
         match, found = _PRIMITIVE.fullmatch(fragment), None
         if match is not None:
-            source = Source("nodes" if match[1] == "nodes" else "meshes", int(match[2]), int(match[3]))
-            found = read(self._document, source)
+            owner: Literal["nodes", "meshes"] = "nodes" if match["owner"] == "nodes" else "meshes"
+            source = Source(owner, int(match["index"]), int(match["primitive"]))
+            found = read(self._pose(match["animation"], match["time"]), source)
         if match is None or found is None:
             raise Malformed(("", f"has no primitive '#{fragment}'; expected #/meshes/0/primitives/0 or the like"))
-        return found, match[4]
+        return found, match["part"]
+
+    def _pose(self, animation: str | None, time: str | None) -> Pose:
+        """Return how everything stands at a time of an animation, or in the file."""
+        key = (animation or "", time or "")
+        if key not in self._poses:
+            still = animation is None or time is None
+            self._poses[key] = Pose(self._document) if still else at_time(self._document, int(key[0]), float(key[1]))
+        return self._poses[key]
 
     def _bitmap(self, fragment: str) -> Texels:
         match = _BITMAP.fullmatch(fragment)

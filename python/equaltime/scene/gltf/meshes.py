@@ -1,4 +1,4 @@
-"""The primitives of a document as their shapes need them: with their material's texture coordinates, skinned."""
+"""The primitives of a document as their shapes need them: with their material's texture coordinates, bent."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.poses import Pose
 from equaltime.scene.gltf.primitives import Triangles, triangles
 from equaltime.scene.gltf.skins import skinned
 from equaltime.scene.gltf.surfaces import look
@@ -18,7 +19,10 @@ __all__ = ["Source", "box", "read"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a primitive comes from: a mesh, in its own coordinates, or a node with a skin, in the world."""
+    """Where a primitive comes from: a mesh, or a node that bends it.
+
+    It is in its own coordinates, but for one of a node with a skin, which is in the world.
+    """
 
     owner: Literal["meshes", "nodes"]
     index: int
@@ -28,19 +32,21 @@ class Source:
         return f"/{self.owner}/{self.index}/primitives/{self.primitive}"
 
 
-def read(document: Document, source: Source) -> Triangles | None:
-    """Return a primitive, or None if there is none; raises `Malformed`.
+def read(pose: Pose, source: Source) -> Triangles | None:
+    """Return a primitive as it is in a pose, or None if there is none; raises `Malformed`.
 
     Colours of vertices are multiplied by the base colour of the material, unless that is a texture, which has it.
     """
-    gltf, mesh = document.gltf, _mesh(document, source)
+    document, mesh = pose.document, _mesh(pose.document, source)
+    gltf = document.gltf
     if mesh is None or source.primitive >= len(gltf.meshes[mesh].primitives):
         return None
     primitive = gltf.meshes[mesh].primitives[source.primitive]
     seen = look(None if primitive.material is None else gltf.materials[primitive.material])
-    found = triangles(document, mesh, source.primitive, seen.uv_set)
-    if source.owner == "nodes":
-        vertices, normals = skinned(document, source.index, primitive, found.vertices, found.normals)
+    node = source.index if source.owner == "nodes" else None
+    found = triangles(document, mesh, source.primitive, seen.uv_set, pose.weights(mesh, node))
+    if node is not None and gltf.nodes[node].skin is not None:
+        vertices, normals = skinned(pose, node, primitive, found.vertices, found.normals)
         found = replace(found, vertices=vertices, normals=normals)
     if found.colors is not None and seen.slots["base_color"].texture is None:
         found = replace(found, colors=found.colors * (*seen.slots["base_color"].factor, 1.0))
@@ -52,14 +58,14 @@ def _mesh(document: Document, source: Source) -> int | None:
     gltf, index = document.gltf, source.index
     if source.owner == "meshes":
         return index if index < len(gltf.meshes) else None
-    node = gltf.nodes[index] if index < len(gltf.nodes) else None
-    return None if node is None or node.skin is None else node.mesh
+    mesh: int | None = gltf.nodes[index].mesh if index < len(gltf.nodes) else None
+    return mesh
 
 
 def box(document: Document, source: Source) -> NDArray[np.float64] | None:
     """Return the corners (8, 3) of the box around a primitive, or None if it cannot be told."""
     try:
-        found = read(document, source)
+        found = read(Pose(document), source)
     except ValueError:  # told where the mesh itself is read
         return None
     vertices = np.empty((0, 3)) if found is None else found.vertices[np.isfinite(found.vertices).all(axis=1)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -42,14 +43,19 @@ class Triangles:
         return {} if self.colors is None else {"vertex_color": self.colors[:, :3]}
 
 
-def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Triangles:
+def triangles(
+    document: Document, mesh: int, primitive: int, uv_set: int, weights: Sequence[float] | None = None
+) -> Triangles:
     """Return a primitive with the texture coordinates of one set; raises `Malformed`.
 
-    Without normals the specification wants flat faces, which is for the shape to say.
+    Its morph targets count by the weights, those of the mesh if none are given. Without normals the specification wants
+    flat faces, which is for the shape to say.
     """
+    if weights is None:
+        weights = document.gltf.meshes[mesh].weights or ()
     source = document.gltf.meshes[mesh].primitives[primitive]
     attributes, place = vars(source.attributes), f"meshes[{mesh}].primitives[{primitive}]"
-    vertices = _positions(document, mesh, primitive)
+    vertices = _positions(document, mesh, primitive, weights)
     warnings: list[str] = []
     indices = _indices(document, source, len(vertices), place)
     faces = _faces(indices, source.mode, place, warnings)
@@ -57,7 +63,9 @@ def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Tri
     result = Triangles(
         vertices,
         faces,
-        None if normals is None else _morphed(document, mesh, source, "NORMAL", floats(document, normals, "VEC3")),
+        None
+        if normals is None
+        else _morphed(document, mesh, source, weights, "NORMAL", floats(document, normals, "VEC3")),
         None if uvs is None else floats(document, uvs, "VEC2"),
         color(document, source),
         warnings,
@@ -69,13 +77,13 @@ def triangles(document: Document, mesh: int, primitive: int, uv_set: int) -> Tri
     return result
 
 
-def _positions(document: Document, mesh: int, primitive: int) -> Array:
-    """Return the vertices (N, 3) of a primitive, with the mesh's own morph weights applied; raises `Malformed`."""
+def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[float]) -> Array:
+    """Return the vertices (N, 3) of a primitive, with morph targets added; raises `Malformed`."""
     source = document.gltf.meshes[mesh].primitives[primitive]
     index = vars(source.attributes).get("POSITION")
     if index is None:
         raise Malformed((f"meshes[{mesh}].primitives[{primitive}].attributes", "needs 'POSITION'"))
-    return _morphed(document, mesh, source, "POSITION", floats(document, index, "VEC3"))
+    return _morphed(document, mesh, source, weights, "POSITION", floats(document, index, "VEC3"))
 
 
 def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
@@ -100,9 +108,11 @@ def color(document: Document, primitive: Any) -> Array | None:
     return values if values.shape[1] == 4 else np.column_stack([values, np.ones(len(values))])
 
 
-def _morphed(document: Document, mesh: int, primitive: Any, name: str, values: Array) -> Array:
-    """Return the values with the mesh's morph targets added by their weights."""
-    for weight, target in zip(document.gltf.meshes[mesh].weights or (), primitive.targets or (), strict=False):
+def _morphed(
+    document: Document, mesh: int, primitive: Any, weights: Sequence[float], name: str, values: Array
+) -> Array:
+    """Return the values with the morph targets of a primitive added by their weights."""
+    for weight, target in zip(weights, primitive.targets or (), strict=False):
         index = vars(target).get(name)
         if weight and index is not None:
             moved = floats(document, index, "VEC3")

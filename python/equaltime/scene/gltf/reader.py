@@ -60,8 +60,7 @@ class _Scene:
         self._defines = defines
         self._materials = Materials(document, place)
         self._clip = self._played()
-        times = () if self._clip is None else self._clip.times
-        self._shapes = Shapes(document, place, self._materials, times)
+        self._shapes = Shapes(document, place, self._materials, self._clip)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""

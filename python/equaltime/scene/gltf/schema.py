@@ -122,6 +122,7 @@ _NODE = table(
     translation=numbers(3),
     rotation=numbers(4),
     scale=numbers(3),
+    weights=every(number()),
     name=text,
     extensions=table(
         EXT_mesh_gpu_instancing=table("attributes", attributes=mapping(index("accessors"))),

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.materials import Materials, Variant
 from equaltime.scene.gltf.meshes import Source, box
-from equaltime.scene.gltf.nodes import Placed, instances
+from equaltime.scene.gltf.nodes import Placed, instances, placed
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, color, mirrored_uvs, triangles
 from equaltime.scene.gltf.textures import MIRRORED
-from equaltime.scene.model import Animation, mirrors
+from equaltime.scene.model import Animation, Deformation, mirrors
 from equaltime.scene.motion import animation
 from equaltime.scene.tree import Object, Place, Reference
 
@@ -46,17 +48,19 @@ class _Copy:
 
     mesh: int
     to_world: Array
-    skinned: int | None = None
-    """The node whose skin it has, if any."""
+    bent: int | None = None
+    """The node that bends it, by a skin or by weights of its own, if any."""
     moving: tuple[Array, ...] = ()
     """The same as `to_world` at each time of a clip, if it moves."""
+    poses: tuple[float, ...] = ()
+    """When to look at how it is bent, if that changes."""
 
 
 class Shapes:
     """Makes the shapes of a document, and remembers where they stand."""
 
-    def __init__(self, document: Document, place: Place, materials: Materials, times: tuple[float, ...] = ()) -> None:
-        self._times = times
+    def __init__(self, document: Document, place: Place, materials: Materials, clip: Clip | None = None) -> None:
+        self._clip = clip
         self._document = document
         self._place = place
         self._materials = materials
@@ -67,11 +71,11 @@ class Shapes:
     def of(self, nodes: list[Placed]) -> list[Object]:
         """Return the shapes of all nodes, one for each primitive and copy; many copies of much share a group."""
         copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
-        counts = Counter(copy.mesh for copy in copies if copy.skinned is None)
+        counts = Counter(copy.mesh for copy in copies if copy.bent is None)
         grouped = {mesh for mesh, count in counts.items() if self._is_worth_a_group(mesh, count)}
         made: list[Object] = []
         for copy in copies:
-            if copy.skinned is None and copy.mesh in grouped:
+            if copy.bent is None and copy.mesh in grouped:
                 made.append(self._instance(copy))
             else:
                 made.extend(self._shapes(copy, mirrors(copy.to_world)))
@@ -112,19 +116,36 @@ class Shapes:
     def _copies(self, at: Placed) -> Iterator[_Copy]:
         """Yield the copies of a node's mesh, but for those that have no volume left."""
         if at.node.skin is not None:
-            yield _Copy(at.node.mesh, np.eye(4), at.index)
+            yield _Copy(at.node.mesh, np.eye(4), at.index, poses=self._bending(at))
             return
+        poses = self._bending(at)
+        bent = at.index if poses or at.node.weights else None
         made = instances(self._document, at)
         if made is None and at.moving:
             if len({mirrors(to_world) for to_world in at.moving}) == 1 and not any(map(_is_flat, at.moving)):
-                yield _Copy(at.node.mesh, at.to_world, moving=at.moving)
+                yield _Copy(at.node.mesh, at.to_world, bent, at.moving, poses)
                 return
             self._document.note("what is turned inside out, or scaled to nothing, stands still", f"nodes[{at.index}]")
         for to_world in [at.to_world] if made is None else made:
             if _is_flat(to_world):
                 self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
             else:
-                yield _Copy(at.node.mesh, to_world)
+                yield _Copy(at.node.mesh, to_world, bent, poses=poses)
+
+    def _bending(self, at: Placed) -> tuple[float, ...]:
+        """Return when to look at how the mesh of a node is bent: once if that stays, never if it is as in the file."""
+        if self._clip is None:
+            return ()
+        skin = None if at.node.skin is None else self._document.gltf.skins[at.node.skin]
+        joints: tuple[float, ...] = () if skin is None else self._clip.times[:1]
+        if skin is not None and not self._restless.isdisjoint(skin.joints):
+            joints = self._clip.even
+        return max(joints, self._clip.morphing(at.index), key=len)
+
+    @cached_property
+    def _restless(self) -> frozenset[int]:
+        """The nodes that move, whatever scene they are in."""
+        return frozenset(at.index for at in placed(self._document, None, self._clip) if at.moving)
 
     def _drawn(self, mesh: int) -> Iterator[tuple[int, Any]]:
         """Yield the primitives of a mesh that have a surface, with their numbers."""
@@ -166,7 +187,7 @@ class Shapes:
     def _shapes(self, copy: _Copy, turned: bool, seen: bool = True) -> Iterator[Object]:
         """Yield the shapes of a copy; in a mirrored one textures are seen the other way round."""
         for p, primitive in self._drawn(copy.mesh):
-            source = Source("meshes", copy.mesh, p) if copy.skinned is None else Source("nodes", copy.skinned, p)
+            source = Source("meshes", copy.mesh, p) if copy.bent is None else Source("nodes", copy.bent, p)
             if seen:
                 self._seen.append((source, copy.to_world))
             for part in self._split(copy.mesh, p):
@@ -174,7 +195,21 @@ class Shapes:
                 yield self._shape(f"{source}{part.suffix}", primitive, variant, copy, self._place_of(copy.mesh, p))
 
     def _where(self, copy: _Copy) -> Array | Animation:
-        return animation(list(zip(self._times, copy.moving, strict=True))) if copy.moving else copy.to_world
+        times = () if self._clip is None else self._clip.times
+        return animation(list(zip(times, copy.moving, strict=True))) if copy.moving else copy.to_world
+
+    def _filename(self, name: str, primitive: Any, copy: _Copy, place: Place) -> str | Deformation:
+        """Return what a primitive is called, or what it is called at each time."""
+        still = f"{self._document.name}#{name}"
+        if self._clip is None or not copy.poses:
+            return f"{self._document.name}#{name}"
+        at = f"{self._document.name}#/animations/{self._clip.number}/"
+        names = tuple(f"{at}{time!r}{name}" for time in copy.poses)
+        if len(names) > 1 and self._materials.shines(primitive.material):
+            self._document.note("what glows is not bent: it stays as it is when the shutter opens", place.path)
+        elif len(names) > 1:
+            return Deformation(copy.poses, names)
+        return names[0]
 
     def _shape(self, name: str, primitive: Any, variant: Variant, copy: _Copy, place: Place) -> Object:
         flat = vars(primitive.attributes).get("NORMAL") is None
@@ -182,7 +217,7 @@ class Shapes:
             "shape",
             "gltf",
             place,
-            filename=f"{self._document.name}#{name}",
+            filename=self._filename(name, primitive, copy, place),
             to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,
             flip_normals=(flat and mirrors(copy.to_world)) or None,

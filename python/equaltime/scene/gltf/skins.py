@@ -1,4 +1,4 @@
-"""Skins of glTF files: meshes that joints bend, in the pose that the file's nodes have."""
+"""Skins of glTF files: meshes that joints bend."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from equaltime.scene.gltf.accessors import floats, integers
 from equaltime.scene.gltf.document import Document, Malformed
-from equaltime.scene.gltf.nodes import placed, product
+from equaltime.scene.gltf.nodes import product
+from equaltime.scene.gltf.poses import Pose
 
 __all__ = ["skinned"]
 
@@ -17,13 +18,14 @@ Array = NDArray[np.float64]
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is told of the mesh
-def skinned(document: Document, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
+def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
     """Return vertices (N, 3) and normals (N, 3) of the skinned mesh of a node, in the world; raises `Malformed`.
 
     The transform of the node itself does not count, as the specification says.
     """
+    document = pose.document
     joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]")
-    bones = _bones(document, document.gltf.nodes[node].skin)
+    bones = _bones(pose, document.gltf.nodes[node].skin)
     if joints.max(initial=0) >= len(bones):
         raise Malformed((f"nodes[{node}].skin", f"a vertex names joint {joints.max()}, but there are {len(bones)}"))
     blended = np.zeros((len(vertices), 4, 4))
@@ -53,11 +55,11 @@ def _influences(document: Document, primitive: Any, count: int, place: str) -> t
     return np.concatenate(joints, axis=1), np.divide(shared, total, out=np.zeros_like(shared), where=total > 0.0)
 
 
-def _bones(document: Document, index: int) -> Array:
+def _bones(pose: Pose, index: int) -> Array:
     """Return what each joint of a skin does (J, 4, 4): from where the mesh was modelled to the world."""
+    document = pose.document
     skin = document.gltf.skins[index]
-    worlds = {at.index: at.to_world for at in placed(document, None)}
-    standing = np.array([worlds[joint] for joint in skin.joints]).reshape(-1, 4, 4)
+    standing = np.array([pose.worlds[joint] for joint in skin.joints]).reshape(-1, 4, 4)
     if skin.inverseBindMatrices is None:
         return standing
     columns = floats(document, skin.inverseBindMatrices, "MAT4")

@@ -24,6 +24,8 @@ def typed(document: Mapping[str, Any]) -> GLTF2:
     gltf = _made(GLTF2, document)
     for material in gltf.materials:
         material.pbrMetallicRoughness = material.pbrMetallicRoughness or PbrMetallicRoughness()
+    for node, given in zip(gltf.nodes, document.get("nodes", ()), strict=True):
+        node.weights = given.get("weights")  # which pygltflib does not know
     return gltf
 
 
