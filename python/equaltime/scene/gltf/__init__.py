@@ -8,9 +8,9 @@ in the file                here
 =========================  ===========================================================================================
 primitives                 `gltf` shapes; triangles, strips, fans; flat where there are no normals; points and lines
                            are told and left out
-skins, morph targets       the poses of a `gltf` shape's ``filename``: ``/nodes/N/...`` as the file's nodes stand, with the
-                           node's own weights or the mesh's; ``/animations/A/T/nodes/N/...`` as they are at a time; what
-                           glows keeps the first; *between 16 parts of the shutter's time, vertices go straight*
+skins, morph targets       poses of a `gltf` shape: ``/nodes/N/...`` as the file's nodes stand, with weights of the node
+                           or its mesh; ``/animations/A/T/nodes/N/...`` as they are at a time; what glows keeps the
+                           first; *in each of 16 parts of the shutter's time, vertices go straight*
 COLOR_0                    `mesh_attribute`, times the base colour; *its opacity is not used*
 nodes                      ``to_world``; what is scaled to nothing is left out; ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has

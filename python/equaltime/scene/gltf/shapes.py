@@ -200,7 +200,6 @@ class Shapes:
 
     def _filename(self, name: str, primitive: Any, copy: _Copy, place: Place) -> str | Deformation:
         """Return what a primitive is called, or what it is called at each time."""
-        still = f"{self._document.name}#{name}"
         if self._clip is None or not copy.poses:
             return f"{self._document.name}#{name}"
         at = f"{self._document.name}#/animations/{self._clip.number}/"
