@@ -6,7 +6,8 @@ intersected by their formulas. What it does is the textbook's choice wherever th
 core's: random numbers from NumPy's Philox, lights sampled uniformly by area, microfacets by D, multiple importance
 sampling with the balance heuristic, no Russian roulette. Slow, and noisier at equal samples: meant for small images.
 
-Read it in this order: `tracer` (the estimator), `bsdfs`, `lights`, `environment`, `world` (what a ray meets), `camera`.
+Read it in this order: `tracer` (the estimator), `scattering`, `lights`, `environment`, `world` (what a ray meets),
+`camera`.
 """
 
 from __future__ import annotations

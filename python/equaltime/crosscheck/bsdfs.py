@@ -1,4 +1,4 @@
-"""Scattering at surfaces, by Mitsuba 3's formulas, in local coordinates.
+"""Scattering at the simplest surfaces, by Mitsuba 3's formulas, in local coordinates; `scattering` has all of them.
 
 The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` gives
 f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and glass
@@ -18,10 +18,11 @@ from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughCon
 
 __all__ = [
     "Scattered",
+    "draw_cosine",
+    "draw_microfacets",
     "evaluate",
     "fresnel_conductor",
     "fresnel_dielectric",
-    "is_single",
     "microfacets",
     "sample",
     "smith",
@@ -38,11 +39,6 @@ class Scattered:
     """(N, 3) f times cosine over the density"""
     pdf: Array
     """(N,) per solid angle; infinite for single directions"""
-
-
-def is_single(bsdf: Bsdf) -> bool:
-    """Tell whether the BSDF scatters into single directions only, which light sampling never finds."""
-    return bsdf.type in ("conductor", "dielectric")
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
@@ -63,19 +59,19 @@ def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scat
         return _glass(bsdf, wo, front, rng)
     mirrored = wo * (-1.0, -1.0, 1.0)
     if isinstance(bsdf, RoughConductor):
-        m = _draw_microfacet(bsdf, len(wo), rng)
+        m = draw_microfacets(bsdf, len(wo), rng)
         wi = 2.0 * dot(wo, m)[:, None] * m - wo
     elif isinstance(bsdf, Conductor):
         reflectance = np.array(bsdf.specular_reflectance) * fresnel_conductor(wo[:, 2], bsdf)
         return Scattered(mirrored, reflectance, np.full(len(wo), np.inf))
     else:
-        wi = _draw_cosine(len(wo), rng)
+        wi = draw_cosine(len(wo), rng)
     value, pdf = evaluate(bsdf, wo, wi)
     weight = np.divide(value, pdf[:, None], out=np.zeros_like(value), where=pdf[:, None] > 0.0)
     return Scattered(wi, weight, pdf)
 
 
-def _draw_cosine(count: int, rng: np.random.Generator) -> Array:
+def draw_cosine(count: int, rng: np.random.Generator) -> Array:
     """Return directions with density cos / pi: points of the unit disk, lifted to the hemisphere (Malley)."""
     square, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(square)
@@ -119,7 +115,7 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
     return value, d * m[:, 2] / (4.0 * cosine)
 
 
-def _draw_microfacet(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
+def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
     """Return normals with density D times their cosine: round slopes, stretched by the roughness."""
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))

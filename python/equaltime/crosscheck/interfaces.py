@@ -1,12 +1,13 @@
 """Scattering at surfaces of dielectrics, bare or over a diffuse body, by Mitsuba 3's formulas: value and density.
 
 As in `equaltime.crosscheck.bsdfs`: the normal is +z on the side of the viewer, values have the cosine of wi in them.
-The densities are those of visible normals, which the core draws: they are compared, and nothing is sampled here.
+The densities are those of visible normals, which the core draws: they are compared, and nothing is sampled by them.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,17 +16,25 @@ from equaltime.crosscheck.refusal import constant
 from equaltime.crosscheck.vectors import Array, dot, normalize
 from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric
 
-__all__ = ["plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
+__all__ = ["mirror_share", "plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
 
 KNOTS = 64
 """Of a rough interface's transmittance, by the cosine, as Mitsuba has them; linear between."""
 
 
 def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
-    """Return the reflectance (N,) of a sheet, with all reflections between its sides: the series, term by term."""
+    """Return the reflectance (N,) of a sheet, with all reflections between its sides: a geometric series."""
     one, _ = fresnel_dielectric(wo[:, 2], np.full(len(wo), bsdf.int_ior / bsdf.ext_ior))
-    through: Array = one + sum((1.0 - one) ** 2 * one ** (2 * bounce + 1) for bounce in range(2000))
-    return np.where(one < 1.0, through, 1.0)
+    return np.asarray(one + (1.0 - one) ** 2 * one / np.where(one < 1.0, 1.0 - one**2, 1.0))
+
+
+def mirror_share(bsdf: Plastic, wo: Array) -> Array:
+    """Return the part (N,) of the samples that takes the mirror over a diffuse body, not the body."""
+    ior = bsdf.int_ior / bsdf.ext_ior
+    seen, _ = fresnel_dielectric(np.maximum(wo[:, 2], 0.0), np.full(len(wo), ior))
+    mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
+    rest = _body(bsdf, _diffuse_fresnel(1.0 / ior), ior).mean() * (1.0 - _diffuse_fresnel(ior)) * (1.0 - seen)
+    return np.asarray(mirror / np.maximum(mirror + rest, 1e-300))
 
 
 def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
@@ -35,21 +44,16 @@ def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
     seen, lit = (fresnel_dielectric(np.maximum(v[:, 2], 0.0), index)[0] for v in (wo, wi))
     cosine = np.maximum(wi[:, 2], 0.0) / math.pi
     body = _body(bsdf, _diffuse_fresnel(1.0 / ior), ior)
-    mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
-    rest = body.mean() * (1.0 - _diffuse_fresnel(ior)) * (1.0 - seen)
-    return body * ((1.0 - seen) * (1.0 - lit) * cosine)[:, None], rest / np.maximum(mirror + rest, 1e-300) * cosine
+    return body * ((1.0 - seen) * (1.0 - lit) * cosine)[:, None], (1.0 - mirror_share(bsdf, wo)) * cosine
 
 
 def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Array]:
     """Return value (N, 3) and density (N,) of facets over a diffuse body."""
     ior = bsdf.int_ior / bsdf.ext_ior
     facets = RoughConductor(distribution=bsdf.distribution, alpha=bsdf.alpha)
-    cosines = np.maximum(np.arange(KNOTS) / (KNOTS - 1), 1e-6)
-    outside = np.array([_let_through(facets, c, ior) for c in cosines])
-    inside = np.array([_sent_back(facets, c, 1.0 / ior) for c in cosines])
-    internal, entering = 2.0 / KNOTS * inside @ cosines, 2.0 / KNOTS * outside @ cosines
+    outside, entering, internal = _interface(facets, ior)
     seen, lit = (np.interp(v[:, 2], np.arange(KNOTS) / (KNOTS - 1), outside) for v in (wo, wi))
-    body, cosine = _body(bsdf, float(internal), ior), np.maximum(wi[:, 2], 0.0) / math.pi
+    body, cosine = _body(bsdf, internal, ior), np.maximum(wi[:, 2], 0.0) / math.pi
     m = normalize(wo + wi)
     c = dot(wo, m)
     reflectance, _ = fresnel_dielectric(c, np.full(len(wo), ior))
@@ -104,6 +108,15 @@ def _diffuse_fresnel(eta: float) -> float:
     if eta < 1.0:
         return 0.6681 + eta * (0.7099 - 1.4399 * eta) + 0.0636 * x
     return float(np.polyval([-1.36881, 4.98554, -7.80989, 6.75335, -3.4793, 0.919317], x))
+
+
+@lru_cache(maxsize=64)
+def _interface(facets: RoughConductor, ior: float) -> tuple[Array, float, float]:
+    """Return what facets let through, by the cosine; its mean over all directions; and what they send back inside."""
+    cosines = np.maximum(np.arange(KNOTS) / (KNOTS - 1), 1e-6)
+    outside = np.array([_let_through(facets, c, ior) for c in cosines])
+    inside = np.array([_sent_back(facets, c, 1.0 / ior) for c in cosines])
+    return outside, float(2.0 / KNOTS * outside @ cosines), float(2.0 / KNOTS * inside @ cosines)
 
 
 def _normals(facets: RoughConductor, cosine: float) -> tuple[Array, Array, Array]:

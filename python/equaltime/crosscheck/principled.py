@@ -14,7 +14,7 @@ from equaltime.crosscheck.refusal import constant
 from equaltime.crosscheck.vectors import Array, dot, normalize
 from equaltime.scene.model import Principled, RoughConductor
 
-__all__ = ["principled"]
+__all__ = ["coat_alpha2", "coat_facets", "main_facets", "principled"]
 
 LEAST_ALPHA = 1e-3
 LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
@@ -35,6 +35,25 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
     if not bsdf.transmits:
         right = right & above
     return np.where(right[:, None], value, 0.0)
+
+
+def main_facets(bsdf: Principled) -> RoughConductor:
+    """Return what has the facets of the main lobe."""
+    rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
+    u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
+    return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)
+
+
+def coat_alpha2(bsdf: Principled) -> float:
+    """Return the squared roughness of the clear coat."""
+    gloss = float(constant(bsdf.clearcoat_gloss))
+    return (0.1 * (1.0 - gloss) + 0.001 * gloss) ** 2
+
+
+def coat_facets(bsdf: Principled, m: Array) -> Array:
+    """Return the density (N,) of the coat's facets with normals m: Burley's GTR1."""
+    alpha2 = coat_alpha2(bsdf)
+    return np.asarray((alpha2 - 1.0) / (math.pi * math.log(alpha2) * (1.0 + (alpha2 - 1.0) * m[:, 2] ** 2)))
 
 
 def _color(bsdf: Principled) -> Array:
@@ -60,10 +79,8 @@ def _schlick(r0: Array | float, cosine: Array, ior: float) -> Array:
 
 def _facets(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array, i: Array, eta: float, front: bool) -> Array:
     """Return the main lobe: GGX facets that reflect, tinted or as metal, and refract."""
-    rough, metal, glass = (float(constant(x)) for x in (bsdf.roughness, bsdf.metallic, bsdf.spec_trans))
-    tinted, aspect = float(constant(bsdf.spec_tint)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
-    u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
-    facets = RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)
+    metal, glass, tinted = (float(constant(x)) for x in (bsdf.metallic, bsdf.spec_trans, bsdf.spec_tint))
+    facets = main_facets(bsdf)
     above = wi[:, 2] > 0.0
     fresnel, _ = fresnel_dielectric(o, np.full(len(o), eta))
     if front:
@@ -79,10 +96,8 @@ def _facets(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array, i: Array
 
 
 def _coat(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array) -> Array:
-    """Return the clear coat: Burley's GTR1, of a reflectance of 4 %, masked as by a roughness of a quarter."""
-    gloss, mask = float(constant(bsdf.clearcoat_gloss)), RoughConductor(distribution="ggx", alpha=0.25)
-    alpha2 = (0.1 * (1.0 - gloss) + 0.001 * gloss) ** 2
-    d = (alpha2 - 1.0) / (math.pi * math.log(alpha2) * (1.0 + (alpha2 - 1.0) * m[:, 2] ** 2))
+    """Return the clear coat, of a reflectance of 4 %, masked as by a roughness of a quarter."""
+    mask, d = RoughConductor(distribution="ggx", alpha=0.25), coat_facets(bsdf, m)
     up = np.where(wi[:, 2:] > 0.0, wi, -wi)
     shape = 0.25 * float(constant(bsdf.clearcoat)) * d * smith(mask, wo) * smith(mask, up) * wi[:, 2]
     return np.asarray(_schlick(0.04, o, bsdf.ior) * shape[:, None])

@@ -15,17 +15,14 @@ T = TypeVar("T")
 TRACED: Final = (
     *(m.SceneModel, m.Perspective, m.HdrFilm, m.Box, m.Tent, m.Gaussian, m.Independent, m.Stratified, m.MultiJitter),
     *(m.Orthogonal, m.LdSampler, m.Path, m.Direct, m.Moment, m.Rectangle, m.Disk, m.Cube, m.Sphere, m.Ply, m.Obj),
-    *(m.Diffuse, m.Conductor, m.RoughConductor, m.Dielectric, m.TwoSided, m.Area, m.Point, m.Constant, m.EnvMap),
+    *(m.Diffuse, m.Conductor, m.RoughConductor, m.Dielectric, m.ThinDielectric, m.RoughDielectric, m.Plastic),
+    *(m.RoughPlastic, m.Principled, m.TwoSided, m.Area, m.Point, m.Constant, m.EnvMap),
 )
-NOT_TRACED: Final = (m.ThinDielectric, m.RoughDielectric)
-"""Those that share fields with one that is."""
 
 
 def check(model: SceneModel) -> None:
     """Raise RenderError, with names, if there is anything in `model` that cannot be traced here."""
-    unknown = {
-        f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED) or isinstance(node, NOT_TRACED)
-    }
+    unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
     if unknown:
         raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from equaltime.crosscheck import bsdfs
+from equaltime.crosscheck import scattering
 from equaltime.crosscheck.camera import Camera, filter_offsets
 from equaltime.crosscheck.lights import Lights
 from equaltime.crosscheck.refusal import camera_of, check
@@ -170,7 +170,7 @@ class Tracer:
             rows = bsdf == number
             if rows.any():
                 here = _Place.at(rays.keep(rows), hits, rows, front[rows])
-                if not bsdfs.is_single(model):
+                if not scattering.is_single(model):
                     radiance[here.rays.path] += self._direct(here, model, rng)
                 following.append(self._continue(here, model, rng))
         if not following:
@@ -181,7 +181,7 @@ class Tracer:
         """Return what one light that is chosen at random adds to each path."""
         light = self._lights.sample(here.point, rng)
         wi = here.frames.to_local(light.wi)
-        value, pdf = bsdfs.evaluate(model, here.wo, wi)
+        value, pdf = scattering.evaluate(model, here.wo, wi, here.front)
         value *= here.same_side(light.wi, wi)[:, None]
         seen = np.flatnonzero(value.any(axis=1) & light.radiance.any(axis=1))
         t, _ = self.world.intersect(here.point[seen], light.wi[seen], here.patch[seen])
@@ -192,7 +192,7 @@ class Tracer:
         return added
 
     def _continue(self, here: _Place, model: Bsdf, rng: np.random.Generator) -> _Rays:
-        scattered = bsdfs.sample(model, here.wo, here.front, rng)
+        scattered = scattering.sample(model, here.wo, here.front, rng)
         wi = here.frames.to_world(scattered.wi)
         beta = here.rays.beta * scattered.weight * here.same_side(wi, scattered.wi)[:, None]
         least = NEGLIGIBLE if self._max_depth < 0 else 0.0
