@@ -134,7 +134,6 @@ def test_objects_that_nothing_uses_are_checked_and_left_out() -> None:
         ({}, "expected a dictionary with 'type': 'scene', found None"),
         ({"type": "sphere"}, "expected a dictionary with 'type': 'scene', found 'sphere'"),
         ({"type": "scene"}, "the scene has no sensor; expected one of type 'perspective'"),
-        (scene(a={"type": "perspective"}), "a: the scene has another sensor (at sensor); several are known to Mitsuba"),
         (scene(a={"type": "path"}, b={"type": "path"}), "b: the scene has another integrator (at a)"),
         (scene(a={"type": "constant"}, b={"type": "constant"}), "b: a scene can have only one environment (the first"),
         (
@@ -280,3 +279,9 @@ def test_no_dictionary_makes_anything_but_a_scene_or_a_scene_error(content: dict
     for substitute in (False, True):
         with suppress(SceneError):
             load_dict({**content, "type": "scene"}, substitute=substitute)
+
+
+def test_of_several_sensors_the_first_is_used() -> None:
+    loaded = load_dict(scene(a={"type": "orthographic"}))
+    assert loaded.model.sensor.type == "perspective"
+    assert loaded.warnings == ("sensor: of 2 sensors the first is used",)

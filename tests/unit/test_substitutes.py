@@ -11,7 +11,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
-from equaltime.scene.known import MITSUBA
+from equaltime.scene.known import MITSUBA, OLD
 from equaltime.scene.substitutes import SUBSTITUTES
 
 BALL: dict[str, Any] = {"type": "sphere"}
@@ -139,6 +139,5 @@ def test_what_is_done_can_be_asked_for_and_is_told_on_the_command_line(
 
 def test_substitutes_are_for_plugins_that_are_known_and_make_plugins_that_are_supported() -> None:
     names = {name for steps in SUBSTITUTES.values() for name in steps}
-    old = {"phong", "ward", "difftrans", "mixturebsdf", "coating", "roughcoating", "sky", "sun", "heightfield"}
-    unknown = {name for name in names - old if not any(name in known for known in MITSUBA.values())}
+    unknown = {name for name in names if not any(name in known for known in (*MITSUBA.values(), *OLD.values()))}
     assert all(name.startswith("disney") for name in unknown)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
-__all__ = ["MITSUBA", "mitsuba_kind", "nearest", "shortened", "suggestion"]
+__all__ = ["MITSUBA", "OLD", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
@@ -31,6 +31,19 @@ _NAMES: dict[Kind, str] = {
 }
 MITSUBA = {kind: frozenset(names.split()) for kind, names in _NAMES.items()}
 """The plugins that Mitsuba 3 documents, by family."""
+_OLD_NAMES: dict[Kind, str] = {
+    "bsdf": "coating difftrans hk irawan mixturebsdf phong roughcoating roughdiffuse rtrans ward",
+    "emitter": "collimated sky sun",
+    "integrator": "adaptive ao bdpt dipole erpt irrcache mlt motion multichannel photonmapper ppm pssmlt "
+    "singlescatter sppm vpl",
+    "phase": "kkay microflake mixturephase",
+    "sensor": "fluencemeter perspective_rdist spherical telecentric",
+    "shape": "deformable hair heightfield",
+    "texture": "curvature gridtexture scale wireframe",
+    "volume": "hgridvolume volcache",
+}
+OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
+"""Plugins of Mitsuba 0.6 that Mitsuba 3 has not, by family."""
 
 
 def mitsuba_kind(name: str) -> Kind | None:

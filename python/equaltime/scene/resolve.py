@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest, suggestion
+from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind, nearest, suggestion
 from equaltime.scene.model import (
     NOT_YET,
     PLUGINS,
@@ -20,7 +20,7 @@ from equaltime.scene.model import (
     ShapeGroup,
     SpectrumPlugin,
 )
-from equaltime.scene.substitutes import SUBSTITUTES
+from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
 from equaltime.scene.tree import Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
@@ -103,10 +103,12 @@ class _Resolver:
         fields: dict[str, Any] = {}
         for kind in ("integrator", "sensor"):
             nodes = [node for node in self._top if self._kind(node) == kind]
-            if len(nodes) > 1:
+            if len(nodes) > 1 and kind == "sensor":
+                self._report.note(f"{nodes[0].place}: of {len(nodes)} sensors the first is used")
+            elif len(nodes) > 1:
                 message = f"the scene has another {kind} (at {nodes[0].place}); several are {NOT_YET}"
                 self._report.add(nodes[1].place, message)
-            for _, part in parts.get(kind, []):
+            for _, part in parts.get(kind, [])[:1]:
                 fields[kind] = part
             if kind == "sensor" and not nodes:
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
@@ -166,6 +168,12 @@ class _Resolver:
         if (known_kind := mitsuba_kind(node.type)) is not None and node.kind in (None, known_kind):
             hint = hint or ("; --substitute replaces it" if node.type in SUBSTITUTES.get(known_kind, {}) else "")
             return f"the {what} '{node.type}'{origin} is {NOT_YET}{hint}"
+        if what != "plugin" and node.type in OLD.get(what, ()):
+            steps = {*SUBSTITUTES.get(what, {}), *(OLD[what] if what in FALLBACKS else ())}
+            hint = hint or ("; --substitute replaces it" if node.type in steps else "")
+            return (
+                f"the {what} '{node.type}'{origin} is one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not{hint}"
+            )
         known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
         supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
         hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)

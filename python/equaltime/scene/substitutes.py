@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from equaltime.scene.known import MITSUBA, mitsuba_kind, nearest
+from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind, nearest
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Reference, Value
 
@@ -77,7 +77,7 @@ class _Replacer:
         if kind is None:
             return inner
         step = SUBSTITUTES.get(kind, {}).get(node.type)
-        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not nearest(node.type, MITSUBA[kind]):
+        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not _misspelt(node.type, kind):
             step = FALLBACKS[kind]
         if step is None:
             return inner
@@ -100,6 +100,11 @@ class _Replacer:
             else:
                 kept.append(child)
         return dataclasses.replace(node, children=kept)
+
+
+def _misspelt(type: str, kind: Kind) -> bool:
+    """Tell whether the name is no plugin's, of Mitsuba 3 or 0.6, but near one."""
+    return type not in OLD.get(kind, ()) and nearest(type, MITSUBA[kind]) is not None
 
 
 def _family(node: Object) -> Kind | None:
@@ -214,13 +219,20 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
         "projector": _as("emitter", "spot", _same("to_world")),
         "directionalarea": _as("emitter", "area", _same("radiance")),
     },
-    "integrator": {"aov": _outputs, **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path)},
+    "integrator": {
+        "adaptive": _inner,
+        "irrcache": _inner,
+        "multichannel": _inner,
+        "aov": _outputs,
+        **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path),
+    },
     "film": {"specfilm": _as("film", "hdrfilm", _same("width", "height"))},
     "medium": {"heterogeneous": _nothing},
     "shape": dict.fromkeys(
-        ("bsplinecurve", "linearcurve", "sdfgrid", "ellipsoids", "ellipsoidsmesh", "blender", "heightfield"), _nothing
+        ("bsplinecurve", "linearcurve", "sdfgrid", "ellipsoids", "ellipsoidsmesh", "blender", "heightfield", "hair"),
+        _nothing,
     ),
-    "texture": {"volume": _as("texture", "uniform", value=0.5)},
+    "texture": {"scale": _inner, "volume": _as("texture", "uniform", value=0.5)},
 }
 """For each plugin that cannot be rendered, what stands for it."""
 FALLBACKS: Final[Mapping[Kind, Callable[[Object], Made]]] = {

@@ -16,12 +16,16 @@ from typing import Final
 from equaltime.scene import transforms
 from equaltime.scene.model import METALS, Curve, Spectrum
 from equaltime.scene.model.ior import as_ior
-from equaltime.scene.tree import Child, Object, Report, Value
+from equaltime.scene.tree import Child, Node, Object, Report, Value
 
 __all__ = ["upgraded"]
 
 TYPES: Final = {
+    "bump": "bumpmap",
+    "lambertian": "diffuse",
     "ldrfilm": "hdrfilm",
+    "mfilm": "hdrfilm",
+    "tiledhdrfilm": "hdrfilm",
     "volpath_simple": "volpath",
     "sobol": "ldsampler",
     "halton": "ldsampler",
@@ -29,18 +33,24 @@ TYPES: Final = {
 }
 """Plugins that have another name now, as far as the image is concerned."""
 WITHOUT_EFFECT: Final = {
+    "emitter": {"cache"},
     "film": {"attach_log", "burn", "exposure", "gamma", "high_quality_edges", "key", "tonemap_method"},
     "integrator": {"strict_normals"},
     "sampler": {"dimension", "scramble"},
+    "shape": {"collapse"},
     "texture": {"cache", "max_anisotropy"},
 }
 """Parameters of each family that do not change the radiance in the image, or only in a way that is gone."""
+OF_THE_FILE: Final = {"digits", "file_format", "variable"}
+"""How films that are gone wrote their files; the name of the output says that now."""
+PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectrumalpha": "rgba"}
 
 
 def upgraded(node: Object, report: Report) -> Object:
     """Return `node`, with its children, in today's words; what was left out or replaced is noted."""
     node = _with(node, [_renamed(child) for child in node.children])
-    for step in (_without_effect, _type, _reflectance, _to_uv, _filter, _gamma, _outside):
+    steps = (_without_effect, _pixels, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
+    for step in (*steps, _outside):
         node = step(node, report)
     return node
 
@@ -67,7 +77,7 @@ def _type(node: Object, report: Report) -> Object:
 
 
 def _without_effect(node: Object, report: Report) -> Object:
-    gone = WITHOUT_EFFECT.get(node.kind or "", set())
+    gone = WITHOUT_EFFECT.get(node.kind or "", set()) | (OF_THE_FILE if node.type in ("ldrfilm", "mfilm") else set())
     for child in node.children:
         if child.name in gone:
             report.note(f"{child.node.place}: '{child.name}' of '{node.type}' is left out: it has no meaning any more")
@@ -79,6 +89,49 @@ def _reflectance(node: Object, _report: Report) -> Object:
         return node
     names = {"diffuse_reflectance": "reflectance"}
     return _with(node, [dataclasses.replace(c, name=names.get(c.name or "", c.name)) for c in node.children])
+
+
+def _pixels(node: Object, _report: Report) -> Object:
+    given = _strings(node, "pixel_format").get("pixel_format", "").lower()
+    new = PIXELS.get(given) if node.kind == "film" else None
+    return node if new is None else _replaced(node, {"pixel_format"}, ("pixel_format", new))
+
+
+def _bent(node: Object, _report: Report) -> Object:
+    """Give the texture that bends normals its name of today; one that only scales heights becomes a factor."""
+    name = {"bumpmap": "texture", "normalmap": "normalmap"}.get(node.type)
+    textures = [child for child in node.children if isinstance(child.node, Object) and child.node.kind == "texture"]
+    if name is None or len(textures) != 1:
+        return node
+    child, others = textures[0], [child for child in node.children if child is not textures[0]]
+    texture, factor = child.node, 1.0
+    while node.type == "bumpmap" and isinstance(texture, Object) and (inner := _scaled_texture(texture)) is not None:
+        texture, factor = inner[0], factor * inner[1]
+    node = _with(node, [Child(name, texture), *others])
+    if factor == 1.0:
+        return node
+    return _replaced(node, {"scale"}, ("scale", factor * _numbers(node, "scale").get("scale", 1.0)))
+
+
+def _scaled_texture(node: Object) -> tuple[Node, float] | None:
+    """Return the texture in one of the type ``scale`` and its factor, if that is a number."""
+    inner = [child.node for child in node.children if not isinstance(child.node, Value)]
+    factor = _numbers(node, "scale").get("scale")
+    return (inner[0], factor) if node.type == "scale" and len(inner) == 1 and factor is not None else None
+
+
+def _vertex_colors(node: Object, report: Report) -> Object:
+    if node.type != "vertexcolors":
+        return node
+    report.note(f"{node.place}: 'vertexcolors' is read as 'mesh_attribute'")
+    named = Child("name", Value(node.place, "vertex_color"))
+    return dataclasses.replace(node, type="mesh_attribute", children=[*node.children, named])
+
+
+def _strings(node: Object, *names: str) -> dict[str, str]:
+    """Return those parameters of `node` that have these names and are words."""
+    found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
+    return {name: v for name, v in found.items() if name in names and isinstance(v, str)}
 
 
 def _numbers(node: Object, *names: str) -> dict[str, float]:
@@ -101,6 +154,16 @@ def _to_uv(node: Object, _report: Report) -> Object:
     offset = transforms.translate((given.get("uoffset", 0.0), given.get("voffset", 0.0), 0.0))
     scale = transforms.scale((given.get("uscale", 1.0), given.get("vscale", 1.0), 1.0))
     return _replaced(node, set(given), ("to_uv", transforms.compose([offset, scale])))
+
+
+def _wrap(node: Object, _report: Report) -> Object:
+    """Read one rule for each axis as the one for both, where they are the same; others are refused by the model."""
+    axes = _strings(node, "wrap_mode_u", "wrap_mode_v")
+    both = _strings(node, "wrap_mode").get("wrap_mode", "repeat")
+    modes = {axes.get("wrap_mode_u", both), axes.get("wrap_mode_v", both)}
+    if not axes or len(modes) > 1:
+        return node
+    return _replaced(node, {*axes, "wrap_mode"}, ("wrap_mode", modes.pop()))
 
 
 def _filter(node: Object, report: Report) -> Object:

@@ -125,6 +125,8 @@ def _srgb(text: str) -> Vec3:
 
 NAMED = ("name", "value")
 XYZ = ("value", "x", "y", "z")
+INTENT = ("intent",)
+"""Whether a colour is a reflectance or light: told the spectral Mitsuba 0.x how to make a spectrum of it."""
 
 VALUES: Final[dict[str, Rule[object]]] = {
     "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),
@@ -140,9 +142,11 @@ VALUES: Final[dict[str, Rule[object]]] = {
 
 OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "blackbody": Rule(("name", "temperature"), ("scale",), lambda a: _blackbody(a)),
-    "srgb": Rule(NAMED, (), lambda a: _srgb(a["value"])),
+    "rgb": Rule(NAMED, INTENT, lambda a: _three(a["value"])),
+    "spectrum": Rule(NAMED, INTENT, lambda a: parse_spectrum(a["value"])),
+    "srgb": Rule(NAMED, INTENT, lambda a: _srgb(a["value"])),
 }
-"""Those that Mitsuba had before version 2."""
+"""Those that Mitsuba had before version 2, or had another way."""
 
 STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "lookat": Rule(("origin", "target"), ("up",), _look_at),
