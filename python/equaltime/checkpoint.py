@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
@@ -25,6 +26,8 @@ class Checkpoint:
     """The provenance, as `Result.record` has it."""
     moments: NDArray[Any]
     """(R, H, W), as `equaltime.moments` describes them."""
+    unseen: NDArray[np.float32] | None = None
+    """(H, W, 3): what black pixels could have seen (`equaltime.unseen`), if there were any that were asked."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
@@ -35,7 +38,10 @@ class Checkpoint:
         moments = images.read_moments(path)
         if moments is None:
             raise ImageError(f"{path}: holds no moments, only an image")
-        return cls(Path(path), record, moments)
+        unseen = images.read_unseen(path)
+        if unseen is not None and unseen.shape[:2] != moments.shape[1:]:
+            raise ImageError(f"{path}: its parts are not of one size")
+        return cls(Path(path), record, moments, unseen)
 
     @property
     def seconds(self) -> float:

@@ -1,11 +1,19 @@
-"""What any reader of image files asks: whether to believe what a file declares, and what OpenImageIO says of it."""
+"""What any reader of image files does: open them, doubt what they declare, and say what OpenImageIO says of them."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final
 
-__all__ = ["complaint", "excess"]
+import OpenImageIO as oiio  # noqa: N813
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+
+__all__ = ["complaint", "excess", "opened", "read_part", "reason"]
 
 MOST_INFLATED: Final = 1032
 """By what factor zlib can compress at most, which is about what any format of images reaches."""
@@ -32,3 +40,42 @@ def complaint(speaker: Any) -> str:
     except UnicodeDecodeError as error:
         message = error.object.decode("utf-8", "replace")
     return "; ".join(dict.fromkeys(line.strip() for line in message.splitlines() if line.strip()))
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise ImageError(f"{path}: {reason(oiio, path)}")
+    try:
+        yield source
+    except UnicodeDecodeError as error:  # a name of a channel, or an attribute
+        raise ImageError(f"{path}: holds text that is not UTF-8") from error
+    finally:
+        source.close()
+
+
+def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[str], NDArray[Any]] | None:
+    """Read the channels' names and the pixels (H, W, C) of a part after the first, None if there is none so named."""
+    with opened(path) as source:
+        number = 1
+        while source.seek_subimage(number, 0):
+            spec = source.spec()
+            if spec.getattribute("oiio:subimagename") != name:
+                number += 1
+                continue
+            if wrong := excess(spec, path):
+                raise ImageError(f"{path}: {wrong}")
+            pixels = source.read_image(number, 0, 0, spec.nchannels, kind)
+            if pixels is None:
+                raise ImageError(f"{path}: {reason(source, path)}")
+            return list(spec.channelnames), pixels.reshape(spec.height, spec.width, spec.nchannels)
+    return None
+
+
+def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
+    """Choose the clearest words for a file that OpenImageIO would not read."""
+    if not Path(path).exists():
+        return "no such file"
+    return complaint(speaker) or "not an image that can be read"

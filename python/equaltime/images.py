@@ -3,9 +3,10 @@
 A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
 ``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
 in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
-loss (`equaltime.moments`), so that the render can be taken up or merged. A last part, ``aovs``, holds the outputs that
-the scene's integrator asks for beside the image. Files are written under a temporary name in
-the same folder and renamed, so that a reader never sees half a file and a failure leaves alone what was there.
+loss (`equaltime.moments`), so that the render can be taken up or merged. A part ``unseen``, where there is need of it,
+holds what black pixels could have seen (`equaltime.unseen`), and a last one, ``aovs``, the outputs that the scene's
+integrator asks for beside the image. Files are written under a temporary name in the same folder and renamed, so that a
+reader never sees half a file and a failure leaves alone what was there.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 
 from equaltime import moments as words
 from equaltime.errors import ImageError
-from equaltime.image_files import complaint, excess
+from equaltime.image_files import complaint, excess, opened, read_part, reason
 
 __all__ = [
     "SOFTWARE",
@@ -36,6 +37,7 @@ __all__ = [
     "check_writable",
     "read",
     "read_moments",
+    "read_unseen",
     "write",
     "write_render",
 ]
@@ -44,6 +46,7 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
+_UNSEEN = "unseen"
 _AOVS = "aovs"
 
 
@@ -98,13 +101,13 @@ def read(path: str | os.PathLike[str]) -> Picture:
     ImageError
         If the file is missing, is no image, or is damaged.
     """
-    with _opened(path) as source:
+    with opened(path) as source:
         spec = source.spec()
         if wrong := excess(spec, path):
             raise ImageError(f"{path}: {wrong}")
         pixels = source.read_image("float")
         if pixels is None:
-            raise ImageError(f"{path}: {_reason(source, path)}")
+            raise ImageError(f"{path}: {reason(source, path)}")
         record = _parse_record(spec.getattribute(RECORD), path)
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
@@ -119,21 +122,27 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     ImageError
         If the file is missing, is no image, or is damaged.
     """
-    with _opened(path) as source:
-        if not source.seek_subimage(1, 0) or source.spec().getattribute("oiio:subimagename") != _MOMENTS:
-            return None
-        spec = source.spec()
-        if wrong := excess(spec, path):
-            raise ImageError(f"{path}: {wrong}")
-        pixels = source.read_image(1, 0, 0, spec.nchannels, "uint")
-        if pixels is None:
-            raise ImageError(f"{path}: {_reason(source, path)}")
+    found = read_part(path, _MOMENTS, "uint")
+    if found is None:
+        return None
+    channels, pixels = found
     # EXR keeps channels in alphabetical order
-    place = {name: i for i, name in enumerate(spec.channelnames)}
-    names = words.channel_names(spec.nchannels // words.WORDS)
+    place = {name: i for i, name in enumerate(channels)}
+    names = words.channel_names(len(channels) // words.WORDS)
     if set(names) != set(place):
         raise ImageError(f"{path}: the part '{_MOMENTS}' has other channels than the moments of a film")
     return words.joined(pixels[..., [place[name] for name in names]])
+
+
+def read_unseen(path: str | os.PathLike[str]) -> NDArray[np.float32] | None:
+    """Read what black pixels could have seen, (H, W, 3), or None if a file does not tell; raises as `read_moments`."""
+    found = read_part(path, _UNSEEN, "float")
+    if found is None:
+        return None
+    channels, pixels = found
+    if sorted(channels) != sorted("RGB"):
+        raise ImageError(f"{path}: the part '{_UNSEEN}' has other channels than R, G and B")
+    return np.asarray(pixels[..., [channels.index(name) for name in "RGB"]])
 
 
 def write_render(
@@ -145,6 +154,7 @@ def write_render(
     window: Window,
     description: str = "",
     moments: NDArray[Any] | None = None,
+    unseen: NDArray[Any] | None = None,
     aovs: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
     """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
@@ -169,6 +179,9 @@ def write_render(
     if moments is not None:
         raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
         parts.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
+    if unseen is not None:
+        named = {"compression": "zip", "oiio:subimagename": _UNSEEN}
+        parts.append(Part(CHANNELS[:3], np.asarray(unseen, np.float32), named))
     if aovs:
         planes = np.stack([np.asarray(plane, np.float32) for plane in aovs.values()], axis=-1)
         parts.append(Part(tuple(aovs), planes, {"compression": "zip", "oiio:subimagename": _AOVS}))
@@ -216,8 +229,8 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
             done = done and output.write_image(np.ascontiguousarray(part.pixels))
         # closing writes what is still buffered, so it can fail as well
         if not (output.close() and done):
-            reason = complaint(output) or "the file could not be completed"
-            raise ImageError(f"{path}: cannot write: {reason}")
+            said = complaint(output) or "the file could not be completed"
+            raise ImageError(f"{path}: cannot write: {said}")
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
@@ -234,20 +247,6 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
         raise ImageError(f"{path}: {error.strerror or error}") from error
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
-
-
-@contextmanager
-def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
-    source = oiio.ImageInput.open(os.fspath(path))
-    if source is None:
-        raise ImageError(f"{path}: {_reason(oiio, path)}")
-    try:
-        yield source
-    except UnicodeDecodeError as error:  # a name of a channel, or an attribute
-        raise ImageError(f"{path}: holds text that is not UTF-8") from error
-    finally:
-        source.close()
 
 
 @contextmanager
@@ -272,10 +271,3 @@ def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, An
     except json.JSONDecodeError as error:
         raise ImageError(f"{path}: the attribute {RECORD} is damaged: {error}") from error
     return record if isinstance(record, dict) else {}
-
-
-def _reason(speaker: Any, path: str | os.PathLike[str]) -> str:
-    """Choose the clearest words for a file that OpenImageIO would not read."""
-    if not Path(path).exists():
-        return "no such file"
-    return complaint(speaker) or "not an image that can be read"

@@ -15,6 +15,7 @@ from equaltime.film import merge_moments
 from equaltime.images import Window
 from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.strategy import Strategy
+from equaltime.unseen import Unseen
 
 __all__ = ["merge"]
 
@@ -25,7 +26,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     """Join renders of the same scene by the same strategy whose samples are different ones.
 
     Moments are joined, not averages: the result is what one render of all the samples would be, to the last bits of
-    float64. It can be merged again.
+    float64, and so is its error with its limits. It can be merged again.
 
     Parameters
     ----------
@@ -48,7 +49,8 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         raise ImageError(f"{first.path}: cannot be merged: its samples follow a pilot, and the others' another one")
     moments = reduce(merge_moments, (part.moments for part in parts))
     origin, pixels = _origin(first, parts), pixel_statistics(moments)
-    return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts))
+    hidden = Unseen.together([part.unseen for part in parts])
+    return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts), hidden=hidden)
 
 
 def _check_alike(first: Checkpoint, other: Checkpoint) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, standard_error
 from equaltime.images import Window
+from equaltime.unseen import Unseen
 
 __all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result"]
 
@@ -132,6 +133,9 @@ class Result:
     position: tuple[int, int, int] | None = None
     """Where the passes stand, to take them up: samples that every pixel has on average, those of the blocks before the
     next one, and that block's number."""
+    unseen: NDArray[np.float32] | None = None
+    """(H, W, 3): what black pixels could have seen at most, which widens the error's upper limit; NaN by those that
+    were not asked, None if none was (`equaltime.unseen`)."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
 
@@ -185,7 +189,8 @@ class Result:
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)
-            images.write_render(path, *layers, self.record, self.origin.window, description, self.moments, self.aovs)
+            more = (self.moments, self.unseen, self.aovs)
+            images.write_render(path, *layers, self.record, self.origin.window, description, *more)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
 
@@ -209,7 +214,7 @@ def make_result(
     looks: tuple[int, ...] = (),
     bias: Estimate | None = None,
     position: tuple[int, int, int] | None = None,
-    hidden: Callable[[PixelStatistics, float], float] | None = None,
+    hidden: Unseen | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
@@ -220,7 +225,9 @@ def make_result(
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
-    return Result(image, errors, pixels.samples, error, stats, stopped_by, origin, moments, looks, bias, position)
+    unseen = None if hidden is None else hidden.known
+    found = (image, errors, pixels.samples, error)
+    return Result(*found, stats, stopped_by, origin, moments, looks, bias, position, unseen)
 
 
 def _together(noise: Estimate, bias: Estimate) -> Estimate:

@@ -15,8 +15,8 @@ the estimate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,8 @@ Floats = NDArray[np.float64]
 
 _STEP = 2
 """Of the pixels of a neighbourhood, every second along each side is asked what it could have seen."""
+_ANYTHING = 1e150
+"""More than any light: beside it a pixel hides all that it can, which is 1 of its own part of error²."""
 
 
 class Unseen:
@@ -41,16 +43,35 @@ class Unseen:
     ----------
     possible
         Gives for pixels (y * width + x) the most that a sample of each could have seen, (N, 3).
+    known
+        (H, W, 3): what it gave before; NaN for pixels that it was not asked for.
     """
 
-    def __init__(self, possible: Callable[[NDArray[np.uint32]], Floats]) -> None:
+    def __init__(self, possible: Callable[[NDArray[np.uint32]], Floats], known: Floats | None = None) -> None:
         self._possible = possible
-        self._known: Floats | None = None
+        self._known = known
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
         """Return what may be hidden from a render of the core's scene with the core's settings."""
         return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads))
+
+    @classmethod
+    def together(cls, parts: Sequence[NDArray[np.float32] | None]) -> Unseen:
+        """Return what may be hidden from renders of one image together, by what each knows of it.
+
+        A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything.
+        """
+        found = [part.astype(np.float64) for part in parts if part is not None]
+        known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
+        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known)
+
+    @property
+    def known(self) -> NDArray[np.float32] | None:
+        """What could have been seen by the pixels that were asked for, (H, W, 3), NaN by others; None if none was."""
+        if self._known is None or np.isnan(self._known).all():
+            return None
+        return np.minimum(self._known, np.finfo(np.float32).max).astype(np.float32)
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
         """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
+from equaltime.session import core_settings
+from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
 Floats = NDArray[np.float64]
@@ -101,8 +103,7 @@ def test_without_it_the_upper_limit_would_be_seen_to_fail() -> None:
 
 
 def test_a_chamber_in_the_shade_may_hide_light_and_empty_space_may_not() -> None:
-    shade = et.load(OPENING).with_(size=(24, 24), max_depth=2)
-    limits = [et.render(shade, spp=spp).error for spp in (16, 256)]
+    limits = [et.render(shade(), spp=spp).error for spp in (16, 256)]
     assert limits[0].high > 2.0 * limits[0].value > 0.0
     assert limits[1].high < 0.5 * limits[0].high
     ball = {"type": "sphere", "radius": 0.2, "emitter": {"type": "area", "radiance": 1.0}, "center": [0, 0, 4]}
@@ -111,3 +112,47 @@ def test_a_chamber_in_the_shade_may_hide_light_and_empty_space_may_not() -> None
     assert (result.image == 0.0).mean() > 0.5
     assert result.moments is not None
     assert result.error == image_error(pixel_statistics(result.moments))
+
+
+def shade() -> et.Scene:
+    return et.load(OPENING).with_(size=(24, 24), max_depth=2)
+
+
+def saved(folder: Path, scene: et.Scene, seed: int, spp: int) -> Path:
+    path = folder / f"{seed}.exr"
+    et.render(scene, spp=spp, seed=seed).save(path)
+    return path
+
+
+def test_merged_renders_state_the_upper_limit_of_one_render_with_all_their_samples(tmp_path: Path) -> None:
+    """What could have been seen is asked by each seed, at places of its own: limits may differ a little by that."""
+    scene = shade()
+    paths = [saved(tmp_path, scene, seed, spp) for seed, spp in ((0, 16), (1, 48), (2, 32))]
+    merged = et.merge(paths)
+    assert merged.moments is not None
+    pixels = pixel_statistics(merged.moments)
+    own = Unseen.of(scene.core, core_settings(scene, Strategy.parse("best")), 0, 1)
+    one = image_error(pixels, hidden=own)
+    assert (merged.error.value, merged.error.low) == (one.value, one.low)
+    assert merged.error.high == pytest.approx(one.high, rel=0.1)
+    assert merged.error.high > 1.3 * image_error(pixels).high, "the twin: without what black pixels may hide"
+    et.merge(paths[:2]).save(tmp_path / "pair.exr")
+    assert et.merge([tmp_path / "pair.exr", paths[2]]).error.high == pytest.approx(merged.error.high, rel=1e-6)
+
+
+def test_a_file_that_does_not_say_what_its_black_pixels_could_have_seen_may_hide_anything() -> None:
+    pixels = half_lit(1)
+    known = np.full((SIDE, SIDE, 3), np.nan, np.float32)
+    anything = Unseen.together([None, None])(pixels, 0.95)
+    assert anything == pytest.approx(13 / 32)
+    assert Unseen.together([None, known])(pixels, 0.95) == anything
+    known[:] = 0.0
+    assert Unseen.together([None, known])(pixels, 0.95) == 0.0
+
+
+def test_of_what_the_parts_could_have_seen_the_most_counts() -> None:
+    parts = [np.full((SIDE, SIDE, 3), radiance, np.float32) for radiance in (0.5, 2.0, 1.0)]
+    together = Unseen.together([*parts, None])
+    assert together(half_lit(1), 0.95) == Unseen.together([parts[1]])(half_lit(1), 0.95)
+    assert together.known is not None
+    np.testing.assert_array_equal(together.known, parts[1])
