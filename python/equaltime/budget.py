@@ -2,9 +2,16 @@
 
 An error target is met when the *upper* limit of the error's interval is. A render that looked at its interval after
 every pass would sooner or later stop at a lucky one, so the looks are few, at counts that grow geometrically, and a
-total level of 5 % is spent over them: the k-th may be wrong with probability ``0.05 / 2^k`` (the sum over all k is
-0.05). A look that finds more than twice the target cannot end the render, and spends nothing. Counts and levels follow
-from the film alone, never from a clock.
+total chance of 5 % to stop wrongly is spent over them.
+
+To stop wrongly takes two things at once: an estimate that is low by chance, and an image that is worse by chance than
+was to be expected. The one is made of the difference of two halves of the samples, the other of their sum. These are
+independent where noise is normal and of like variance, so that a limit ``z`` standard deviations of both together above
+the estimate lets a look stop wrongly with a chance of at most ``Φ(-z/√2)²``, wherever the error stands (the product of
+``Φ(√2 x)`` and ``Φ(-√2 (z + x))`` is largest at ``x = -z/2``). Where rare bright paths make the noise both are low
+together, and the chance is less. For the 95 % limit itself it is 0.7 %. A look may take half of what is left of the
+5 %: six have the 95 % limit, and after these limits move outwards. A look that finds more than twice the target cannot
+end the render, and spends nothing. Counts and limits follow from the film alone, never from a clock.
 """
 
 from __future__ import annotations
@@ -12,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from statistics import NormalDist
 
 from equaltime.error_estimate import Estimate
 
@@ -20,9 +28,10 @@ __all__ = ["FIRST_LOOK", "Limits", "Looks"]
 FIRST_LOOK = 8
 """Samples per pixel before the error is looked at: less says too little."""
 
-_LEVEL = 0.05
-_SMALLEST = 30
-"""Power of two beyond which levels fall no more: no number tells a smaller one from nothing."""
+_CHANCE = 0.05
+"""To stop wrongly, over all looks."""
+_LEAST_Z, _MOST_Z = 1.960, 6.0
+"""Of the limits at looks: that of 95 %, and one beyond which no number tells a chance from nothing."""
 _IDLE = 2.0
 """Times the target: a look that finds more cannot end a render, and spends nothing."""
 _GROWTH = 1.15
@@ -32,6 +41,7 @@ _LONGEST_JUMP = 8.0
 _FASTEST_LAW = 0.75
 _LIKELY_LAW = 0.6
 _NEAR = 2.0
+_NORMAL = NormalDist()
 
 
 @dataclass(frozen=True)
@@ -56,20 +66,34 @@ class Looks:
     def __init__(self, made: tuple[int, ...] = ()) -> None:
         self.made = made
         self.last: Estimate | None = None
-        self._spent = len(made)
+        self._left = _CHANCE
+        for _ in made:
+            self._left -= _chance(_z(self._left))
         self.next = _even(made[-1] * _GROWTH) if made else FIRST_LOOK
 
     def look(self, error: Callable[[float], Estimate], samples: int, target: float) -> bool:
         """Look at the error at ``samples`` a pixel, given by its level; return whether it is surely at the target."""
         self.made = (*self.made, samples)
-        self.last = error(1.0 - 2.0 * _LEVEL / 2.0 ** min(self._spent + 1, _SMALLEST))
+        z = _z(self._left)
+        self.last = error(2.0 * _NORMAL.cdf(z) - 1.0)
         if self.last.value < _IDLE * target:
-            self._spent += 1
+            self._left -= _chance(z)
         excess = self.last.high / target
         law = _LIKELY_LAW if excess < _NEAR else _FASTEST_LAW
         growth = min(excess, _LONGEST_JUMP) ** (1.0 / law) if math.isfinite(excess) else _GROWTH
         self.next = _even(samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
         return self.last.high <= target
+
+
+def _z(left: float) -> float:
+    """Return the limit at which a look takes half of what is left, or that of 95 %."""
+    root = math.sqrt(max(0.5 * left, _chance(_MOST_Z)))
+    return max(_LEAST_Z, -math.sqrt(2.0) * _NORMAL.inv_cdf(root))
+
+
+def _chance(z: float) -> float:
+    """Return the chance to stop wrongly of a look whose limit is ``z``."""
+    return _NORMAL.cdf(-z / math.sqrt(2.0)) ** 2
 
 
 def _even(samples: float) -> int:
