@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import math
 from time import process_time
-from typing import Any
 
 import numpy as np
-from measuring import SCENES, arguments, print_conditions
-from numpy.typing import NDArray
+from measuring import Floats, noise, parsed, relative_variance
+from uneven import CASES, case_arguments
 
 import equaltime as et
 from equaltime.adaptive import METRICS, PILOT, error_rates, pilot_statistics
@@ -25,37 +24,19 @@ from equaltime.bench import spread
 from equaltime.core_renderer import make_renderer
 from equaltime.error_estimate import PixelStatistics
 
-Floats = NDArray[np.float64]
-CASES: dict[str, tuple[str, int, dict[str, Any], bool]] = {
-    "depth of field": ("experiments/lens.toml", 4, {"aperture": "8"}, True),
-    "small lamps": ("montelight/complex.toml", 4, {}, True),
-    "glossy plates": ("veach-mis.toml", 3, {}, True),
-    "box in the dark": ("cornell-box.toml", 6, {}, True),
-    "caustic": ("experiments/caustic.toml", 6, {}, True),
-    "opening": ("experiments/opening.toml", 6, {}, True),
-    "terrain": ("terrain/terrain.toml", 6, {}, False),
-    "stadium": ("hard/stadium.toml", 2, {}, False),
-}
-"""Path, depth, parameters, and whether the noise is uneven."""
+UNEVEN = ("lens", "small lamps", "glossy plates", "cornell-box", "caustic", "opening")
+EVEN = ("terrain", "stadium")
 
 
 def main() -> None:
-    parser = arguments(__doc__)
-    parser.add_argument("--seeds", type=int, default=48)
-    parser.add_argument("--size", type=int, default=96, help="pixels along each side [%(default)s]")
+    parser = case_arguments(__doc__, seeds=48, size=96, scenes=[*UNEVEN, *EVEN])
     parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--scenes", nargs="*", default=list(CASES), choices=list(CASES))
     parser.add_argument("--images", type=int, default=10_000, help="made-up ones, for the bias [%(default)s]")
-    parser.add_argument("--quick", action="store_true", help="8 seeds of 64x64 pixels, 32 spp; 300 images")
-    options = parser.parse_args()
-    if options.quick:
-        options.seeds, options.size, options.spp, options.images = 8, 64, 32, 300
-    print_conditions(options)
+    options = parsed(parser, seeds=8, size=64, spp=32, images=300)
     gains: dict[bool, list[float]] = {True: [], False: []}
     for name in options.scenes:
-        path, depth, define, uneven = CASES[name]
-        scene = et.load(SCENES / path, **define).with_(size=(options.size, options.size), max_depth=depth)
-        gains[uneven].append(report(name, scene, options.spp, options.seeds, options.threads))
+        scene = CASES[name].scene(options.size)
+        gains[name not in EVEN].append(report(name, scene, options.spp, options.seeds, options.threads))
     for uneven, found in gains.items():
         if found:
             mean = math.exp(sum(map(math.log, found)) / len(found))
@@ -103,17 +84,13 @@ def rendered(scene: et.Scene, strategy: str, spp: int, seeds: int, threads: int)
 
 def gain(even: Floats, adaptive: Floats) -> float:
     """Return the ratio of noise, of both relative to one and the same mean."""
-    both = np.concatenate([even, adaptive]).mean(axis=0)
-    denominator = np.square(both) + (0.1 * both.mean()) ** 2
-    squares = [float((images.var(axis=0, ddof=1) / denominator).mean()) for images in (even, adaptive)]
-    return squares[0] / squares[1]
+    mean = np.concatenate([even, adaptive]).mean(axis=0)
+    return noise(list(even), mean) / noise(list(adaptive), mean)
 
 
 def oracle(images: Floats, rays: Floats) -> float:
     """Return the gain of counts by the variance that half of the images have, as the other half sees it; both ways."""
-    mean = images.mean(axis=0)
-    denominator = np.square(mean) + (0.1 * mean.mean()) ** 2
-    halves = [(images[k::2].var(axis=0, ddof=1) / denominator).mean(axis=-1) for k in (0, 1)]
+    halves = [relative_variance(images[k::2], images.mean(axis=0)) for k in (0, 1)]
     found = []
     for known, judge in (halves, halves[::-1]):
         counts = np.sqrt(smoothed(known) / rays)

@@ -70,6 +70,8 @@ def main() -> None:
             told |= {"seconds": result.stats.seconds, "paths": result.stats.paths, "kernel": result.stats.kernel}
             if "image" in question:
                 np.save(question["image"], result.image)
+            if "save" in question:
+                result.save(question["save"])
         return told | {"peak": peak_bytes()}
 
     workers.serve(answer)

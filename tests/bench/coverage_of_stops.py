@@ -16,14 +16,15 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from measuring import arguments, print_conditions
+from measuring import parsed
 from numpy.typing import NDArray
-from uneven import SHORT, Case
+from uneven import CASES, Case, case_arguments
 
 import equaltime as et
 from equaltime.budget import Looks
-from equaltime.core_renderer import make_renderer
+from equaltime.core_renderer import core_settings, make_renderer
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
+from equaltime.unseen import Unseen
 
 Image = NDArray[np.float64]
 GRID = 1.15
@@ -61,20 +62,13 @@ class Row:
 
 
 def main() -> None:
-    parser = arguments(__doc__, threads=1)
-    parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--size", type=int, default=32, help="pixels along each side [%(default)s]")
-    parser.add_argument("--scenes", nargs="*", default=list(SHORT), choices=list(SHORT))
+    parser = case_arguments(__doc__, seeds=100, size=32, threads=1)
     parser.add_argument("--paths", type=float, default=4e6, help="at most, of a render [%(default)s]")
-    parser.add_argument("--quick", action="store_true", help="12 seeds of 16x16 pixels, up to 400 000 paths")
     parser.add_argument("--records", type=Path, help="a CSV file for every image")
-    options = parser.parse_args()
-    if options.quick:
-        options.seeds, options.size, options.paths = 12, 16, 4e5
-    print_conditions(options)
+    options = parsed(parser, seeds=12, size=16, paths=4e5)
     everything: list[Row] = []
     for name in options.scenes:
-        case = SHORT[name]
+        case = CASES[name]
         most = 2 * math.ceil(options.paths / options.size**2 / 2)
         seen = {seed: trajectory(case, options.size, seed, options.threads, most) for seed in range(options.seeds)}
         compare_with_a_render(case, options.size, seen[0], options.threads)
@@ -94,7 +88,9 @@ def main() -> None:
 def trajectory(case: Case, side: int, seed: int, threads: int, most: int) -> list[Seen]:
     """Render one seed until its strictest target is met and a quarter more, or ``most`` samples a pixel."""
     scene = case.scene(side)
-    renderer = make_renderer(scene, et.Strategy.parse(case.strategy), seed, threads)
+    strategy = et.Strategy.parse(case.strategy)
+    renderer = make_renderer(scene, strategy, seed, threads)
+    hidden = Unseen.of(scene.core, core_settings(scene, strategy), seed, threads)
     looks = {target: Looks() for target in case.targets}
     grid, seen, samples = 8, list[Seen](), 0
     while samples < most:
@@ -103,13 +99,13 @@ def trajectory(case: Case, side: int, seed: int, threads: int, most: int) -> lis
         pixels = pixel_statistics(renderer.moments)
         stops = []
         for target, look in list(looks.items()):
-            if samples == look.next and look.look(partial(image_error, pixels), samples, target):
+            if samples == look.next and look.look(partial(image_error, pixels, hidden=hidden), samples, target):
                 stops.append(target)
                 del looks[target]
                 most = most if looks else min(most, 2 * math.ceil(0.625 * samples))
         if samples == grid:
             grid = 2 * math.ceil(grid * GRID / 2)
-        seen.append(Seen(samples, pixels.mean, image_error(pixels), tuple(stops)))
+        seen.append(Seen(samples, pixels.mean, image_error(pixels, hidden=hidden), tuple(stops)))
     return seen
 
 

@@ -7,33 +7,20 @@ of 16x16 pixels with as many passes as they have: what a pass left behind would 
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-from measuring import SCENES, arguments, print_conditions
+from measuring import SCENES, arguments, parsed
+from workers import fresh
 
 FEW = 4
-RUN = """
-import resource, sys
-import equaltime as et
-size, spp = int(sys.argv[2]), int(sys.argv[3])
-scene = et.load(sys.argv[1]).with_(size=(size, size), max_depth=4)
-et.render(scene, spp=spp, threads=int(sys.argv[4])).save(sys.argv[5])
-print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-"""
 
 
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--spp", type=int, default=64, help="of the large film [%(default)s]")
     parser.add_argument("--many", type=int, default=100_000, help="samples a pixel of the small film [%(default)s]")
-    parser.add_argument("--quick", action="store_true", help="16 and 10 000")
-    options = parser.parse_args()
-    if options.quick:
-        options.spp, options.many = 16, 10_000
-    print_conditions(options)
+    options = parsed(parser, spp=16, many=10_000)
     for size, most in ((1024, options.spp), (16, options.many)):
         one, few, many = (peak(size, spp, options.threads) for spp in (1, FEW, most))
         print(
@@ -45,9 +32,8 @@ def main() -> None:
 def peak(size: int, spp: int, threads: int) -> int:
     """Return the most memory, in bytes, that a process held which renders and saves such an image."""
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
-        numbers = (size, spp, threads, Path(folder) / "a.exr")
-        words = [sys.executable, "-c", RUN, str(SCENES / "cornell-box.toml"), *map(str, numbers)]
-        return int(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+        question = {"scene": str(SCENES / "cornell-box.toml"), "size": [size, size], "max_depth": 4}
+        return int(fresh(**question, spp=spp, threads=threads, save=str(Path(folder) / "a.exr"))["peak"])
 
 
 if __name__ == "__main__":

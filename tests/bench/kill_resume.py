@@ -14,7 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from measuring import SCENES, arguments, print_conditions
+from measuring import SCENES, arguments, parsed
 
 import equaltime as et
 from equaltime import images
@@ -31,16 +31,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of the moments [%(default)s]")
     parser.add_argument("--interval", type=float, default=0.2, help="seconds between checkpoints [%(default)s]")
     parser.add_argument("--strategy", default="best")
-    parser.add_argument("--quick", action="store_true", help="8 kills")
-    options = parser.parse_args()
-    kills = 8 if options.quick else options.kills
-    print_conditions(options)
+    options = parsed(parser, kills=8)
     moments = random.Random(options.seed)
     lost: list[float] = []
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         output = Path(folder) / "a.exr"
         before, empty = 0, 0
-        for _ in range(kills):
+        for _ in range(options.kills):
             killed_after(command(output, options, 1_000_000), output, moments.uniform(0.0, 3.0 * options.interval))
             if not output.exists():
                 empty += 1
@@ -58,7 +55,7 @@ def main() -> None:
         assert found is not None
         assert whole.moments is not None
         same = found.tobytes() == whole.moments.tobytes()
-    print(f"{kills} kills, {empty} before the first checkpoint; {before} samples a pixel after the last")
+    print(f"{options.kills} kills, {empty} before the first checkpoint; {before} samples a pixel after the last")
     if lost:
         worst = spread(lost)
         print(f"age of the checkpoint at the kill: median {worst.median:.3g} s, at most {max(lost):.3g} s")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime.bench import Spread, machine, spread
 
+Floats = NDArray[np.float64]
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SHIPPED = (
     SCENES / "cornell-box.toml",
@@ -29,6 +30,17 @@ def arguments(description: str | None, repeats: int = 9, threads: int = 0) -> ar
     parser.add_argument("--repeats", type=int, default=repeats, help="rounds of the measurement [%(default)s]")
     parser.add_argument("--threads", type=int, default=threads, help="worker threads; 0: one a processor [%(default)s]")
     return parser
+
+
+def parsed(parser: argparse.ArgumentParser, **quick: Any) -> argparse.Namespace:
+    """Read the command line, in which ``--quick`` sets these values, and print the conditions."""
+    words = ", ".join(f"--{name} {value:g}" for name, value in quick.items())
+    parser.add_argument("--quick", action="store_true", help=f"for a first look: {words}")
+    options = parser.parse_args()
+    if options.quick:
+        vars(options).update(quick)
+    print_conditions(options)
+    return options
 
 
 def print_conditions(options: argparse.Namespace) -> None:
@@ -60,12 +72,15 @@ def ratio(above: Sequence[float], below: Sequence[float]) -> Spread:
     return spread([a / b for a, b in zip(above, below, strict=True)])
 
 
-def noise(images: Sequence[NDArray[np.float64]]) -> float:
+def relative_variance(images: Floats, mean: Floats | None = None) -> Floats:
+    """Variance of each pixel of (seeds, H, W, 3) images, (H, W): relative to their mean, or to another."""
+    reference = images.mean(axis=0) if mean is None else mean
+    return np.asarray((images.var(axis=0, ddof=1) / (reference**2 + (0.1 * reference.mean()) ** 2)).mean(axis=-1))
+
+
+def noise(images: Sequence[Floats], mean: Floats | None = None) -> float:
     """RelMSE of one image, from the scatter of all over their seeds."""
-    if len(images) < 2:
-        return float("nan")
-    mean = np.mean(images, axis=0)
-    return float(np.mean(np.var(images, axis=0, ddof=1) / (mean**2 + (0.1 * mean.mean()) ** 2)))
+    return float(relative_variance(np.asarray(images), mean).mean()) if len(images) > 1 else float("nan")
 
 
 def text(value: Spread, digits: int = 3) -> str:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from large_scenes import write_terrain
 from measuring import SCENES, arguments, print_conditions, text
-from workers import Worker
+from workers import fresh
 
 from equaltime.bench import spread
 
@@ -57,12 +56,6 @@ def triangles(folder: Path, few: int, many: int, repeats: int) -> None:
     ):
         values = [(b[key] - a[key]) / more for a, b in zip(*answers, strict=True)]
         print(f"a triangle, {few:>9,} to {many:,}: {text(spread(values), 4)} bytes {words}")
-
-
-def fresh(**question: Any) -> dict[str, Any]:
-    """Ask a process that has done nothing before."""
-    with Worker("core_worker.py") as worker:
-        return worker.ask(**question)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,17 @@
-"""Small scenes that the scripts about errors share, and the light that few paths find."""
+"""Scenes that the scripts about errors share, their options, and the light that few paths find."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from measuring import SCENES
+from measuring import SCENES, arguments
 
 import equaltime as et
 
-__all__ = ["SHORT", "Case"]
+__all__ = ["CASES", "Case", "case_arguments"]
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,9 @@ def rare_light() -> dict[str, Any]:
     }
 
 
-SHORT: Mapping[str, Case] = {
-    "rare light": Case("", 2, "bsdf,sampler=sobol", targets=(0.20, 0.10, 0.05)),
+FEW = (0.20, 0.10, 0.05)
+CASES: Mapping[str, Case] = {
+    "rare light": Case("", 2, "bsdf,sampler=sobol", targets=FEW),
     "cornell-box": Case("cornell-box.toml", 4),
     "independent": Case("cornell-box.toml", 3, "best,sampler=independent", targets=(0.10, 0.05, 0.02)),
     "plate": Case("experiments/plate.toml", 3),
@@ -60,8 +62,22 @@ SHORT: Mapping[str, Case] = {
     "terrain": Case("terrain/terrain.toml", 4),
     "squares": Case("hard/touching-squares.toml", 4),
     "ball": Case("experiments/ball.toml", 2),
-    "opening": Case("experiments/opening.toml", 4, targets=(0.20, 0.10, 0.05)),
-    "caustic": Case("experiments/caustic.toml", 6, targets=(0.20, 0.10, 0.05)),
-    "lens": Case("experiments/lens.toml", 3, define={"aperture": "8"}, targets=(0.20, 0.10, 0.05)),
+    "opening": Case("experiments/opening.toml", 4, targets=FEW),
+    "caustic": Case("experiments/caustic.toml", 6, targets=FEW),
+    "lens": Case("experiments/lens.toml", 4, define={"aperture": "8"}, targets=FEW),
+    "simple": Case("montelight/simple.toml", 4, targets=FEW),
+    "small lamps": Case("montelight/complex.toml", 4, targets=FEW),
+    "glossy plates": Case("veach-mis.toml", 3, targets=FEW),
 }
 """By name: light that 2 % of paths find, scenes of even noise and of uneven, one with independent samples."""
+
+
+def case_arguments(
+    description: str | None, seeds: int, size: int, scenes: list[str] | None = None, threads: int = 0
+) -> argparse.ArgumentParser:
+    """Return a parser with the options of a script that renders these scenes, or some, with many seeds."""
+    parser = arguments(description, threads=threads)
+    parser.add_argument("--seeds", type=int, default=seeds, help="[%(default)s]")
+    parser.add_argument("--size", type=int, default=size, help="pixels along each side [%(default)s]")
+    parser.add_argument("--scenes", nargs="*", default=scenes or list(CASES), choices=list(CASES))
+    return parser

@@ -52,6 +52,12 @@ class Worker:
         self._process.wait(timeout=60.0)
 
 
+def fresh(**question: Any) -> dict[str, Any]:
+    """Ask a process that has done nothing before; `core_worker.py` says what."""
+    with Worker("core_worker.py") as worker:
+        return worker.ask(**question)
+
+
 def serve(answer: Callable[[Mapping[str, Any]], Mapping[str, Any]]) -> None:
     """Answer questions until there are no more. What a library prints goes to stderr, not among the answers."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
