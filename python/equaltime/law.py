@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from statistics import NormalDist
+from functools import cache, partial
+from statistics import NormalDist, linear_regression
 
 from equaltime.budget import Looks
 from equaltime.error_estimate import Estimate
@@ -14,12 +14,17 @@ from equaltime.error_estimate import Estimate
 __all__ = ["Law", "fit"]
 
 _Z95 = 1.960
+_NORMAL = NormalDist()
 # What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
 # samples have ½ exactly, but for the finite sample of the pilot; the others are assumed, between ½ and the ¾ of edges.
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.52, 0.03), "sobol": (0.54, 0.04)}
+# By how much the exponent beyond the pilot differs from that within: a standard deviation.
+_BEND = {"independent": 0.005, "stratified": 0.04, "sobol": 0.05}
 # Of the logarithm of the speed, from the pilot to the end, on a machine whose load stays the same: assumed.
 _SPEED_DOUBT = 0.03
 _MOST_SAMPLES = 2.0**40
+_DRAWS = 63
+"""Renders that are imagined for a quote: its interval is between the second and the last but one of their stops."""
 
 
 @dataclass(frozen=True)
@@ -32,28 +37,32 @@ class Law:
     samples: int
     """A pixel, where the pilot ended."""
     error: float
-    """Of the pilot's image."""
-    log_error_doubt: float
+    """Of the pilot's image, as estimated."""
+    width: float
+    """Logarithm of that error's upper limit over itself."""
+    narrowing: float
+    """The exponent by which the width falls with the samples."""
     exponent: float
     exponent_doubt: float
     seconds_per_sample: float
     """A sample of every pixel."""
 
     def error_at(self, samples: float) -> Estimate:
-        """Return the error after ``samples`` a pixel."""
+        """Return the error after ``samples`` a pixel, as it will be estimated then."""
         growth = math.log(samples / self.samples)
-        doubt = math.hypot(self.log_error_doubt, self.exponent_doubt * growth)
+        kept = min(1.0, self.samples / samples)
+        chance = math.hypot((1.0 - kept) * self._chance(self.samples), self._fresh(samples))
+        doubt = math.hypot(chance, self.exponent_doubt * growth)
         return _interval(self.error * math.exp(-self.exponent * growth), doubt)
 
     def samples_until(self, error: float) -> Estimate:
-        """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks."""
-        looks, samples = Looks(), 0
-        while samples < _MOST_SAMPLES:
-            samples = looks.next
-            if looks.look(partial(self._seen, samples), samples, error):
-                break
-        doubt = math.hypot(self.log_error_doubt, self.exponent_doubt * math.log(samples / self.samples))
-        return _interval(float(samples), doubt / self.exponent)
+        """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks.
+
+        Renders are imagined that differ in what chance made of the pilot, in the exponent, and in what chance makes of
+        the samples to come. Half of them stop before the value, and 95 % within the interval.
+        """
+        stops = sorted(self._stop(error, draw) for draw in _draws())
+        return Estimate(stops[_DRAWS // 2], stops[1], stops[-2])
 
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
@@ -61,15 +70,45 @@ class Law:
 
     def seconds_for(self, samples: Estimate) -> Estimate:
         """Return the time that so many samples a pixel take."""
-        doubt = math.log(samples.high / samples.value) / _Z95
-        return _interval(samples.value * self.seconds_per_sample, math.hypot(doubt, _SPEED_DOUBT))
+        above, below = (
+            math.exp(math.hypot(math.log(ratio), _Z95 * _SPEED_DOUBT))
+            for ratio in (samples.high / samples.value, samples.value / samples.low)
+        )
+        value = samples.value * self.seconds_per_sample
+        return Estimate(value, value / below, value * above)
 
-    def _seen(self, samples: int, level: float) -> Estimate:
-        """Return what a look is likely to see: its doubt grows with the level and falls with the error."""
-        value = self.error_at(samples).value
-        doubt = self.log_error_doubt * min(1.0, value / self.error) ** 0.75
-        factor = math.exp(min(NormalDist().inv_cdf(0.5 + 0.5 * level) * doubt, 700.0))
+    def _stop(self, error: float, draw: tuple[float, ...]) -> float:
+        """Return where one imagined render stops."""
+        looks, samples = Looks(), 0
+        while samples < _MOST_SAMPLES:
+            samples = looks.next
+            if looks.look(partial(self._seen, samples, draw), samples, error):
+                break
+        return float(samples)
+
+    def _seen(self, samples: int, draw: tuple[float, ...], level: float) -> Estimate:
+        """Return what a look sees; the pilot's samples are among those, and what chance made of them wears off."""
+        of_pilot, of_exponent, of_others = draw
+        growth = math.log(samples / self.samples)
+        kept = min(1.0, self.samples / samples)
+        chance = self._fresh(samples) * of_others - (1.0 - kept) * self._chance(self.samples) * of_pilot
+        exponent = self.exponent + self.exponent_doubt * of_exponent
+        value = self.error * math.exp(min(chance - exponent * growth, 700.0))
+        z = _NORMAL.inv_cdf(0.5 + 0.5 * level)
+        factor = math.exp(min(z / _Z95 * self._width(samples), 700.0))
         return Estimate(value, value / factor, value * factor)
+
+    def _width(self, samples: float) -> float:
+        return self.width * (samples / self.samples) ** -self.narrowing
+
+    def _chance(self, samples: float) -> float:
+        """Return the standard deviation of the logarithm of an estimate: half the variance of the whole interval's."""
+        return self._width(samples) / (_Z95 * math.sqrt(2.0))
+
+    def _fresh(self, samples: float) -> float:
+        """Return that of the part that the pilot's samples do not decide."""
+        kept = min(1.0, self.samples / samples)
+        return self._chance(samples) * math.sqrt(1.0 - kept * kept)
 
     def as_dict(self) -> dict[str, float]:
         """Return the law as JSON data."""
@@ -85,21 +124,40 @@ class Law:
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
-    The exponent is that of the last two octaves, weighed against what is known of the sampler.
+    The exponent is that of the last three octaves, weighed against what is known of the sampler.
     """
     last = max(errors)
-    first = min((n for n in errors if 4 * n >= last), default=last)
-    doubt = math.log(errors[last].high / errors[last].value) / _Z95
+    near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
+    widths = {n: math.log(errors[n].high / errors[n].value) for n in near}
     exponent, spread = _EXPONENTS[sampler]
-    if first < last:
-        growth = math.log(last / first)
-        seen = math.log(errors[first].value / errors[last].value) / growth
+    narrowing = 0.0
+    if len(near) > 1:
+        seen = -_slope({n: math.log(errors[n].value) for n in near})
+        narrowing = min(max(-_slope({n: math.log(max(widths[n], 1e-9)) for n in near}), 0.0), 0.5)
         # What is seen is in doubt by the errors at both ends, and, since the law bends, for what lies beyond them too.
-        weight = spread**2 / (2.0 * spread**2 + (2.0 * doubt / growth) ** 2)
+        chance = math.hypot(widths[near[0]], widths[last]) / (_Z95 * math.sqrt(2.0) * math.log(last / near[0]))
+        weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, 0.3), 1.0) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    rate = (seconds[last] - seconds.get(first, 0.0)) / (last - first) if first < last else seconds[last] / last
-    return Law(last, errors[last].value, doubt, exponent, spread, rate)
+    before = [n for n in near if 4 * n >= last and n < last]
+    first = before[0] if before else None
+    rate = seconds[last] / last if first is None else (seconds[last] - seconds[first]) / (last - first)
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate)
+
+
+def _slope(logs: Mapping[int, float]) -> float:
+    """Return the slope of the line through some logarithms, against those of their samples, by least squares."""
+    return linear_regression([math.log(n) for n in logs], list(logs.values())).slope
+
+
+@cache
+def _draws() -> tuple[tuple[float, ...], ...]:
+    """Return normal deviates in three dimensions, evenly spread (a lattice of rank 1: Roberts 2018)."""
+    root = 1.2207440846057596  # of x⁴ = x + 1
+    steps = [root**-k for k in (1, 2, 3)]
+    return tuple(
+        tuple(_NORMAL.inv_cdf((0.5 + number * step) % 1.0) for step in steps) for number in range(1, _DRAWS + 1)
+    )
 
 
 def _interval(value: float, log_doubt: float) -> Estimate:

@@ -90,44 +90,65 @@ def quote(
         raise ValueError("a quote takes an error or a time, one of them")
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     session = Session(scene, chosen, seed, threads, Limits(spp=FIRST_LOOK), progress)
-    pilot = Pilot(session, error, time)
+    pilot = Pilot(session, Limits(error=error, seconds=time))
     while True:
         for _ in session.passes:
-            pilot.pass_ended()
-        found = pilot.quote()
-        share = 2 * math.floor(0.5 * _PILOT_SHARE * found.spp.value)
-        if share <= session.passes.samples:
-            return found
-        session.passes.limits = Limits(spp=share)
+            if (found := pilot.pass_ended()) is not None:
+                return found
+        if session.passes.stopped_by == "interrupt":
+            raise KeyboardInterrupt
+        session.result("unfinished")  # raises if a sample went wrong
+        session.passes.limits = Limits(spp=pilot.due)
 
 
 class Pilot:
-    """Watches the first passes of a render, whose own it may be, and makes a quote of them."""
+    """Watches the first passes of a render, whose own it may be, and makes a quote of them.
 
-    def __init__(self, session: Session, error: float | None, time: float | None) -> None:
-        self._session, self._error, self._time = session, error, time
+    Parameters
+    ----------
+    limits
+        What is asked for: the error, or else the seconds, is quoted.
+    """
+
+    def __init__(self, session: Session, limits: Limits) -> None:
+        self._session, self._limits = session, limits
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
+        self.due = FIRST_LOOK
+        """Samples a pixel at which there may be a quote."""
 
-    def pass_ended(self) -> None:
-        """Note the error and the time after 2, 4, 8, … samples, and at the end of what was asked for."""
+    def pass_ended(self) -> Quote | None:
+        """Return the quote, if that was the pass that made the pilot a twentieth of the work.
+
+        The error and the time are noted after 2, 4, 8, … samples, half way between, and where a quote may be due;
+        raises `RenderError` if a quote is due and the pilot saw no light.
+        """
         passes = self._session.passes
-        if passes.samples.bit_count() == 1 or passes.samples == passes.limits.spp:
-            self._errors[passes.samples], self._seconds[passes.samples] = self._session.error(), passes.rendering
+        samples, due = passes.samples, passes.samples >= self.due
+        if due or _is_noted(samples):
+            self._errors[samples], self._seconds[samples] = self._session.error(), passes.rendering
+        if not due:
+            return None
+        found = self._quote()
+        work = min(found.spp.value, self._limits.spp or math.inf)
+        if self._limits.seconds is not None:
+            work = min(work, found.law.samples_in(self._limits.seconds).value)
+        self.due = 2 * math.floor(0.5 * _PILOT_SHARE * work)
+        return found if self.due <= samples else None
 
-    def quote(self) -> Quote:
-        """Return the quote by what was noted; raises `RenderError` if that is nothing."""
+    def _quote(self) -> Quote:
         last = self._errors[max(self._errors)]
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little to say how fast the error falls")
         law = fit(self._errors, self._seconds, self._session.strategy.sampler)
-        if self._error is not None:
-            spp = law.samples_until(self._error)
+        error, time = self._limits.error, self._limits.seconds
+        if error is not None:
+            spp = law.samples_until(error)
             seconds = law.seconds_for(spp)
         else:
-            assert self._time is not None
-            spp = law.samples_in(self._time)
-            seconds = Estimate(self._time, self._time, self._time)
+            assert time is not None
+            spp = law.samples_in(time)
+            seconds = Estimate(time, time, time)
         return Quote(
             seconds=seconds,
             spp=spp,
@@ -137,3 +158,7 @@ class Pilot:
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < law.error},
             pilot_seconds=self._session.passes.rendering,
         )
+
+
+def _is_noted(samples: int) -> bool:
+    return samples.bit_count() == 1 or (samples % 3 == 0 and (samples // 3).bit_count() == 1)

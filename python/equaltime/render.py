@@ -6,7 +6,6 @@ import math
 import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from equaltime.budget import FIRST_LOOK, Limits
+from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, RenderError, StrategyError
@@ -97,7 +96,8 @@ def render(
     checkpoint
         Where to save what is done so far (EXR), every ``checkpoint_every`` seconds.
     quoted
-        Called once, after the first 8 samples a pixel, with what the error or the time asked for will cost or bring.
+        Called once, after 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
+        cost or bring.
     without
         Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
         that makes, which a pilot measures.
@@ -155,7 +155,7 @@ def render(
         session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias, traps)
     watchers: list[Callable[[Session], object]] = []
     if quoted is not None and (error or time) and not session.passes.samples:
-        watchers.append(partial(_watch, Pilot(session, limits.error, None if error else time), quoted))
+        watchers.append(_Watch(Pilot(session, limits), quoted))
     if show is not None:
         watchers.append(partial(_show, show))
 
@@ -197,13 +197,23 @@ def _rest(error: float | None, bias: Estimate) -> float | None:
     return math.sqrt(error**2 - bias.high**2)
 
 
-def _watch(pilot: Pilot, quoted: Callable[[Quote], object], session: Session) -> None:
-    """Give the quote as soon as there is one; none, if the pilot saw too little."""
-    if session.passes.samples <= FIRST_LOOK:
-        pilot.pass_ended()
-    if session.passes.samples == FIRST_LOOK:
-        with suppress(RenderError):
-            quoted(pilot.quote())
+class _Watch:
+    """Gives the quote as soon as there is one; none, if the pilot saw too little."""
+
+    def __init__(self, pilot: Pilot, quoted: Callable[[Quote], object]) -> None:
+        self._pilot, self._quoted, self._done = pilot, quoted, False
+
+    def __call__(self, _: Session) -> None:
+        if self._done:
+            return
+        try:
+            found = self._pilot.pass_ended()
+        except RenderError:
+            self._done = True
+            return
+        if found is not None:
+            self._done = True
+            self._quoted(found)
 
 
 def _show(viewer: Viewer, session: Session) -> None:

@@ -1,0 +1,109 @@
+"""Whether quotes of samples hold: imagined renders whose errors fall by a known law, stopped by the real looks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+
+from equaltime.budget import FIRST_LOOK, Looks
+from equaltime.error_estimate import Estimate
+from equaltime.law import Law, fit
+
+TRIALS, MOST = 150, 40_000
+
+
+class Imagined:
+    """A render whose error falls as a power of the samples, with chance that wears off as samples come in.
+
+    Of what chance makes of the logarithm after n and N samples, n / N is the correlation.
+    """
+
+    def __init__(self, seed: int, exponent: float, spread: float) -> None:
+        rng = np.random.default_rng(seed)
+        self._exponent = exponent + 0.02 * rng.standard_normal()
+        self._spread = spread
+        counts = np.arange(1, MOST + 1)
+        self._chance = np.cumsum(np.sqrt(2.0 * counts - 1.0) * rng.standard_normal(MOST)) / counts
+
+    def error(self, samples: int, level: float = 0.95) -> Estimate:
+        """Return what it states after so many samples."""
+        chance = self._chance[min(samples, MOST) - 1] / math.sqrt(2.0)
+        value = samples**-self._exponent * math.exp(self._spread * float(chance))
+        factor = math.exp(self._spread * NormalDist().inv_cdf(0.5 + 0.5 * level))
+        return Estimate(value, value / factor, value * factor)
+
+
+def noted(upto: int) -> Iterator[int]:
+    """Give 2, 3, 4, 6, 8, 12, … doubled, as far as wanted."""
+    count = 2
+    while count < upto:
+        yield count
+        count = count * 3 // 2 if count.bit_count() == 1 and count > 2 else 2 ** count.bit_length()
+    yield upto
+
+
+def quoted(seed: int, target: float, exponent: float, spread: float) -> tuple[Law, Estimate]:
+    """Return the law of a pilot of a twentieth of the work, and the samples that it quotes."""
+    due, render = FIRST_LOOK, Imagined(seed, exponent, spread)
+    while True:
+        errors = {n: render.error(n) for n in noted(due)}
+        law = fit(errors, {n: 0.1 * n for n in errors}, "sobol")
+        samples = law.samples_until(target)
+        if samples.value / 20 <= due:
+            return law, samples
+        due = 2 * math.ceil(samples.value / 40)
+
+
+def stop(seed: int, target: float, exponent: float, spread: float) -> int:
+    """Return where the same render stops."""
+    render, looks = Imagined(seed, exponent, spread), Looks()
+    while not looks.look(partial(render.error, looks.next), looks.next, target):
+        pass
+    return looks.made[-1]
+
+
+CASES = [(0.03, 0.54, 0.03), (0.01, 0.56, 0.02), (0.05, 0.52, 0.15)]
+
+
+@pytest.mark.parametrize(("target", "exponent", "spread"), CASES)
+def test_quoted_intervals_hold_where_renders_stop(target: float, exponent: float, spread: float) -> None:
+    """At 95 %, fewer than 132 of 150 happen once in 3000 times."""
+    held = 0
+    for seed in range(TRIALS):
+        samples = quoted(seed, target, exponent, spread)[1]
+        held += samples.low <= stop(seed, target, exponent, spread) <= samples.high
+    assert held >= 132
+
+
+def test_intervals_of_half_the_doubts_would_be_seen_to_fail() -> None:
+    held, (target, exponent, spread) = 0, CASES[1]
+    for seed in range(TRIALS):
+        law, _ = quoted(seed, target, exponent, spread)
+        samples = replace(law, exponent_doubt=0.2 * law.exponent_doubt).samples_until(target)
+        held += samples.low <= stop(seed, target, exponent, spread) <= samples.high
+    assert held < 132
+
+
+def test_half_of_the_renders_stop_before_the_quote() -> None:
+    target, exponent, spread = CASES[0]
+    ratios = [stop(s, target, exponent, spread) / quoted(s, target, exponent, spread)[1].value for s in range(TRIALS)]
+    assert 0.9 < float(np.median(ratios)) < 1.1
+
+
+def test_a_quote_foretells_the_upper_limit_and_not_the_error() -> None:
+    """A wide interval needs samples until the limit is there."""
+    narrow = Law(8, 0.1, 0.02, 0.0, 0.5, 0.001, 1.0)
+    wide = replace(narrow, width=0.4)
+    ratio = wide.samples_until(0.02).value / narrow.samples_until(0.02).value
+    assert ratio == pytest.approx(math.exp(0.38 / 0.5), rel=0.15)
+
+
+def test_an_interval_that_narrows_asks_for_fewer() -> None:
+    wide = Law(8, 0.1, 0.4, 0.0, 0.5, 0.001, 1.0)
+    assert replace(wide, narrowing=0.3).samples_until(0.02).value < 0.8 * wide.samples_until(0.02).value
