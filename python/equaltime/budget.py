@@ -20,10 +20,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import NamedTuple
 
 from equaltime.error_estimate import Estimate
 
-__all__ = ["FIRST_LOOK", "Limits", "Looks"]
+__all__ = ["FIRST_LOOK", "Limits", "Look", "Looks"]
 
 FIRST_LOOK = 8
 """Samples per pixel before the error is looked at: less says too little."""
@@ -54,35 +55,67 @@ class Limits:
     """Upper limit of the image's error: 0.02 is 2 %."""
 
 
+class Look(NamedTuple):
+    """What a render saw of its error."""
+
+    samples: int
+    """A pixel."""
+    value: float
+    high: float
+    """The upper limit, at the level of this look."""
+
+
 class Looks:
     """The looks at the error of one render.
 
     Parameters
     ----------
     made
-        Sample counts at which it was looked before, by a render that is taken up.
+        By the render before, if it is taken up.
+    target
+        For which error they go on; may be told later (`aim`).
     """
 
-    def __init__(self, made: tuple[int, ...] = ()) -> None:
+    def __init__(self, made: tuple[Look, ...] = (), target: float | None = None) -> None:
         self.made = made
         self.last: Estimate | None = None
-        self._left = _CHANCE
-        for _ in made:
-            self._left -= _chance(_z(self._left))
-        self.next = _even(made[-1] * _GROWTH) if made else FIRST_LOOK
+        self._target: float | None = None
+        self._begin()
+        if target is not None:
+            self.aim(target)
+
+    def _begin(self) -> None:
+        self._left, self.next = _CHANCE, FIRST_LOOK
+        self.met = False
+        """Whether the last look found the target met."""
+
+    def aim(self, target: float) -> None:
+        """Go on for this target: as if all looks had been made for it."""
+        if target == self._target:
+            return
+        self._target = target
+        self._begin()
+        for look in self.made:
+            self._note(look, target)
 
     def look(self, error: Callable[[float], Estimate], samples: int, target: float) -> bool:
         """Look at the error at ``samples`` a pixel, given by its level; return whether it is surely at the target."""
-        self.made = (*self.made, samples)
-        z = _z(self._left)
-        self.last = error(2.0 * _NORMAL.cdf(z) - 1.0)
-        if self.last.value < _IDLE * target:
-            self._left -= _chance(z)
-        excess = self.last.high / target
+        self.aim(target)
+        self.last = error(2.0 * _NORMAL.cdf(_z(self._left)) - 1.0)
+        look = Look(samples, self.last.value, self.last.high)
+        self.made = (*self.made, look)
+        self._note(look, target)
+        return self.met
+
+    def _note(self, look: Look, target: float) -> None:
+        """Spend, and plan the next look."""
+        if look.value < _IDLE * target:
+            self._left -= _chance(_z(self._left))
+        excess = look.high / target
         law = _LIKELY_LAW if excess < _NEAR else _FASTEST_LAW
         growth = min(excess, _LONGEST_JUMP) ** (1.0 / law) if math.isfinite(excess) else _GROWTH
-        self.next = _even(samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
-        return self.last.high <= target
+        self.next = _even(look.samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
+        self.met = look.high <= target
 
 
 def _z(left: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
+from equaltime.budget import Look
 from equaltime.errors import ImageError, RenderError
 
 __all__ = ["Checkpoint"]
@@ -49,9 +51,15 @@ class Checkpoint:
         return float(self.record["seconds"])
 
     @property
-    def looks(self) -> tuple[int, ...]:
-        """Sample counts at which its error was looked at."""
-        return tuple(self.record["looks"])
+    def looks(self) -> tuple[Look, ...]:
+        """What it saw when it looked at its error; raises `RenderError` if it does not tell."""
+        try:
+            return tuple(
+                Look(int(samples), *(math.inf if number is None else float(number) for number in numbers))
+                for samples, *numbers in self.record["looks"]
+            )
+        except (TypeError, ValueError) as error:
+            raise RenderError(f"{self.path}: cannot be taken up: it does not tell what it saw of its error") from error
 
     @property
     def position(self) -> tuple[int, int, int]:

@@ -14,7 +14,7 @@ from typing import Any, Literal, Protocol
 
 from numpy.typing import NDArray
 
-from equaltime.budget import Limits, Looks
+from equaltime.budget import Limits, Look, Looks
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics
 from equaltime.result import StoppedBy
 
@@ -95,7 +95,7 @@ class Passes:
     limits
         When to stop; may be changed between passes.
     samples, looks
-        Of a render that is taken up: samples that every pixel has, and the counts at which it looked at its error.
+        Of a render that is taken up: samples that every pixel has, and what it saw when it looked at its error.
     hidden
         What black pixels may hide, for the error.
     """
@@ -108,7 +108,7 @@ class Passes:
         progress: ProgressCallback | None = None,
         clock: Callable[[], float] = time.perf_counter,
         samples: int = 0,
-        looks: tuple[int, ...] = (),
+        looks: tuple[Look, ...] = (),
         hidden: Callable[[PixelStatistics, float], float] | None = None,
     ) -> None:
         self.limits = limits
@@ -196,7 +196,7 @@ class Passes:
         if error is None or looks.last is None or not looks.last.known:
             return None
         growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
-        return max(looks.made[-1] * growth, self.samples + 1.0)
+        return max(looks.made[-1].samples * growth, self.samples + 1.0)
 
     def run(self) -> StoppedBy:
         """Run passes until a limit is met; say which."""
@@ -210,9 +210,11 @@ class Passes:
         if self._cancelled:
             return "interrupt"
         limits = self.limits
-        due = self.samples >= self._looks.next
-        if limits.error is not None and due and self._looks.look(self._error, self.samples, limits.error):
-            return "error"
+        if limits.error is not None:
+            self._looks.aim(limits.error)
+            due = self.samples >= self._looks.next
+            if self._looks.met or (due and self._looks.look(self._error, self.samples, limits.error)):
+                return "error"
         if limits.spp is not None and self.samples >= limits.spp:
             return "spp"
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images, preview
+from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, standard_error
 from equaltime.images import Window
 from equaltime.unseen import Unseen
@@ -126,8 +127,9 @@ class Result:
     origin: Origin
     moments: NDArray[Any] | None = None
     """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
-    looks: tuple[int, ...] = ()
-    """Sample counts at which the render looked at its error, to stop at a target."""
+    looks: tuple[Look, ...] = ()
+    """What the render saw when it looked at its error, to stop at a target: samples a pixel, the error, its upper
+    limit."""
     bias: Estimate | None = None
     """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
     position: tuple[int, int, int] | None = None
@@ -158,7 +160,7 @@ class Result:
             "stopped_by": self.stopped_by,
             "error": self.error.as_dict(),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
-            "looks": list(self.looks),
+            "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
             "seconds": self.stats.seconds,
             "phases": dict(self.stats.phases),
@@ -211,7 +213,7 @@ def make_result(
     stopped_by: StoppedBy,
     origin: Origin,
     moments: NDArray[Any] | None = None,
-    looks: tuple[int, ...] = (),
+    looks: tuple[Look, ...] = (),
     bias: Estimate | None = None,
     position: tuple[int, int, int] | None = None,
     hidden: Unseen | None = None,

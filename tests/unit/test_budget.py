@@ -30,7 +30,7 @@ def test_a_render_stops_soon_after_its_upper_limit_is_at_the_target(exponent: fl
     """An error that falls faster than was to be expected is passed by at most half."""
     looks = looked(falling(exponent), target)
     needed = max(target ** (-1.0 / exponent), FIRST_LOOK)
-    assert needed <= looks.made[-1] <= (1.5 if exponent > 0.75 else 1.25) * needed + 2
+    assert needed <= looks.made[-1].samples <= (1.5 if exponent > 0.75 else 1.25) * needed + 2
 
 
 def test_looks_are_few() -> None:
@@ -38,7 +38,7 @@ def test_looks_are_few() -> None:
 
 
 def test_it_is_the_upper_limit_that_counts() -> None:
-    assert looked(falling(0.5, spread=2.0), 0.1).made[-1] >= 400
+    assert looked(falling(0.5, spread=2.0), 0.1).made[-1].samples >= 400
 
 
 def test_an_unknown_error_is_looked_at_again_and_not_taken_for_none() -> None:
@@ -85,6 +85,25 @@ def test_the_chances_to_stop_wrongly_are_5_percent_in_all() -> None:
     normal = NormalDist()
     chances = [normal.cdf(-normal.inv_cdf(0.5 + 0.5 * level) / math.sqrt(2.0)) ** 2 for level in levels]
     assert 0.049 < sum(chances) <= 0.05
+
+
+def test_a_render_that_is_taken_up_goes_on_with_its_looks() -> None:
+    whole = looked(falling(0.55), 0.01)
+    taken_up = Looks(whole.made[:3], 0.01)
+    assert taken_up.next == whole.made[3].samples
+    while not taken_up.look(lambda _: falling(0.55)(taken_up.next), taken_up.next, 0.01):
+        pass
+    assert taken_up.made == whole.made
+    assert Looks(whole.made, 0.01).met
+
+
+def test_another_target_goes_on_as_if_all_looks_had_been_made_for_it() -> None:
+    looks, alone = looked(falling(0.5), 0.05), looked(falling(0.5), 0.02)
+    assert not looks.look(lambda _: falling(0.5)(looks.next), looks.next, 0.02)
+    assert not looks.met
+    looks.aim(0.08)
+    assert looks.met
+    assert len(alone.made) <= len(looks.made) + 3
 
 
 def wrong_stops(

@@ -68,6 +68,29 @@ def test_a_render_that_ctrl_c_cut_within_a_pass_is_taken_up(scene: et.Scene, tmp
     assert same_moments(et.render(scene, spp=spp, resume=tmp_path / "a.exr"), et.render(scene, spp=spp))
 
 
+def test_a_render_to_an_error_that_was_cut_stops_where_one_stops_that_never_was(
+    scene: et.Scene, tmp_path: Path
+) -> None:
+    whole = et.render(scene, error=0.04)
+    assert len(whole.looks) >= 3
+    between = (whole.looks[1].samples + whole.looks[2].samples) // 4 * 2
+
+    def interrupt(progress: Progress) -> None:
+        if progress.samples >= between:
+            raise KeyboardInterrupt
+
+    cut = et.render(scene, error=0.04, progress=interrupt)
+    assert cut.stopped_by == "interrupt"
+    cut.save(tmp_path / "a.exr")
+    taken_up = et.render(scene, error=0.04, resume=tmp_path / "a.exr")
+    assert same_moments(taken_up, whole)
+    assert taken_up.looks == whole.looks
+    taken_up.save(tmp_path / "a.exr")
+    again = et.render(scene, error=0.04, resume=tmp_path / "a.exr")
+    assert same_moments(again, whole), "nothing is left to do"
+    assert again.stopped_by == "error"
+
+
 def test_a_target_that_is_behind_renders_nothing_more(scene: et.Scene, tmp_path: Path) -> None:
     result = et.render(scene, spp=12)
     result.save(tmp_path / "a.exr")

@@ -65,7 +65,7 @@ def stop(seed: int, target: float, exponent: float, spread: float) -> int:
     render, looks = Imagined(seed, exponent, spread), Looks()
     while not looks.look(partial(render.error, looks.next), looks.next, target):
         pass
-    return looks.made[-1]
+    return looks.made[-1].samples
 
 
 CASES = [(0.03, 0.54, 0.03), (0.01, 0.56, 0.02), (0.05, 0.52, 0.15)]
