@@ -17,9 +17,9 @@ _Z95 = 1.960
 _NORMAL = NormalDist()
 # What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
 # samples have ½ exactly, but for the finite sample of the pilot; the others are assumed, between ½ and the ¾ of edges.
-_EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.52, 0.03), "sobol": (0.54, 0.04)}
+_EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13)}
 # By how much the exponent beyond the pilot differs from that within: a standard deviation.
-_BEND = {"independent": 0.005, "stratified": 0.04, "sobol": 0.05}
+_BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06}
 # Of the logarithm of the speed, from the pilot to the end, on a machine whose load stays the same: assumed.
 _SPEED_DOUBT = 0.03
 _MOST_SAMPLES = 2.0**40
@@ -99,7 +99,7 @@ class Law:
         return Estimate(value, value / factor, value * factor)
 
     def _width(self, samples: float) -> float:
-        return self.width * (samples / self.samples) ** -self.narrowing
+        return self.width * math.pow(samples / self.samples, -self.narrowing)
 
     def _chance(self, samples: float) -> float:
         """Return the standard deviation of the logarithm of an estimate: half the variance of the whole interval's."""

@@ -15,18 +15,19 @@ from equaltime.budget import FIRST_LOOK, Looks
 from equaltime.error_estimate import Estimate
 from equaltime.law import Law, fit
 
-TRIALS, MOST = 150, 40_000
+TRIALS, MOST = 80, 40_000
 
 
 class Imagined:
-    """A render whose error falls as a power of the samples, with chance that wears off as samples come in.
+    """A render whose error falls nearly as a power of the samples, with chance that wears off as samples come in.
 
-    Of what chance makes of the logarithm after n and N samples, n / N is the correlation.
+    From octave to octave the exponent rises or falls a little. Of what chance makes of the logarithm after n and N
+    samples, n / N is the correlation.
     """
 
     def __init__(self, seed: int, exponent: float, spread: float) -> None:
         rng = np.random.default_rng(seed)
-        self._exponent = exponent + 0.02 * rng.standard_normal()
+        self._exponent, self._bend = exponent + 0.05 * rng.uniform(-1.0, 1.0), 0.03 * rng.uniform(-1.0, 1.0)
         self._spread = spread
         counts = np.arange(1, MOST + 1)
         self._chance = np.cumsum(np.sqrt(2.0 * counts - 1.0) * rng.standard_normal(MOST)) / counts
@@ -34,7 +35,9 @@ class Imagined:
     def error(self, samples: int, level: float = 0.95) -> Estimate:
         """Return what it states after so many samples."""
         chance = self._chance[min(samples, MOST) - 1] / math.sqrt(2.0)
-        value = samples**-self._exponent * math.exp(self._spread * float(chance))
+        growth = math.log(samples / 8)
+        fallen = (self._exponent + 0.5 * self._bend * min(growth, 6.0)) * growth
+        value = 0.3 * math.exp(self._spread * float(chance) - fallen)
         factor = math.exp(self._spread * NormalDist().inv_cdf(0.5 + 0.5 * level))
         return Estimate(value, value / factor, value * factor)
 
@@ -68,26 +71,26 @@ def stop(seed: int, target: float, exponent: float, spread: float) -> int:
     return looks.made[-1].samples
 
 
-CASES = [(0.03, 0.54, 0.03), (0.01, 0.56, 0.02), (0.05, 0.52, 0.15)]
+CASES = [(0.03, 0.54, 0.03), (0.01, 0.6, 0.02), (0.05, 0.54, 0.15)]
 
 
 @pytest.mark.parametrize(("target", "exponent", "spread"), CASES)
 def test_quoted_intervals_hold_where_renders_stop(target: float, exponent: float, spread: float) -> None:
-    """At 95 %, fewer than 132 of 150 happen once in 3000 times."""
+    """At 95 %, fewer than 68 of 80 happen once in 3000 times."""
     held = 0
     for seed in range(TRIALS):
         samples = quoted(seed, target, exponent, spread)[1]
         held += samples.low <= stop(seed, target, exponent, spread) <= samples.high
-    assert held >= 132
+    assert held >= 68
 
 
-def test_intervals_of_half_the_doubts_would_be_seen_to_fail() -> None:
+def test_intervals_of_a_quarter_of_the_doubt_about_the_exponent_would_be_seen_to_fail() -> None:
     held, (target, exponent, spread) = 0, CASES[1]
     for seed in range(TRIALS):
         law, _ = quoted(seed, target, exponent, spread)
-        samples = replace(law, exponent_doubt=0.2 * law.exponent_doubt).samples_until(target)
+        samples = replace(law, exponent_doubt=0.25 * law.exponent_doubt).samples_until(target)
         held += samples.low <= stop(seed, target, exponent, spread) <= samples.high
-    assert held < 132
+    assert held < 68
 
 
 def test_half_of_the_renders_stop_before_the_quote() -> None:
