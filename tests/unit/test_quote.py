@@ -31,7 +31,7 @@ def test_the_law_is_found_again(exponent: float) -> None:
 
 def test_a_rough_pilot_leaves_the_exponent_to_what_is_known_of_the_sampler() -> None:
     law = fit(observed(0.9, 0.3), {2: 1.0, 4: 2.0, 8: 3.0}, "sobol")
-    assert 0.55 < law.exponent < 0.65
+    assert 0.55 < law.exponent < 0.7
 
 
 def test_independent_samples_have_their_exponent_whatever_the_pilot_shows() -> None:
