@@ -38,10 +38,8 @@ _IDLE = 2.0
 _GROWTH = 1.15
 _LONGEST_JUMP = 8.0
 # Errors fall as n^-0.5 for independent samples and up to about n^-0.75 for low-discrepancy ones where the picture has
-# edges. From afar the target is not expected before the faster law says so; near by a likely one saves looks.
+# edges: the target is not expected before the faster law says so, since looks cost less than samples beyond it.
 _FASTEST_LAW = 0.75
-_LIKELY_LAW = 0.6
-_NEAR = 2.0
 _NORMAL = NormalDist()
 
 
@@ -112,8 +110,7 @@ class Looks:
         if look.value < _IDLE * target:
             self._left -= _chance(_z(self._left))
         excess = look.high / target
-        law = _LIKELY_LAW if excess < _NEAR else _FASTEST_LAW
-        growth = min(excess, _LONGEST_JUMP) ** (1.0 / law) if math.isfinite(excess) else _GROWTH
+        growth = min(excess, _LONGEST_JUMP) ** (1.0 / _FASTEST_LAW) if math.isfinite(excess) else _GROWTH
         self.next = _even(look.samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
         self.met = look.high <= target
 

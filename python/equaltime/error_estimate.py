@@ -30,9 +30,12 @@ __all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "st
 Floats = NDArray[np.float64]
 
 # What making the reference R from the noisy image itself does to the error, as standard deviations of its logarithm,
-# measured against converged images of 16x16 to 96x96 pixels: of how far it moves as R leans all the way from a pixel's
-# mean to the darker of its replicates; times the noise, where R is all the local mean; and at least.
-_LEANING, _SMOOTH, _LEAST_DOUBT = 0.35, 0.15, 0.01
+# measured against converged images of 16x16 to 96x96 pixels, for how far the error may lie above and below the
+# estimate: of how far it moves as R leans all the way from a pixel's mean to the darker of its replicates (above only
+# where few pixels make the noise, which is skewed then); times the noise, where R is all the local mean; and at least.
+_LEANING_ABOVE, _LEANING_BELOW = 0.35, 0.25
+_SMOOTH_ABOVE, _SMOOTH_BELOW = 0.2, 0.15
+_LEAST_DOUBT = 0.01
 _Z95 = 1.960
 _MANY = 300.0
 
@@ -146,7 +149,7 @@ def image_error(
     is formed on the logarithm from the variance of the estimate, that of the realised error (the square of a Gaussian
     varies by twice its mean's square, and no less than its estimate from two replicates does), and the doubt about the
     reference. Few effective contributions call for Student's t. The doubt is no matter of chance: it does not grow with
-    the level.
+    the level, and differs for both sides, since a reference that leans to the dark overestimates more than it misses.
 
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
@@ -168,7 +171,7 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved, doubt = _contributions(pixels, sizes, m)
+    contributions, moved, leant, smooth = _contributions(pixels, sizes, m)
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
@@ -180,9 +183,14 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     tail = tail_of_one(contributions)
     if effective < 1.0:
         return Estimate(value, 0.0, math.inf, tail.doubt)
-    chance = _quantile(level, effective) * 0.5 * math.sqrt(estimated + realised)
-    factor = math.exp(math.hypot(chance, _Z95 * doubt))
-    return Estimate(value, value / factor, value * factor, tail.doubt)
+    deviation = 0.5 * math.sqrt(estimated + realised)
+    chance = _quantile(level, effective) * deviation
+    # of even noise in two replicates, the deviation is one over the root of the number of pixels
+    skewed = min(max(0.5 * (deviation * math.sqrt(contributions.size) - 1.0), 0.0), 1.0)
+    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, _LEAST_DOUBT)
+    below = math.hypot(_LEANING_BELOW * leant, _SMOOTH_BELOW * smooth, _LEAST_DOUBT)
+    low, high = math.exp(-math.hypot(chance, _Z95 * below)), math.exp(math.hypot(chance, _Z95 * above))
+    return Estimate(value, value * low, value * high, tail.doubt)
 
 
 def _quantile(level: float, degrees: float) -> float:
@@ -194,12 +202,13 @@ def _quantile(level: float, degrees: float) -> float:
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
-def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float]:
-    """Return each pixel's part of error², (H, W), and two things about the denominators.
+def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float, float]:
+    """Return each pixel's part of error², (H, W), and three things about the denominators.
 
     The first is the variance per pixel that their noise adds. By the delta method: pixel j moves the local means around
     it, and m, by its own noise; all contributions there share that. Both derivatives have one sign, so the parts add up
-    in absolute value. The second is the doubt about R, the standard deviation of the logarithm of the error.
+    in absolute value. The others are how far R's lean moves the logarithm of the error, and the share of the error,
+    weighed by the noise, where R is the local mean.
     """
     contributions = np.empty(pixels.samples.shape)
     even = bool((pixels.samples == pixels.samples.flat[0]).all())
@@ -232,8 +241,7 @@ def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Fl
     influence = 0.02 * m * slopes / pixels.mean.size
     total = locals_squared + 2.0 * influence * crossed + influence**2 * errors_squared
     whole = max(3.0 * float(contributions.sum()), np.finfo(np.float64).tiny)
-    doubt = math.sqrt(_LEANING**2 * (leant / whole) ** 2 + _SMOOTH**2 * (smooth / whole) ** 2 + _LEAST_DOUBT**2)
-    return contributions, total / contributions.size, doubt
+    return contributions, total / contributions.size, leant / whole, smooth / whole
 
 
 def _dot(a: Floats, b: Floats) -> float:
