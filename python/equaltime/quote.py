@@ -1,15 +1,18 @@
 """Quotes: what an error will cost in time, or what error a time will buy, from a short pilot.
 
 The pilot, N samples a pixel, gives the error at its end, the exponent by which it falls (`equaltime.law`) and the time
-of a sample. Intervals are at 95 %, formed on logarithms: the doubt about the error, about the exponent (which counts
-for more the farther the target is from the pilot) and about the speed of the machine.
+of a sample. Intervals are at 95 %: what chance makes of the error, the doubt about the exponent (which counts for more
+the farther the target is from the pilot) and about the speed of the machine. Of low-discrepancy samples the exponent
+beyond the pilot differs by 0.06 (a standard deviation) from that within, whatever the pilot saw. So a pilot of a
+twentieth of the work leaves 0.3 to the logarithm of the samples: within 20 % are about half of such quotes; nine of ten
+would take a pilot of a third. Heavy tails leave more, and the quote says so.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from equaltime.budget import FIRST_LOOK, Limits
@@ -39,7 +42,7 @@ class Quote:
     spp: Estimate
     """Samples per pixel."""
     error: Estimate
-    """Of the image at the end."""
+    """Of the image at the end; in doubt if the pilot's error was (`equaltime.tails`)."""
     memory: int
     """Bytes of the scene and its film at the peak."""
     law: Law
@@ -152,7 +155,7 @@ class Pilot:
         return Quote(
             seconds=seconds,
             spp=spp,
-            error=law.error_at(spp.value),
+            error=replace(law.error_at(spp.value), doubt=last.doubt),
             memory=self._session.scene_bytes + self._session.passes.pixels * _BYTES_PER_PIXEL,
             law=law,
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < law.error},

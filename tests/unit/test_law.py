@@ -104,7 +104,8 @@ def test_a_quote_foretells_the_upper_limit_and_not_the_error() -> None:
     narrow = Law(8, 0.1, 0.02, 0.0, 0.5, 0.001, 1.0)
     wide = replace(narrow, width=0.4)
     ratio = wide.samples_until(0.02).value / narrow.samples_until(0.02).value
-    assert ratio == pytest.approx(math.exp(0.38 / 0.5), rel=0.15)
+    assert ratio == pytest.approx(math.exp(0.38 / 0.5), rel=0.3)
+    assert ratio > 1.5
 
 
 def test_an_interval_that_narrows_asks_for_fewer() -> None:

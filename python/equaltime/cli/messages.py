@@ -50,7 +50,8 @@ def print_quote(quote: Quote) -> None:
     limits = f" [{duration(seconds.low)}, {duration(seconds.high)}]" if seconds.high > seconds.low else ""
     print(
         f"quote: error {percent(error.value)} [{percent(error.low)}, {percent(error.high)}] "
-        f"in {duration(seconds.value)}{limits}, {spp.value:.3g} spp [{spp.low:.3g}, {spp.high:.3g}]",
+        f"in {duration(seconds.value)}{limits}, {spp.value:.3g} spp [{spp.low:.3g}, {spp.high:.3g}]"
+        f"{f' (in doubt: {error.doubt})' if error.doubt else ''}",
         flush=True,
     )
 

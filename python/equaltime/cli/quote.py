@@ -80,6 +80,8 @@ def _print(found: Quote) -> None:
     table.add_row("time", _range(found.seconds, duration))
     table.add_row("samples per pixel", _range(found.spp, "{:.3g}".format))
     table.add_row("error", _range(found.error, percent))
+    if found.error.doubt:
+        table.add_row("in doubt", found.error.doubt)
     table.add_row("memory", f"{found.memory / 1e6:.3g} MB")
     speed = duration(law.seconds_per_sample)
     exponent = f"{law.exponent:.2f} ± {1.96 * law.exponent_doubt:.2f}"
