@@ -51,14 +51,19 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("variants", nargs="*", default=list(VARIANTS), metavar="VARIANT")
     parser.add_argument("--scenes", nargs="+", default=list(map(str, SHIPPED)))
+    parser.add_argument("--builds", type=Path, help="folder to keep the builds in, and to take them from")
+    parser.add_argument("--build-only", action="store_true", help="time nothing")
     options = parser.parse_args()
-    print_conditions(options)
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        folder_of = {name: Path(folder) / name for name in ("this", *options.variants)}
+    with ExitStack() as stack:
+        folder = options.builds or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        folder_of = {name: folder / name for name in ("this", *options.variants)}
         files = {name: build(VARIANTS.get(name, Variant({})), place) for name, place in folder_of.items()}
+        if options.build_only:
+            return
+        print_conditions(options)
         cores = {name: stack.enter_context(Worker("core_worker.py", ["--core", file])) for name, file in files.items()}
         for scene in options.scenes:
-            compare(scene, cores, options, str(Path(folder) / "image.npy"))
+            compare(scene, cores, options, str(folder / "image.npy"))
 
 
 def compare(scene: str, cores: dict[str, Worker], options: Any, image: str) -> None:

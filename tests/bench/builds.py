@@ -1,7 +1,8 @@
-"""Other builds of the core: with other CMake options, or with an edit to the source, made in a temporary folder."""
+"""Other builds of the core: with other CMake options, or with an edit to the source, each in a folder of its own."""
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 import subprocess
@@ -23,7 +24,27 @@ class Variant:
 
 
 def build(variant: Variant, folder: Path) -> str:
-    """Build the Python module in ``folder`` and return its file."""
+    """Build the Python module in ``folder`` and return its file, unless it is there, of these sources."""
+    stamp, now = folder / "stamp", stamp_of(variant)
+    if not stamp.is_file() or stamp.read_text() != now:
+        shutil.rmtree(folder, ignore_errors=True)
+        made(variant, folder)
+        stamp.write_text(now)
+    (module,) = (folder / "build").glob(f"_core*{sysconfig.get_config_var('EXT_SUFFIX')}")
+    return str(module)
+
+
+def stamp_of(variant: Variant) -> str:
+    """Return what a build depends on, as a digest."""
+    files = [REPOSITORY / "CMakeLists.txt", *sorted((REPOSITORY / "cpp").rglob("*.[hc]*"))]
+    texts = [
+        path.read_bytes() for path in files if path.is_file() and "tests" not in path.relative_to(REPOSITORY).parts
+    ]
+    return hashlib.sha256(b"\0".join([*texts, repr(variant).encode(), sys.executable.encode()])).hexdigest()
+
+
+def made(variant: Variant, folder: Path) -> None:
+    """Copy the sources, edit them and build."""
     source = folder / "source"
     shutil.copytree(REPOSITORY / "cpp", source / "cpp", ignore=shutil.ignore_patterns("tests"))
     shutil.copy(REPOSITORY / "CMakeLists.txt", source)
@@ -48,5 +69,3 @@ def build(variant: Variant, folder: Path) -> str:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise SystemExit(f"{' '.join(command)} failed:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-    (module,) = binary.glob(f"_core*{sysconfig.get_config_var('EXT_SUFFIX')}")
-    return str(module)
