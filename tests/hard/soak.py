@@ -1,14 +1,14 @@
 """Soak: a great many samples of the shipped scenes, hard ones first of all: python -m tests.hard.soak [--samples 1e9].
 
-Each scene is rendered again and again with other seeds. Of all samples none may be NaN or infinite; memory may not grow
-after the first quarter; and the mean of the second half of the renders is that of the first, by Welch's test at one
-level of 0.1 % over all scenes. Ends with 1 if anything of this fails. About ten minutes a thousand million samples on
-two quiet processors.
+Each scene is rendered again and again with other seeds, all for about as long. Of all samples none may be NaN or
+infinite; memory may not grow after the first quarter; and the mean of the second half of the renders is that of the
+first, by Welch's test at one level of 0.1 % over all scenes. Ends with 1 if anything of this fails.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -78,19 +78,33 @@ def resident_bytes() -> int:
     return pages * 4096
 
 
-def soak(path: Path, samples: int, threads: int = 0) -> Soaked:
-    """Render a scene until it has had so many samples in all."""
+def prepared(path: Path) -> tuple[_core.Scene, _core.Settings]:
+    """Load a scene as it is rendered here."""
     scene = et.load(path)
     width, height = (max(1, round(n * SIZE / max(scene.size))) for n in scene.size)
-    scene = scene.with_(size=(width, height))
     depth = scene.max_depth if scene.max_depth > 0 else DEPTH
-    settings = _core.Settings(lights="tree", max_depth=depth)
+    return scene.with_(size=(width, height)).core, _core.Settings(lights="tree", max_depth=depth)
+
+
+def speed(path: Path) -> float:
+    """Return samples in a second of one processor, by a few samples a pixel."""
+    core, settings = prepared(path)
+    renderer = _core.Renderer(core, settings, threads=1)
+    begin = time.process_time()
+    renderer.advance(2)
+    return 2.0 * math.prod(core.film_shape) / (time.process_time() - begin)
+
+
+def soak(path: Path, samples: int, threads: int = 0) -> Soaked:
+    """Render a scene until it has had so many samples in all."""
+    core, settings = prepared(path)
+    height, width = core.film_shape
     spp = max(2, samples // (width * height * LEAST_ROUNDS))
     rounds = max(LEAST_ROUNDS, min(samples // (width * height * spp), 256))
     means, resident, nonfinite = [], [], 0
     begin = time.perf_counter()
     for seed in range(rounds):
-        renderer = _core.Renderer(scene.core, settings, seed=seed, threads=threads)
+        renderer = _core.Renderer(core, settings, seed=seed, threads=threads)
         renderer.advance(spp)
         means.append(float(renderer.moments["mean"].mean()))
         nonfinite += renderer.counters["nonfinite"]
@@ -105,9 +119,10 @@ def main() -> int:
     parser.add_argument("--threads", type=int, default=0, help="worker threads; 0: one a processor [%(default)s]")
     options = parser.parse_args()
     paths = list(shipped())
+    speeds = [speed(path) for path in paths]
     total, failed = 0, 0
-    for path in paths:
-        found = soak(path, round(options.samples / len(paths)), options.threads)
+    for path, fast in zip(paths, speeds, strict=True):
+        found = soak(path, round(options.samples * fast / sum(speeds)), options.threads)
         total += found.samples
         failed += not (good := found.passes(LEVEL / len(paths)))
         print(
