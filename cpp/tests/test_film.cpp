@@ -49,9 +49,21 @@ TEST("mean and squared deviations are right far from zero, where a sum of square
   CHECK(m.count == values.size());
   CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.mean[1], 2 * exact.mean, 1e-14));
   CHECK(close(m.m2[0], exact.m2, 1e-7) && close(m.m2[1], 4 * exact.m2, 1e-7) && m.m2[2] == m.m2[0]);
-  float square_sum = 0, sum = 0;
+  float square_sum = 0, sum = 0;  // the twin
   for (const float v : values) square_sum += v * v, sum += v;
   CHECK(!close(static_cast<double>(square_sum - sum * sum / static_cast<float>(values.size())), exact.m2, 0.1));
+}
+
+TEST("a hundred million samples of one value have that value for a mean, and no spread (E1)") {
+  PixelMoments m;
+  float sum = 0;
+  for (int i = 0; i < 100'000'000; ++i) {
+    m.add(Spectrum(0.1F), 1);
+    sum += 0.1F;
+  }
+  CHECK(m.count == 100'000'000);
+  for (int c = 0; c < 3; ++c) CHECK(m.mean[c] == static_cast<double>(0.1F) && m.m2[c] == 0);
+  CHECK(sum < 0.3F * 1e7F);  // the twin: where a sum in float32 stops growing
 }
 
 TEST("moments of parts merge to those of the whole, in any grouping") {

@@ -139,6 +139,7 @@ TEST("no light that lights a receiver is ever left out") {
 }
 
 TEST("the same search finds light lost by a cone half a degree off, and by a sphere a twentieth too small") {
+  // The twin of the test above.
   Random random(6);
   const std::vector<AnyLight> lights = random_lights(random, 50, 0.3);
   std::vector<EmitterBounds> tilted = bounds_of(lights), shrunk = tilted;

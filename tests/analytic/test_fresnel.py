@@ -103,6 +103,29 @@ def test_dielectrics_reflect_as_often_as_fresnels_equations_say(ior: float, fron
     assert (np.abs(1.001 * got - exact) > tolerance).mean() > 0.7, "the twin"
 
 
+@pytest.mark.parametrize("ior", [1.5, 2.4, 1.1])
+def test_within_an_ulp_of_total_reflection_nothing_is_lost(ior: float) -> None:
+    """R + T = 1 for cosines next to the limit, R = 1 behind it; the usual root is no number there (S17)."""
+    n = np.float32(ior)
+    limit = np.float32(np.sqrt((np.float64(n) ** 2 - 1) / np.float64(n) ** 2))
+    cosines = limit.view(np.int32) + np.arange(-40, 41, dtype=np.int32)
+    z = cosines.view(np.float32).astype(float)
+    wo = np.stack([np.sqrt(1 - z * z), 0 * z, z], axis=-1)
+    builder = _core.SceneBuilder()
+    builder.add_dielectric(ior, [1, 1, 1], [1, 1, 1])
+    scene = compile_bsdfs(builder)
+    total = np.float32(1) / n * np.float32(1) / n - 1 + z * z < -8 * ROUNDOFF
+    for u in (0.0, 0.5, 1.0 - ROUNDOFF):
+        drawn = parts.sample_bsdf(scene, 0, wo, np.full_like(wo, u), False)
+        assert drawn["valid"].all()
+        assert np.abs(drawn["weight"] / drawn["radiance_scale"][:, None] - 1).max() < 4 * ROUNDOFF
+        assert np.abs(np.linalg.norm(drawn["wi"], axis=1) - 1).max() < 4 * ROUNDOFF
+        assert (drawn["wi"][total, 2] > 0).all()
+    with np.errstate(invalid="ignore"):
+        naive = np.sqrt(np.float32(1) - n * n * (np.float32(1) - (z * z).astype(np.float32)))
+    assert np.isnan(naive).any(), "the twin"
+
+
 def test_the_equations_as_they_stand_are_seen_to_lose_their_digits() -> None:
     """The twin in float32: next to 1 the reflectance is a difference of nearly equal cosines."""
     c, n = directions(COSINES)[:, 2].astype(np.float32), np.float32(1.0001)

@@ -9,7 +9,17 @@ from math import isqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["cross", "dot", "fractions", "meet_plane", "meet_sphere", "roundings", "traced", "unit_normal"]
+__all__ = [
+    "cross",
+    "dot",
+    "fractions",
+    "meet_plane",
+    "meet_sphere",
+    "roundings",
+    "textbook_sphere",
+    "traced",
+    "unit_normal",
+]
 
 Array = NDArray[np.float64]
 Vector = Sequence[Fraction]
@@ -68,6 +78,20 @@ def meet_sphere(origin: ArrayLike, direction: ArrayLike, center: ArrayLike, radi
         return None
     times = [t for t in ((-half_b - root(discriminant)) / a, (-half_b + root(discriminant)) / a) if t > 0]
     return np.array([float(x) for x in along(o, d, times[0])]) if times else None
+
+
+def textbook_sphere(directions: Array, center: Array, radius: float) -> Array:
+    """Return where unit rays (N, 3) from the origin first meet a sphere by the textbook's quadratic in float32.
+
+    NaN where that finds no point.
+    """
+    d, c = directions.astype(np.float32), center.astype(np.float32)
+    b = (d * c).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(b * b - ((c * c).sum() - np.float32(radius) ** 2))
+    t = np.where(b > root, b - root, b + root)
+    points: Array = (t[:, None] * d).astype(np.float64)
+    return points
 
 
 def traced(directions: Array) -> Array:

@@ -6,6 +6,7 @@ Each has its twin beside it: the bad formula in single precision, or the fix und
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -71,19 +72,30 @@ def test_S16_glass_of_an_index_next_to_one_is_hardly_there() -> None:  # noqa: N
         assert seen(1 - off) == pytest.approx(1.0, abs=1e-6)
 
 
-def sky(radiance: float, add_ball: bool = True) -> _core.Scene:
+SKIES: dict[str, Callable[[_core.SceneBuilder, float], object]] = {
+    "one texel": lambda b, on: b.add_image_environment(np.full((1, 1, 3), on, np.float32), 1.0, np.eye(4)),
+    "scaled": lambda b, on: b.add_image_environment(np.ones((4, 8, 3), np.float32), on, np.eye(4)),
+    "constant": lambda b, on: b.add_constant_environment([on] * 3),
+}
+
+
+def ball_in(sky: str, on: float) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
-        if add_ball:
-            b.add_sphere([0, 0, 5], 1.0, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
-        b.add_image_environment(np.full((1, 1, 3), radiance, np.float32), 1.0, np.eye(4))
+        b.add_sphere([0, 0, 5], 1.0, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
+        SKIES[sky](b, on)
 
     return build(add, size=(8, 8))
 
 
+@pytest.mark.parametrize("sky", SKIES)
 @pytest.mark.parametrize("technique", ["bsdf", "light", "mis", "mixture", "uniform"])
-def test_S20_a_black_sky_of_one_texel_is_black(technique: str) -> None:  # noqa: N802
-    assert render(sky(0.0), 8, technique=technique)["mean"].max() == 0.0
-    assert render(sky(1.0), 8, technique=technique)["mean"].max() > 0.9, "the twin"
+def test_S20_a_black_sky_is_black_and_calls_for_nothing(technique: str, sky: str) -> None:  # noqa: N802
+    black, white = ball_in(sky, 0.0), ball_in(sky, 1.0)
+    assert render(black, 8, technique=technique)["mean"].max() == 0.0
+    assert not black.effects()["environment"]
+    assert black.lights == 0
+    assert render(white, 8, technique=technique)["mean"].max() > 0.9, "the twin"
+    assert white.effects()["environment"]
 
 
 def test_S20_shares_of_nothing_are_not_numbers() -> None:  # noqa: N802
@@ -109,6 +121,19 @@ def lamps(dark: int) -> _core.Scene:
             )
 
     return build(add, camera=looking([0.1, 0.2, 3], [0, 0, 0]), fov=20, size=(8, 8))
+
+
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
+def test_S21_ten_thousand_lamps_that_are_off_are_no_lights(lights: str) -> None:  # noqa: N802
+    """They stand aside, and change neither a bit of the image nor a ray of its cost."""
+    few, many = lamps(1), lamps(10_000)
+    assert few.lights == many.lights == 1
+    cost = {}
+    for scene in (few, many):
+        renderer = _core.Renderer(scene, _core.Settings(technique="light", lights=lights), seed=1)
+        renderer.advance(8)
+        cost[scene] = renderer.counters | {"moments": renderer.moments.tobytes()}
+    assert cost[few] == cost[many]
 
 
 @pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
@@ -149,6 +174,13 @@ def test_T08_radiance_within_glass_is_as_many_times_larger_as_its_index_squared(
     assert np.abs(et.render(outside, spp=16).image - 1).max() < 2e-6, "the twin: not so outside"
 
 
+@pytest.mark.parametrize("index", [0.0, -1.5, float("nan"), float("inf")])
+def test_T12_an_index_that_is_none_is_refused_with_its_value(index: float) -> None:  # noqa: N802
+    ball = {"type": "sphere", "bsdf": {"type": "dielectric", "int_ior": index}}
+    with pytest.raises(et.SceneError, match="int_ior"):
+        et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "ball": ball})
+
+
 @pytest.mark.parametrize("albedo", [1.0000001, 2.0, -0.1])
 def test_T12_more_light_than_came_in_is_refused_with_its_value(albedo: float) -> None:  # noqa: N802
     ball = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": albedo}}
@@ -156,6 +188,7 @@ def test_T12_more_light_than_came_in_is_refused_with_its_value(albedo: float) ->
         et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "ball": ball})
     ball["bsdf"] = {"type": "diffuse", "reflectance": 1.0}
     et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "ball": ball})
+    assert sum(2.0**bounce for bounce in range(100)) > 1e29, "the twin: what a furnace of two would make of a hundred"
 
 
 def test_E01_a_million_equal_samples_have_their_own_value_for_a_mean() -> None:  # noqa: N802

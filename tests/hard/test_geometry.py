@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core
+from equaltime._core import parts
 from equaltime.selftest.cases import scenes_folder
 
 from ..statistical.worlds import affine, build, looking, octahedron, render
@@ -74,12 +75,15 @@ def test_G04_in_single_precision_it_would_be_another_scene() -> None:  # noqa: N
 def ball(bad: bool, front: int, builder: _core.SceneBuilder) -> None:
     vertices, faces = octahedron(2)
     if bad:
-        repeated = np.array([[0, 0, 1], [2, 2, 2], [3, 5, 3]], dtype=np.uint32)
-        faces = np.concatenate([repeated[:2], faces, repeated[2:]])
+        repeated = np.array([[0, 0, 1], [2, 2, 2], [3, 5, 3]] * 3, dtype=np.uint32)
+        faces = np.concatenate([repeated[:4], faces, repeated[4:]])
     builder.add_mesh(vertices, faces, front=front, back=None, radiance=None)
+    builder.add_mesh(vertices + np.array([3, 0, 0]), faces, front=None, back=None, radiance=[2, 3, 4])
 
 
 def lit_ball(bad: bool) -> _core.Scene:
+    """Return a ball that shines and one that does not, seven in a hundred of whose triangles may be bad."""
+
     def add(b: _core.SceneBuilder) -> None:
         ball(bad, b.add_diffuse([0.5, 0.5, 0.5]), b)
         b.add_constant_environment([1, 1, 1])
@@ -87,11 +91,13 @@ def lit_ball(bad: bool) -> _core.Scene:
     return build(add, camera=looking([2, 3, 4], [0, 0, 0]), size=(16, 16))
 
 
-def test_G08_triangles_without_area_change_nothing() -> None:  # noqa: N802
+@pytest.mark.parametrize("lights", ["power", "tree"])
+def test_G08_triangles_without_area_change_nothing(lights: str) -> None:  # noqa: N802
     clean, dirty = lit_ball(bad=False), lit_ball(bad=True)
-    assert dirty.dropped_triangles == 3
+    assert dirty.dropped_triangles == 18
     assert clean.dropped_triangles == 0
-    assert render(clean, 8).tobytes() == render(dirty, 8).tobytes()
+    assert dirty.lights == clean.lights
+    assert render(clean, 8, lights=lights).tobytes() == render(dirty, 8, lights=lights).tobytes()
 
 
 def test_G08_kept_they_would_have_no_normal() -> None:  # noqa: N802
@@ -119,6 +125,20 @@ def test_G10_of_two_squares_in_one_place_the_same_is_met_by_any_number_of_thread
     assert all(image.tobytes() == images[0].tobytes() for image in images)
     other = render(coincident(0.8, 0.2), 8)
     assert other.tobytes() != images[0].tobytes(), "the twin: which is met is seen"
+
+
+def test_G10_each_build_of_a_scene_meets_the_same_of_thousands_in_one_place() -> None:  # noqa: N802
+    """Builds are made by several threads, whose order is never the same."""
+    vertices, faces = octahedron(5)
+
+    def add(b: _core.SceneBuilder) -> None:
+        for rho in (0.2, 0.8):
+            b.add_mesh(vertices, faces, front=b.add_diffuse([rho] * 3), back=None, radiance=None)
+        b.add_constant_environment([1, 1, 1])
+
+    camera = looking([1, 2, 4], [0, 0, 0])
+    images = {render(build(add, camera=camera, fov=20, size=(64, 64)), 1).tobytes() for _ in range(8)}
+    assert len(images) == 1
 
 
 def inside(intersection: str) -> tuple[_core.Scene, Array, Array]:
@@ -157,6 +177,26 @@ def test_G11_by_the_fast_test_of_triangles_rays_do_escape() -> None:  # noqa: N8
     """The twin."""
     scene, _, edges = inside("fast")
     assert escapes(scene, edges)[0] > 0
+
+
+@pytest.mark.slow
+def test_G11_of_ten_million_rays_none_escapes() -> None:  # noqa: N802
+    """The mesh is black inside, and the sky outside is not."""
+
+    def black(chink: bool) -> float:
+        vertices, faces = octahedron(4)
+        turn = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
+
+        def add(b: _core.SceneBuilder) -> None:
+            b.add_mesh(vertices @ turn.T, faces[chink:], front=None, back=None, radiance=None)
+            b.add_constant_environment([1, 1, 1])
+
+        camera = looking([0.1, 0.2, -0.3], vertices[faces[0]].mean(axis=0) @ turn.T)
+        scene = build(add, camera=camera, fov=150, size=(100, 100))
+        return float(render(scene, 1000, technique="bsdf", max_depth=1)["mean"].max())
+
+    assert black(chink=False) == 0.0
+    assert black(chink=True) > 0.0, "the twin: one triangle of 2048 is missing"
 
 
 def test_G12_at_a_corner_of_many_triangles_a_ray_in_a_thousand_may_escape() -> None:  # noqa: N802
@@ -201,6 +241,8 @@ def test_G14_a_wall_that_is_lit_from_behind_is_black_however_its_normals_are_ben
     for technique in ("bsdf", "light", "mis", "mixture"):
         assert seen(-0.6, technique) == 0.0
         assert seen(0.6, technique) > 0.1, "the twin: the lamp before the wall"
+    to_lamp = np.array([0.8, 0.3, -0.6]) - corners
+    assert ((to_lamp * bent).sum(axis=1) > 0).any(), "the twin: by the bent normals alone, it would be before it"
 
 
 def test_G16_the_shadow_on_wide_ground_is_that_on_narrow_ground() -> None:  # noqa: N802
@@ -231,7 +273,9 @@ def test_G19_rays_along_an_axis_meet_the_faces_of_a_box() -> None:  # noqa: N802
     for roll in range(3):
         directions = np.array(DIRECTIONS)
         origins = np.tile([0.25, 1.0 if roll == 1 else -0.5, 0.0], (len(directions), 1))
+        parts.take_faults()
         hits = scene.intersect(origins, directions)
+        assert parts.take_faults() == ""
         np.testing.assert_array_equal(hits["t"], 1.0)
         np.testing.assert_array_equal(hits["p"][:, 2], directions[:, 2])
 

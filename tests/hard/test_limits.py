@@ -15,7 +15,7 @@ from equaltime.cli.progress import describe
 from equaltime.passes import Progress
 from equaltime.selftest.cases import scenes_folder
 
-from ..statistical.worlds import build, looking, octahedron, render
+from ..statistical.worlds import affine, build, looking, octahedron, render, turned
 
 Array = NDArray[np.float64]
 F = np.float32
@@ -61,6 +61,53 @@ def test_S14_a_lamp_in_a_mirror_does_not_change_as_its_roughness_vanishes() -> N
         assert abs(float(image.mean()) - 1.0) < 2e-3, alpha
     rough = et.render(et.load(HARD / "rough-mirror.toml", alpha=0.1), spp=64).image
     assert abs(float(rough.mean()) - 1.0) > 0.05, "the twin"
+
+
+def test_G17_a_shadow_ray_that_ended_a_ten_thousandth_early_would_miss_the_lid() -> None:  # noqa: N802
+    """The twin of the lid before a lamp: what is met on the way to the lamp is the lid, and only at its very end."""
+    core = et.load(HARD / "covered-lamp.toml").core
+    ground = np.column_stack([np.random.default_rng(3).uniform(-0.1, 0.1, (100, 2)), np.full(100, 1e-6)])
+    lamp = np.array([0.0, 0.0, 1.0])
+    met = core.intersect(ground, lamp - ground)["t"] / np.linalg.norm(lamp - ground, axis=1)
+    assert (met < 1.0).all()
+    assert (met > 1.0 - 1e-4).all()
+
+
+STRETCH = np.diag([-1e-3, 1.0, 1e3])
+"""Of an instance, in axes that are turned."""
+
+
+def stretched(baked: bool, mirrored: bool = True) -> Array:
+    """Return the image of half a ball of triangles, smooth, stretched as an instance, or by its vertices."""
+    vertices, faces = octahedron(3)
+    faces = faces[vertices[faces].mean(axis=1)[:, 0] > 0]
+    stretch = STRETCH if mirrored else np.abs(STRETCH)
+    axes = turned([1, 2, 3], 10) @ stretch
+    flipped = faces[:, ::-1] if np.linalg.det(axes) < 0 else faces
+
+    def add(b: _core.SceneBuilder) -> None:
+        front, back = b.add_diffuse([0.9, 0.5, 0.2]), b.add_diffuse([0.1, 0.3, 0.8])
+        if baked:
+            b.add_mesh(
+                vertices @ axes.T, flipped, vertices @ np.linalg.inv(axes), front=front, back=back, radiance=None
+            )
+        else:
+            shape = b.add_mesh(vertices, faces, vertices, front=front, back=back, radiance=None)
+            b.add_instance(b.add_group(shape), affine(*axes.T))
+        b.add_directional_light([-1.0, 0.2, -0.3], [2, 2, 2])
+        b.add_constant_environment([1, 1, 1])
+
+    film = render(build(add, camera=looking([6, 0.3, 0.8], [0, 0, 0]), fov=0.02, size=(24, 24)), 64, technique="bsdf")
+    image: Array = film["mean"][0]
+    return image
+
+
+def test_G18_an_instance_looks_as_what_is_stretched_itself() -> None:  # noqa: N802
+    """With the same numbers, but for rays that rounding sends past an edge."""
+    instance, baked = stretched(baked=False), stretched(baked=True)
+    assert baked.mean() > 0.1
+    assert np.abs(instance / baked - 1).mean() < 1e-3
+    assert np.abs(stretched(baked=False, mirrored=False) / baked - 1).mean() > 1e-2, "the twin: not mirrored"
 
 
 def test_S25_numbers_of_32_bits_do_round_to_one() -> None:  # noqa: N802

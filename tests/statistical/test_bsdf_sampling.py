@@ -48,6 +48,7 @@ SUBJECTS = [
     *(Subject("diffuse", 0, 0, theta, 20.0, "sphere") for theta in (0.0, 89.9)),
     *(Subject(d, a, a, t, 35.0) for d in ("ggx", "beckmann") for a in (1.0, 0.1) for t in ANGLES),
     *(Subject(d, a, a, t) for d in ("ggx", "beckmann") for a in (0.01, 0.001) for t in (0.0, 70.0, 89.9)),
+    *(Subject(d, a, a, 89.999, 35.0) for d in ("ggx", "beckmann") for a in (0.5, 0.1)),
     *(Subject(d, 0.5, 0.05, t, p) for d in ("ggx", "beckmann") for t, p in ((0, 0), (60, 0), (60, 70), (89, 45))),
     *(Subject(d, 0.002, 0.3, 75.0, 20.0) for d in ("ggx", "beckmann")),
     *(Subject(d, 0.3, 0.6, 50.0, 130.0, "sphere") for d in ("ggx", "beckmann")),

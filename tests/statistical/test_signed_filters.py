@@ -115,3 +115,23 @@ def test_the_error_bar_of_an_even_image_holds_what_the_lobes_cost() -> None:
     together = z.sum() / np.sqrt(z.size)
     assert 2.0 * stats.norm.sf(abs(together)) > EACH
     assert 2.0 * stats.norm.sf(abs(together + np.sqrt(z.size))) < EACH, "the twin: a standard error too bright"
+
+
+def correlation(values: Array) -> float:
+    """Return the correlation of neighbours, in standard deviations of that of independent values."""
+    values = (values - values.mean()) / values.std()
+    products = [(values[:, 1:] * values[:, :-1]).ravel(), (values[1:] * values[:-1]).ravel()]
+    return float(np.concatenate(products).mean() * np.sqrt(sum(map(len, products))))
+
+
+@pytest.mark.parametrize("subject", [MITCHELL, CATMULL_ROM], ids=str)
+def test_pixels_have_samples_of_their_own_and_errors_that_are_independent(subject: Subject) -> None:
+    """Also where filters overlap (case T13). A test at 4 sigma."""
+    builder = _core.SceneBuilder()
+    builder.add_constant_environment([1.0] * 3)
+    builder.set_perspective(affine([1, 0, 0], [0, 1, 0], [0, 0, 1]), 40.0)
+    builder.set_film(128, 128, (0, 0, 128, 128), subject.name, subject.first, subject.second)
+    film = render(builder.build(), 16, sampler="independent")[0]["mean"][..., 0]
+    assert film.std() > 0.0
+    assert abs(correlation(film)) < 4.0
+    assert correlation(film + 0.1 * np.roll(film, 1, axis=1)) > 4.0, "the twin: a tenth of a neighbour in each pixel"

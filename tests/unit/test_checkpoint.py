@@ -54,6 +54,8 @@ def test_a_render_that_is_taken_up_has_the_bits_of_one_that_never_stopped(
     assert taken_up.stats.paths == whole.stats.paths
     assert taken_up.stats.rays == whole.stats.rays
     np.testing.assert_array_equal(taken_up.image, whole.image)
+    anew = [et.render(scene, spp=count).image.astype(float) * count for count in (first, 40 - first)]
+    assert np.abs(sum(anew) / 40 - whole.image).max() > 1e-6, "the twin: the same numbers once more"
 
 
 def test_a_render_that_ctrl_c_cut_within_a_pass_is_taken_up(scene: et.Scene, tmp_path: Path) -> None:
@@ -196,17 +198,27 @@ def command(output: Path, *options: str) -> list[str]:
     return [sys.executable, "-m", "equaltime", "render", str(SCENE), "-o", str(output), "--size", "64x64", *options]
 
 
-def test_what_a_killed_render_saved_is_taken_up_with_the_same_bits(tmp_path: Path) -> None:
-    output = tmp_path / "a.exr"
-    process = subprocess.Popen(
-        command(output, "--spp", "1000000", "--checkpoint", "50ms", "-q"), stderr=subprocess.DEVNULL
-    )
+def kill(output: Path, pause: float) -> None:
+    """Render, or go on, and be killed so long after something was saved."""
+    before = output.stat().st_mtime_ns if output.exists() else 0
+    endless = command(output, "--spp", "1000000", "--checkpoint", "50ms", "--resume", "-q")
+    process = subprocess.Popen(endless, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
-    while not output.exists() and time.monotonic() < deadline:
+    while time.monotonic() < deadline and not (output.exists() and output.stat().st_mtime_ns > before):
         time.sleep(0.01)
-    time.sleep(0.3)
+    time.sleep(pause)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
+
+
+def test_what_a_render_saved_that_is_killed_again_and_again_is_taken_up_with_the_same_bits(tmp_path: Path) -> None:
+    """Case C6; tests/bench/kill_resume.py kills fifty times."""
+    output = tmp_path / "a.exr"
+    done = []
+    for pause in (0.2, 0.0, 0.07):
+        kill(output, pause)
+        done.append(int(images.read(output).record["samples"]["max"]))
+    assert done == sorted(set(done))
     saved = images.read(output).record
     assert saved["stopped_by"] == "unfinished"
     spp = int(saved["samples"]["max"]) + 2

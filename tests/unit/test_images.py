@@ -156,6 +156,7 @@ def test_a_damaged_file_is_an_image_error(tmp_path: Path, content: bytes) -> Non
 
 
 def test_a_truncated_file_is_an_image_error(result: Result, tmp_path: Path) -> None:
+    """The twin of files that are written aside and renamed: what a death while writing in place would leave."""
     path = tmp_path / "out.exr"
     result.save(path)
     path.write_bytes(path.read_bytes()[:-200])

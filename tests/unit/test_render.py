@@ -105,6 +105,14 @@ def test_a_time_limit_holds(scene: et.Scene) -> None:
     assert 0.3 <= result.stats.seconds < 0.5
 
 
+@pytest.mark.slow
+def test_a_time_limit_of_ten_seconds_is_met_within_two_percent(scene: et.Scene) -> None:
+    """Case E12, on a machine that has nothing else to do."""
+    result = et.render(scene.with_(size=(256, 256)), time=10.0)
+    assert result.stopped_by == "time"
+    assert 10.0 <= result.stats.seconds < 10.2
+
+
 def test_a_time_limit_shorter_than_a_pass_leaves_pixels_empty_and_says_so(scene: et.Scene) -> None:
     result = et.render(scene.with_(size=(1024, 768)), time=0.002)
     assert result.stopped_by == "time"

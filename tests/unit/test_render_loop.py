@@ -111,6 +111,20 @@ def test_a_time_limit_that_falls_between_passes_starts_no_further_pass() -> None
     assert renderer.done == 16
 
 
+class Heedless(FakeRenderer):
+    """Knows of no time limit; only between passes is there a clock."""
+
+    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
+        return super().advance(samples, None, poll)
+
+
+def test_a_limit_that_is_looked_at_between_passes_only_would_be_overrun() -> None:
+    """The twin."""
+    renderer = Heedless()
+    run(renderer, seconds=0.2)
+    assert renderer.now > 1.02 * 0.2
+
+
 def test_the_limit_that_is_met_first_ends_the_render() -> None:
     assert run(FakeRenderer(), spp=10, seconds=1.0) == "spp"
     assert run(FakeRenderer(), spp=1000, seconds=0.01) == "time"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .subjects import limit_of
+from .subjects import MEMORY, limit_of
 
 __all__ = ["TooMuchMemory", "Watch"]
 
@@ -21,7 +21,11 @@ class TooMuchMemory(BaseException):
 
 
 class Watch:
-    """Holds inputs to their limit."""
+    """Holds inputs to their limit, or to another."""
+
+    def __init__(self, most: int = MEMORY) -> None:
+        """Allow so many bytes, beside 20 for each of an input."""
+        self._more = most - MEMORY
 
     @contextmanager
     def within(self, size: int) -> Iterator[None]:
@@ -30,7 +34,7 @@ class Watch:
         before = _numbers()["RSS"]
         yield
         taken = _numbers()["HWM"] - before
-        if taken > limit_of(size):
+        if taken > limit_of(size) + self._more:
             raise TooMuchMemory(f"{taken >> 20} MiB for {size} bytes")
 
 
