@@ -1,7 +1,9 @@
 // Lights: all that emits, and how one of it is picked. An emissive triangle is a light of its own.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -106,9 +108,8 @@ class Lights {
  private:
   /// The moving lights that a light is among; null if it stays where it is.
   [[nodiscard]] const MovingLights* moving(std::uint32_t light) const noexcept {
-    for (const MovingLights& lights : moving_)
-      if (lights.has(light)) return &lights;
-    return nullptr;
+    const auto next = std::ranges::upper_bound(moving_, light, {}, &MovingLights::first);
+    return next != moving_.begin() && std::prev(next)->has(light) ? &*std::prev(next) : nullptr;
   }
   /// Calls f with the kind of area light of a number, as it is at a time from 0 to 1.
   template <auto E, class F>
@@ -140,8 +141,8 @@ class Lights {
   };
 
   std::vector<AreaLight> area_;
-  std::vector<MovingLights> moving_;
-  std::vector<DeltaLight> deltas_;  // the distant ones last
+  std::vector<MovingLights> moving_;  // in the order of their numbers
+  std::vector<DeltaLight> deltas_;    // the distant ones last
   std::optional<Environment> environment_;
   AliasTable tables_[2];  // by LightSelection
   AliasTable distant_;    // directional lights and the environment, by power
