@@ -21,23 +21,44 @@ constexpr std::uint64_t kSamples = 4;  // of a replicate of a pilot pixel: enoug
 constexpr double kPixelsABlock = 2;    // of the pilot, on average
 
 /// What pilot paths do, before they fork and after.
-class PilotProbe : public RayCounter {
+class PilotProbe {
  public:
   static constexpr bool listens = true;
 
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+    ++rays_;
+    return scene.intersect<E>(ray, time);
+  }
+  template <auto E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
+    ++rays_;
+    return scene.occluded<E>(ray, time);
+  }
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+    return intersect<E>(scene, ray);
+  }
+
   void begin(float) noexcept { copy_ = 0, forked_ = false, before_ = {}, after_ = {}; }
+  static void scatters(const Bsdf&) noexcept {}
+  static void aims(const LightSample&) noexcept {}
   Spectrum met(const Spectrum& L, std::uint32_t, int) noexcept { return add(L); }
   Spectrum lit(const Spectrum& L, int) noexcept { return add(L); }
   template <class Event>
   void note(const Event&) noexcept {}
-  void note(const event::Forks&) noexcept { forked_ = true, rays_at_fork_ = rays(); }
+  void note(const event::Forks&) noexcept { forked_ = true, rays_at_fork_ = rays_; }
   void note(const event::Resumes&) noexcept { ++copy_; }
+  static bool gives_up() noexcept { return false; }
 
-  [[nodiscard]] std::uint64_t rays() const noexcept { return counters.rays + counters.shadow_rays; }
+  /// Of all paths so far.
+  [[nodiscard]] std::uint64_t rays() const noexcept { return rays_; }
   /// Since the path forked, by all copies.
-  [[nodiscard]] std::uint64_t rays_after() const noexcept { return forked_ ? rays() - rays_at_fork_ : 0; }
+  [[nodiscard]] std::uint64_t rays_after() const noexcept { return forked_ ? rays_ - rays_at_fork_ : 0; }
   /// What the path would have brought with this copy alone.
   [[nodiscard]] Spectrum alone(std::size_t copy) const noexcept { return before_ + after_[copy] * kCopies; }
+
+  float time = 0;  // as RayCounter's
 
  private:
   Spectrum add(const Spectrum& L) noexcept {
@@ -49,7 +70,7 @@ class PilotProbe : public RayCounter {
   std::size_t copy_ = 0;
   Spectrum before_;
   std::array<Spectrum, kCopies> after_;
-  std::uint64_t rays_at_fork_ = 0;
+  std::uint64_t rays_ = 0, rays_at_fork_ = 0;
 };
 
 /// What was seen in one pixel.
