@@ -167,6 +167,17 @@ TEST("rates that cannot be, or come when samples differ already, are refused") {
   CHECK(refused(4, 4, 1, 1));
 }
 
+TEST("a copy of a renderer goes on with what was learnt when the first is gone") {
+  Settings splitting = shallow();
+  splitting.roulette = Roulette::efficiency;
+  auto first = std::make_unique<Renderer>(scene(), splitting, kMany);
+  CHECK(first->advance(4));
+  Renderer copy = *first;
+  first.reset();
+  CHECK(copy.advance(kSamples));
+  CHECK(same_bits(copy.film().moments(), rendered(scene(), kSamples, splitting, kMany)));
+}
+
 TEST("no time at all renders nothing, and asking for what is there already is done at once") {
   Renderer renderer(scene(), shallow(), kMany);
   CHECK(!renderer.advance(kSamples, 0.0));

@@ -141,8 +141,10 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
 }
 
 const Settings& Renderer::settings() {
-  if (settings_.roulette == Roulette::efficiency && !efficiency_)
-    settings_.efficiency = &efficiency_.emplace(learn_efficiency(*scene_, settings_, threads_));
+  if (settings_.roulette == Roulette::efficiency && !efficiency_) {
+    efficiency_ = std::make_shared<const Efficiency>(learn_efficiency(*scene_, settings_, threads_));
+    settings_.efficiency = efficiency_.get();
+  }
   return settings_;
 }
 

@@ -29,8 +29,8 @@ class Renderer {
 
   /// Brings every pixel to `samples`. Ends early, between blocks, when `seconds` have passed or `poll` (called about
   /// every 50 ms by the calling thread) returns false or throws, which is thrown on; the next call takes up where this
-  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. Returns whether every pixel
-  /// has its samples.
+  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. Returns whether every
+  /// pixel has its samples.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {});
 
   /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
@@ -75,7 +75,7 @@ class Renderer {
   RenderOptions options_;
   unsigned threads_;
   const KernelRow& kernel_;
-  std::optional<Efficiency> efficiency_;
+  std::shared_ptr<const Efficiency> efficiency_;  // where the settings have it from, in every copy
   Film film_;
   std::vector<PixelBlock> blocks_;
   SampleSchedule schedule_;
