@@ -23,7 +23,7 @@ std::optional<int> priority_of(const ShapeDescription& shape) noexcept {
       shape);
 }
 
-/// The index of a dielectric, or of the first in a mixture; 1 for all else.
+/// The index of a dielectric, or the largest of those in a mixture; 1 for all else.
 float index_of(const ShapesToNest& shapes, std::uint32_t material, std::size_t shape) {
   const Material& m = shapes.materials[material];
   if (m.kind == Material::Kind::mixture)
