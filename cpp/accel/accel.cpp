@@ -55,14 +55,18 @@ RTCBounds bounds_of(const DiskGeometry& d) noexcept {
 }
 
 RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
-  const auto half = [&](double a) { return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a)); };
+  const auto half = [&](double a) {
+    return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a));
+  };
   return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
 }
 
 std::optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept {
   return intersect_sphere(s, r);
 }
-std::optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept { return intersect_disk(d, r); }
+std::optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept {
+  return intersect_disk(d, r);
+}
 std::optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
   return intersect_cylinder(c, r);
 }

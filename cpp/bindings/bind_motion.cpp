@@ -29,7 +29,8 @@ std::vector<MotionKey> keys(const ArrayD& times, const ArrayD& matrices) {
 
 /// Points (T, N, 3) at T times after the first.
 std::vector<std::vector<Vec3d>> later(const ArrayD& points) {
-  if (points.ndim() != 3 || points.shape(2) != 3) throw py::value_error("points at later times have the shape (T, N, 3)");
+  if (points.ndim() != 3 || points.shape(2) != 3)
+    throw py::value_error("points at later times have the shape (T, N, 3)");
   std::vector<std::vector<Vec3d>> steps(static_cast<std::size_t>(points.shape(0)));
   const auto count = static_cast<std::size_t>(points.shape(1));
   for (std::size_t i = 0; i < steps.size(); ++i)

@@ -32,8 +32,8 @@ class Report {
   py::dict all(const Replay& r) const {
     py::list vertices;
     for (const TracedVertex& vertex : r.vertices) vertices.append(of(vertex));
-    return py::dict("filter_weight"_a = r.filter_weight, "radiance"_a = number(r.radiance, radiance_), "end"_a = kEnds[static_cast<std::size_t>(r.end)],
-                    "vertices"_a = vertices);
+    return py::dict("filter_weight"_a = r.filter_weight, "radiance"_a = number(r.radiance, radiance_),
+                    "end"_a = kEnds[static_cast<std::size_t>(r.end)], "vertices"_a = vertices);
   }
 
  private:

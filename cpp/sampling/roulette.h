@@ -38,7 +38,8 @@ inline constexpr int kEndlessDepth = 1024;
 
 /// Probability of going on from a depth n of kEndlessDepth or more, beside the rule's: (n / (n + 1))², so that a path
 /// gets to a depth d with (1024 / d)². It ends with probability 1, after 1024 more segments on average. Weights grow
-/// as d², which any loss makes up for: the variance stays finite for every albedo below 1, as it would not by a constant.
+/// as d², which any loss makes up for: the variance stays finite for every albedo below 1, as it would not by a
+/// constant.
 [[nodiscard]] constexpr float survival_of_endless(int depth) noexcept {
   const float n = static_cast<float>(depth), share = n / (n + 1);
   return share * share;

@@ -1,5 +1,5 @@
-// DeformingMesh: a mesh whose vertices and normals change evenly between evenly spaced times. Embree finds the triangle;
-// here it is made anew, as it is at the time, in float64.
+// DeformingMesh: a mesh whose vertices and normals change evenly between evenly spaced times. Embree finds the
+// triangle; here it is made anew, as it is at the time, in float64.
 #pragma once
 
 #include <array>

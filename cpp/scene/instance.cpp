@@ -78,7 +78,8 @@ detail::Met Instance::placed(const detail::Met& local) const noexcept {
   met.n = n / stretch;
   const Vec3d off = combined(doubt_, abs(met.p) + abs(origin_));
   const double local_offset = static_cast<double>(local.offset) + dot(abs(local.n), off);
-  met.offset = static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(met.p), Vec3f(met.n));
+  met.offset =
+      static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(met.p), Vec3f(met.n));
   met.shading_normal = local.smooth ? Vec3f(normalize(normal(Vec3d(local.shading_normal)))) : Vec3f(met.n);
   met.tangent = Vec3f(to_world(Vec3d(local.tangent)));
   return met;

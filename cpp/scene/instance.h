@@ -1,5 +1,6 @@
-// Instance: a group of shapes seen once more, always or at one time. Points are met in the group's own space, in float64, and then taken to the
-// scene's; the offset of a ray that leaves them bounds what Embree's transform of that ray may be off.
+// Instance: a group of shapes seen once more, always or at one time. Points are met in the group's own space, in
+// float64, and then taken to the scene's; the offset of a ray that leaves them bounds what Embree's transform of that
+// ray may be off.
 #pragma once
 
 #include "scene/meeting.h"

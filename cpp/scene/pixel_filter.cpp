@@ -31,7 +31,8 @@ double gaussian(double x, double deviation, double) noexcept {
 double mitchell(double x, double b, double c) noexcept {
   const double t = std::abs(x);
   if (t < 1) return ((12 - 9 * b - 6 * c) * t * t * t + (-18 + 12 * b + 6 * c) * t * t + (6 - 2 * b)) / 6;
-  if (t < 2) return ((-b - 6 * c) * t * t * t + (6 * b + 30 * c) * t * t + (-12 * b - 48 * c) * t + (8 * b + 24 * c)) / 6;
+  if (t < 2)
+    return ((-b - 6 * c) * t * t * t + (6 * b + 30 * c) * t * t + (-12 * b - 48 * c) * t + (8 * b + 24 * c)) / 6;
   return 0;
 }
 
@@ -80,8 +81,8 @@ PixelFilter::PixelFilter(FilterKind kind, double parameter, double second)
   }
 }
 
-/// Between evenly spaced places the density is a straight line through the filter's absolute values; the weight makes up
-/// for what that leaves, and for the trapezoids' sum, which is not the integral.
+/// Between evenly spaced places the density is a straight line through the filter's absolute values; the weight makes
+/// up for what that leaves, and for the trapezoids' sum, which is not the integral.
 void PixelFilter::tabulate(Profile profile, double integral) {
   profile_ = profile;
   heights_.resize(kIntervals + 1);

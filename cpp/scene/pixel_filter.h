@@ -20,7 +20,7 @@ class PixelFilter {
 
   struct Offset {
     double x, y;   // pixels from the pixel's centre
-    float weight;  // filter over density: for box and tent 1, for others, whose density is tabulated, close to ±constant
+    float weight;  // filter over density: 1 for box and tent, close to ±constant for others, whose density is tabulated
   };
   [[nodiscard]] Offset sample(Point2f u) const noexcept;
   /// Half the filter's width, in pixels.

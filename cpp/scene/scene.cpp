@@ -55,7 +55,8 @@ std::size_t Scene::memory_bytes() const noexcept {
   std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
   const auto add = [&bytes](const Geometries& all) {
     for (const TriangleMesh& mesh : all.meshes)
-      bytes += (1 + mesh.later.size()) * mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
+      bytes +=
+          (1 + mesh.later.size()) * mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
   };
   add(accel.geometries());
   for (const Geometries& group : accel.groups()) add(group);

@@ -189,8 +189,8 @@ EQUALTIME_INLINE Interaction Scene::seen_in(const Instance& instance, const Inst
                                             const Ray& ray, [[maybe_unused]] float time) const noexcept {
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
-  Interaction it =
-      detail::face<E>(instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time)), ray);
+  Interaction it = detail::face<E>(
+      instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time)), ray);
   it.instance = hit.instance;
   return it;
 }

@@ -14,7 +14,8 @@ namespace random_scene {
 
 using namespace equaltime;
 
-using AnyLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, PointLight, SpotLight, CylinderLight>;
+using AnyLight =
+    std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, PointLight, SpotLight, CylinderLight>;
 
 struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}

@@ -41,7 +41,8 @@ TEST("warps of the square end on their disk, polygon, sphere, hemisphere and con
     const Point2f disk = square_to_disk(u), polygon = square_to_polygon(u, 5, 0.3F);
     CHECK(disk.x * disk.x + disk.y * disk.y <= 1.00001F);
     CHECK(polygon.x * polygon.x + polygon.y * polygon.y <= 1.00001F);
-    for (const Vec3f& v : {square_to_cosine_hemisphere(u), square_to_uniform_sphere(u), square_to_uniform_hemisphere(u)})
+    for (const Vec3f& v :
+         {square_to_cosine_hemisphere(u), square_to_uniform_sphere(u), square_to_uniform_hemisphere(u)})
       CHECK(is_unit(Vec3d(v)));
     for (const float cone : {1e-14F, 1e-7F, 0.1F, 1.0F, 2.0F}) {
       const Vec3f v = square_to_uniform_cone(u, cone);

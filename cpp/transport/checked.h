@@ -1,5 +1,6 @@
-// Checked samples: the same bits as any kernel's, watched for floating-point faults in our own code. Embree, which raises
-// them on good rays, is left out, and with it the first look at spheres, disks and cylinders, which runs inside it.
+// Checked samples: the same bits as any kernel's, watched for floating-point faults in our own code. Embree, which
+// raises them on good rays, is left out, and with it the first look at spheres, disks and cylinders, which runs inside
+// it.
 #pragma once
 
 #include <string>

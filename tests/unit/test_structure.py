@@ -13,6 +13,8 @@ FLOORS = {"math": 0, "sampling": 1, "accel": 1, "film": 1, "scene": 2, "transpor
 TOP_LEVEL = {"pyproject.toml", "CMakeLists.txt", "cpp", "python", "tests", "scenes", "README.md", "LICENSE"}
 LONGEST_FILE = 300
 LONGEST_ESTIMATOR = 150
+LONGEST_CPP_LINE = 120
+"""As .clang-format has it; Ruff sees to the Python."""
 CORE_IMPORTERS = 8
 
 
@@ -81,6 +83,22 @@ def test_no_file_is_longer_than_a_reader_can_hold() -> None:
     lengths = {place(path): len(path.read_text().splitlines()) for path in sources()}
     assert {name: lines for name, lines in lengths.items() if lines > LONGEST_FILE} == {}
     assert lengths["cpp/transport/path.h"] <= LONGEST_ESTIMATOR
+
+
+def test_no_cpp_line_is_wider_than_the_others() -> None:
+    wide = [
+        f"{place(path)}:{number}"
+        for path in files("cpp", "*.h", "*.cpp")
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if len(line) > LONGEST_CPP_LINE
+    ]
+    assert wide == []
+
+
+def test_nothing_in_the_core_inherits_but_exceptions() -> None:
+    based = re.compile(r"^ *(?:class|struct) \w+(?: final)? : (?:public |private |protected )?(\S+)", re.MULTILINE)
+    bases = [f"{place(path)}: {base}" for path in CORE for base in based.findall(path.read_text())]
+    assert [base for base in bases if not base.endswith(("std::runtime_error", "std::logic_error"))] == []
 
 
 def imports_core(tree: ast.AST) -> bool:

@@ -42,7 +42,8 @@ inline void require(bool kept, const char* promise) {
 
 inline void require_promises(const MeshData& mesh) {
   const std::size_t count = mesh.vertices.size() / 3;
-  require(mesh.vertices.size() == 3 * count && !mesh.faces.empty() && mesh.faces.size() % 3 == 0, "a mesh of triangles");
+  require(mesh.vertices.size() == 3 * count && !mesh.faces.empty() && mesh.faces.size() % 3 == 0,
+          "a mesh of triangles");
   for (const double x : mesh.vertices) require(std::isfinite(x), "vertices are finite");
   for (const std::uint32_t index : mesh.faces) require(index < count, "indices are in range");
   require(mesh.normals.empty() || mesh.normals.size() == 3 * count, "a normal for each vertex");
