@@ -1,5 +1,7 @@
 #include "transport/kernels.h"
 
+#include <initializer_list>
+
 #include "transport/sample_pixel.h"
 
 namespace equaltime {
@@ -25,61 +27,44 @@ KernelRow row() {
   return {E, render_block<E>, record_block<E>};
 }
 
-}  // namespace
+using Fields = std::initializer_list<bool Effects::*>;
 
-/// All but what few scenes call for.
-constexpr Effects kCommonEffects = [] {
-  Effects e = kAllEffects;
-  e.anisotropy = e.normal_maps = e.masks = e.lens = e.instances = e.media = e.forks = e.motion = false;
-  return e;
-}();
-
-constexpr Effects kAllButForks = [] {
-  Effects e = kAllEffects;
-  e.forks = false;
-  return e;
-}();
-
-/// What scenes with media call for, the most of them: their boundaries are nothing.
-constexpr Effects kCommonWithMedia = [] {
-  Effects e = kCommonEffects;
-  e.media = e.masks = true;
-  return e;
-}();
-
-constexpr Effects kCommonInMotion = [] {
-  Effects e = kCommonEffects;
-  e.motion = true;
-  return e;
-}();
-
-constexpr Effects kAllButMediaAndMotion = [] {
-  Effects e = kAllButForks;
-  e.media = e.motion = false;
-  return e;
-}();
-
-constexpr Effects forking(Effects e) noexcept {
-  e.forks = true;
+constexpr Effects with(Effects e, Fields fields) noexcept {
+  for (const auto field : fields) e.*field = true;
   return e;
 }
+
+constexpr Effects without(Effects e, Fields fields) noexcept {
+  for (const auto field : fields) e.*field = false;
+  return e;
+}
+
+constexpr Effects forking(Effects e) noexcept { return with(e, {&Effects::forks}); }
+
+/// What no scene calls for, but a strategy, left out.
+constexpr Effects kAllButForks = without(kAllEffects, {&Effects::forks});
+constexpr Effects kAllButMediaAndMotion = without(kAllButForks, {&Effects::media, &Effects::motion});
+/// All but what few scenes call for.
+constexpr Effects kCommonEffects =
+    without(kAllButMediaAndMotion,
+            {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens, &Effects::instances});
+
+}  // namespace
 
 const std::vector<KernelRow>& kernel_rows() noexcept {
   static const std::vector<KernelRow> rows = {
       row<Effects{}>(),
-      row<Effects{.environment = true}>(),
       row<Effects{.smooth_normals = true, .environment = true}>(),
-      row<Effects{.analytic_shapes = true}>(),
       row<Effects{.analytic_shapes = true, .rough_conductors = true}>(),
       row<Effects{.smooth_normals = true, .rough_conductors = true, .specular = true}>(),
       row<kCommonEffects>(),
       row<kAllButMediaAndMotion>(),
-      row<kCommonWithMedia>(),
+      row<with(kCommonEffects, {&Effects::masks, &Effects::media})>(),
       row<Effects{.smooth_normals = true, .environment = true, .motion = true}>(),
-      row<kCommonInMotion>(),
+      row<with(kCommonEffects, {&Effects::motion})>(),
       row<kAllButForks>(),
-      row<Effects{.forks = true}>(),
-      row<Effects{.analytic_shapes = true, .rough_conductors = true, .forks = true}>(),
+      row<forking(Effects{})>(),
+      row<forking({.analytic_shapes = true, .rough_conductors = true})>(),
       row<forking(kCommonEffects)>(),
       row<kAllEffects>(),
   };

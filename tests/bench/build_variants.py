@@ -38,7 +38,7 @@ SQUARED_MIS = (
 )
 VARIANTS = {
     "native": Variant({"EQUALTIME_NATIVE": "ON"}),
-    "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<Effects\{.*\}>\(\),", "")]),
+    "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<(?!kAllEffects>).*>\(\),", "")]),
     "near-lights": Variant({}, [("cpp/scene/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
     "fast-rays": Variant({}, [FAST_RAYS]),
     "float-hits": Variant({}, [FLOAT_HITS]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import subprocess
@@ -30,8 +31,20 @@ def build(variant: Variant, folder: Path) -> str:
         shutil.rmtree(folder, ignore_errors=True)
         made(variant, folder)
         stamp.write_text(now)
-    (module,) = (folder / "build").glob(f"_core*{sysconfig.get_config_var('EXT_SUFFIX')}")
-    return str(module)
+    return _module(folder)
+
+
+def rebuild(variant: Variant, folder: Path, unit: str) -> str:
+    """Compile one file anew where a variant was built, with other edits, and link it with all that there is.
+
+    Returns the file of the module, which takes the place of the other. What else depends on the edits does not change.
+    """
+    source = folder / "source"
+    (folder / "stamp").unlink(missing_ok=True)
+    _write_source(source, _edited(variant.edits))
+    (source / unit).touch()
+    _compile(variant, folder)
+    return _module(folder)
 
 
 def stamp_of(variant: Variant) -> str:
@@ -44,15 +57,36 @@ def stamp_of(variant: Variant) -> str:
 
 
 def made(variant: Variant, folder: Path) -> None:
-    """Copy the sources, edit them and build."""
-    source = folder / "source"
-    shutil.copytree(REPOSITORY / "cpp", source / "cpp", ignore=shutil.ignore_patterns("tests"))
-    shutil.copy(REPOSITORY / "CMakeLists.txt", source)
-    for file, pattern, replacement in variant.edits:
-        text, fits = re.subn(pattern, replacement, (source / file).read_text())
+    """Copy the sources, edited, and build."""
+    _write_source(folder / "source", _edited(variant.edits))
+    _compile(variant, folder)
+
+
+def _edited(edits: Sequence[tuple[str, str, str]]) -> dict[str, str]:
+    """Return the text of each file that has edits."""
+    found: dict[str, str] = {}
+    for file, pattern, replacement in edits:
+        found[file], fits = re.subn(pattern, replacement, found.get(file) or (REPOSITORY / file).read_text())
         if not fits:
             raise SystemExit(f"{file} has nothing like {pattern}")
-        (source / file).write_text(text)
+    return found
+
+
+def _write_source(target: Path, edited: Mapping[str, str]) -> None:
+    """Write what is built. A file that is there and differs becomes no younger, so that nothing is built for it."""
+    core = [path.relative_to(REPOSITORY) for path in (REPOSITORY / "cpp").rglob("*") if path.is_file()]
+    for name in (Path("CMakeLists.txt"), *(name for name in core if "tests" not in name.parts)):
+        text, file = edited.get(str(name)) or (REPOSITORY / name).read_text(), target / name
+        if not file.exists():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        elif file.read_text() != text:
+            before = file.stat()
+            file.write_text(text)
+            os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def _compile(variant: Variant, folder: Path) -> None:
     import pybind11  # of the environment that runs the benchmark
 
     defines = {
@@ -65,7 +99,15 @@ def made(variant: Variant, folder: Path) -> None:
     }
     binary = folder / "build"
     words = [f"-D{name}={value}" for name, value in defines.items()]
-    for command in (["cmake", "-S", str(source), "-B", str(binary), *words], ["cmake", "--build", str(binary), "-j2"]):
+    for command in (
+        ["cmake", "-S", str(folder / "source"), "-B", str(binary), *words],
+        ["cmake", "--build", str(binary), "-j2"],
+    ):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise SystemExit(f"{' '.join(command)} failed:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+
+
+def _module(folder: Path) -> str:
+    (module,) = (folder / "build").glob(f"_core*{sysconfig.get_config_var('EXT_SUFFIX')}")
+    return str(module)

@@ -1,17 +1,18 @@
 """What an effect costs a scene that does not call for it: instructions and time, against a core without that effect.
 
 Each field of `Effects` in turn is taken out of a copy of the source: out of the structure, the derivation and the rows
-of kernels, and with it all code that asks for it. Instructions are those of `instructions.py`, in its room that calls
-for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which calls for nothing
-either; each build takes turns with this source, built the same way.
+of kernels. Code that asks for it is answered no, whatever the kernel. Instructions are those of `instructions.py`, in
+its room that calls for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which
+calls for nothing either; each build takes turns with this source, built the same way.
 """
 
 from __future__ import annotations
 
 import argparse
 import re
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -20,11 +21,22 @@ from instructions import PATHS, Profile, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
-from equaltime import _core
-
 Edit = tuple[str, str, str]
-TWO_ROWS: Edit = ("cpp/transport/kernels.cpp", r"\n *row<(?!kAllEffects|Effects\{\}).*>\(\),", "")
+EFFECTS, DERIVATION, KERNELS, RENDERER, BOUND = (
+    *(f"cpp/transport/{name}" for name in ("effects.h", "effects.cpp", "kernels.cpp", "renderer.cpp")),
+    "cpp/bindings/bind_scene.cpp",
+)
+OTHERS = (*(f"cpp/transport/{name}.cpp" for name in ("checked", "efficiency", "split", "unseen")), BOUND)
+LESS: tuple[Edit, ...] = (
+    (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", ""),
+    *((file, "<kAllEffects>", "<Effects{}>") for file in OTHERS),
+)
 """Only the kernel of the scenes here, and the one for all: minutes of compiling less for each build."""
+UNCOUNTED: tuple[Edit, ...] = (
+    ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|limit|replay|sampling|split|unseen)\.cpp", ""),
+    ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
+)
+"""What renders have no use for, but the package has: a minute less, where there is nothing to time."""
 
 
 def main() -> None:
@@ -32,14 +44,22 @@ def main() -> None:
     parser.add_argument("fields", nargs="*", metavar="FIELD", help="of Effects [all]")
     options = parser.parse_args()
     print_conditions(options)
-    fields = options.fields or list(_core.SceneBuilder().build().effects())
+    less = LESS if options.repeats else (*LESS, *UNCOUNTED)
+    known = re.findall(r"\n    \{&Effects::(\w+), ", (REPOSITORY / EFFECTS).read_text())
     with tempfile.TemporaryDirectory() as folder:
-        here = build(Variant({}, [TWO_ROWS]), Path(folder) / "this")
+        here = built("this", less, Path(folder))
         room = count(here, "")
-        print(f"{room.total / PATHS:.1f} instructions a path")
-        for field in fields:
-            without = build(Variant({}, [*removal(field), TWO_ROWS]), Path(folder) / field)
+        print(f"{room.total / PATHS:.1f} instructions a path", flush=True)
+        for field in options.fields or known:
+            without = built(field, (*removal(field), *less), Path(folder))
             compare(field, here, without, room, options)
+
+
+def built(name: str, edits: Sequence[Edit], folder: Path) -> str:
+    """Build a core in the folder of all, where most is built already, and return its file."""
+    file = folder / f"{name}.so"
+    shutil.copy(build(Variant({}, edits), folder), file)
+    return str(file)
 
 
 def compare(field: str, here: str, without: str, room: Profile, options: argparse.Namespace) -> None:
@@ -69,22 +89,19 @@ def times(here: str, without: str, options: argparse.Namespace) -> object:
 
 
 def removal(field: str) -> Iterator[Edit]:
-    """Yield the edits that take a field out of the source."""
-    code = [*(REPOSITORY / "cpp").rglob("*.h"), *(REPOSITORY / "cpp").rglob("*.cpp")]
-    asked = rf"\bE\.{field}\b"
-    for file in code:
-        if "tests" not in file.parts and re.search(asked, file.read_text()):
-            yield str(file.relative_to(REPOSITORY)), asked, "false"
-    effects, derivation, kernels = (f"cpp/transport/{name}" for name in ("effects.h", "effects.cpp", "kernels.cpp"))
-    yield effects, rf"\n  bool {field} = false;[^\n]*", ""
-    yield effects, rf'\n    \{{&Effects::{field}, "{field}"\}},', ""
-    yield derivation, rf"\be\.{field} = [^;]*;", ";"
-    rows = (REPOSITORY / kernels).read_text()
-    chained, alone = (rf"\be\.{field} = (?=e\.)", rf"(?<== )e\.{field} = "), rf"\be\.{field} = (true|false);"
-    for pattern in (*chained, alone, rf"\.{field} = true(, )?"):
-        rows, found = re.subn(pattern, "", rows)
-        if found:
-            yield kernels, pattern, ""
+    """Yield the edits that take a field out of the source; what asks for it finds a constant in its place."""
+    yield EFFECTS, rf"\n  bool {field} = false;", rf"\n  static constexpr bool {field} = false;"
+    yield EFFECTS, rf'\n    \{{&Effects::{field}, "{field}"\}},', ""
+    asked = (
+        (KERNELS, rf"&Effects::{field}(,\s*)?", ""),
+        (KERNELS, rf"\.{field} = true(, )?", ""),
+        (DERIVATION, rf"\be\.{field} = [^;]*;", ";"),
+        (RENDERER, rf"\.{field} = [^,}}]*", ""),
+        (BOUND, rf"if \(used != &Effects::{field}\) ", ""),
+    )
+    for file, pattern, replacement in asked:
+        if re.search(pattern, (REPOSITORY / file).read_text()):
+            yield file, pattern, replacement
 
 
 if __name__ == "__main__":
