@@ -11,7 +11,8 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -36,17 +37,18 @@ def main() -> None:
     parser.add_argument("--render", metavar="EFFECTS", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.render is not None:
-        print(render(load(options.core), options.render.split()))
+        renderer(load(options.core), options.render.split()).advance(SAMPLES)
         return
     file = options.core or find()
     core = load(file)
-    names = list(core.SceneBuilder().build().effects())
+    names = [*core.SceneBuilder().build().effects(), "forks"]
     kernels: dict[str, str] = {}  # each once, by what it takes to get it
-    for also in ("", *names, " ".join(names)):
-        kernels.setdefault(render(core, also.split()), also)
+    for number in (0, 1, 2, len(names)):
+        for also in combinations(names, number):
+            kernels.setdefault(str(renderer(core, also).kernel), " ".join(also))
     counts = {kernel: count(file, also).total for kernel, also in kernels.items()}
     plain = next(iter(counts.values()))
-    for kernel, instructions in counts.items():
+    for kernel, instructions in sorted(counts.items(), key=lambda item: item[1]):
         print(f"{instructions / PATHS:8.1f} a path, {instructions / plain:.4f} x: {kernel}")
 
 
@@ -99,8 +101,8 @@ def _number(digits: str) -> int:
     return int(digits.replace(",", ""))
 
 
-def render(core: Any, also: list[str]) -> str:
-    """Render a floor and a wall under a lamp, and return the kernel's name."""
+def renderer(core: Any, also: Sequence[str]) -> Any:
+    """Return a renderer of a floor and a wall under a lamp, whose kernel covers these effects too."""
     builder = core.SceneBuilder()
     grey = builder.add_diffuse((0.7, 0.6, 0.5))
     lamp = np.diag([0.3, -0.3, -1.0, 1.0])
@@ -111,9 +113,7 @@ def render(core: Any, also: list[str]) -> str:
         builder.add_rectangle(place, flip_normals=False, front=grey, back=grey, radiance=radiance)
     builder.set_perspective(camera, 45.0)
     builder.set_film(SIZE, SIZE, (0, 0, SIZE, SIZE), "box", 0.5)
-    renderer = core.Renderer(builder.build(), core.Settings(max_depth=8), seed=1, threads=1, also=also)
-    renderer.advance(SAMPLES)
-    return str(renderer.kernel)
+    return core.Renderer(builder.build(), core.Settings(max_depth=8), seed=1, threads=1, also=list(also))
 
 
 if __name__ == "__main__":
