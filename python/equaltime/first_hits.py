@@ -19,7 +19,7 @@ from equaltime.scene import Scene
 from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, Spherical
 from equaltime.scene.motion import center, pose
 
-__all__ = ["first_hits"]
+__all__ = ["asked_for", "first_hits"]
 
 Array = NDArray[np.float64]
 
@@ -36,12 +36,18 @@ STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
 """To the neighbouring pixel."""
 
 
-def first_hits(scene: Scene) -> dict[str, NDArray[np.float32]]:
-    """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``."""
+def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
+    """Return the outputs that the scene asks for beside the image: the name of each, and what it is."""
     integrator = scene.model.integrator
-    if not isinstance(integrator, Aov | Depth):
-        return {}
-    outputs = tuple(pair for pair in integrator.channels if pair[1] in OUTPUTS)
+    return integrator.channels if isinstance(integrator, Aov | Depth) else ()
+
+
+def first_hits(scene: Scene, asked: tuple[tuple[str, str], ...] | None = None) -> dict[str, NDArray[np.float32]]:
+    """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``.
+
+    What else is `asked` for, is left to others.
+    """
+    outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:
         return {}
     _, _, width, height = scene.model.sensor.film.crop

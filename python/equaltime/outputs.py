@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.core_renderer import make_renderer, split_light
-from equaltime.first_hits import first_hits
+from equaltime.first_hits import asked_for, first_hits
 from equaltime.scene import Scene
-from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, Aov
+from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS
 from equaltime.strategy import Strategy
 
 __all__ = ["outputs"]
@@ -33,7 +33,14 @@ COUNTED: Final = 16
 
 
 def outputs(
-    scene: Scene, rendered: Scene, strategy: Strategy, seed: int, threads: int, samples: int, seconds: float
+    scene: Scene,
+    rendered: Scene,
+    strategy: Strategy,
+    seed: int,
+    threads: int,
+    samples: int,
+    seconds: float,
+    asked: tuple[tuple[str, str], ...] | None = None,
 ) -> Planes:
     """Return the channels (H, W) that the scene asks for, by their full names, in its order.
 
@@ -45,16 +52,17 @@ def outputs(
         Of the render, per pixel.
     seconds
         That all its threads worked.
+    asked
+        The outputs, if they are not all that the scene asks for.
     """
-    integrator = scene.model.integrator
-    if not isinstance(integrator, Aov) or not any(kind in OWN_OUTPUTS for _, kind in integrator.channels):
-        return first_hits(scene)
-    kinds = {kind for _, kind in integrator.channels}
-    seen = first_hits(scene)
-    rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if kinds - {"bounces"} else None
+    asked = asked_for(scene) if asked is None else asked
+    kinds = {kind for _, kind in asked}
+    seen = first_hits(scene, asked)
+    counts = kinds & {"rays", "time_from_rays"}
+    rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if counts else None
     bounces = _bounces(rendered, strategy, seed, threads, samples) if "bounces" in kinds else {}
     found: Planes = {}
-    for name, kind in integrator.channels:
+    for name, kind in asked:
         if kind in OUTPUTS:
             found |= {f"{name}.{letter}": seen[f"{name}.{letter}"] for letter in OUTPUTS[kind]}
         elif kind == "bounces":

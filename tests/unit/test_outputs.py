@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.effects import derive
+from equaltime.effects import derive, extras
+from equaltime.effects.extras import ALL, measure_outputs
 
 AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
 
@@ -74,3 +75,32 @@ def test_outputs_are_an_effect_with_a_place() -> None:
 def test_a_word_that_is_near_is_proposed() -> None:
     with pytest.raises(et.SceneError, match="did you mean 'bounces'"):
         scene("light:bounce")
+
+
+def test_each_has_a_price_beside_the_time_of_the_image(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock of its own: of what takes 1, 3 and 5 hours, beside an image that takes no time, all take 9 in all."""
+    hours = {"depth": 1.0, "rays": 3.0, "bounces": 5.0}
+    now = 0.0
+
+    def made(*arguments: Any) -> None:
+        nonlocal now
+        now += sum(3600.0 * hours[what] for _, what in arguments[-1])
+
+    monkeypatch.setattr(extras, "perf_counter", lambda: now)
+    monkeypatch.setattr(extras, "outputs", made)
+    found = measure_outputs(scene("far:depth, cost:rays, light:bounces"), et.Strategy(), 4, 1, threads=1)
+    expected = {"far:depth": 1.0, "cost:rays": 3.0, "light:bounces": 5.0, ALL: 9.0}
+    assert {name: share.value for name, share in found.items()} == pytest.approx(
+        {name: hours / 9.0 for name, hours in expected.items()}, abs=1e-3
+    )
+
+
+def test_the_price_list_has_them() -> None:
+    found = et.effects(scene(), quick=True, threads=1)
+    assert list(found.outputs) == ["cost:rays", "far:depth", "seconds:time_from_rays", "light:bounces"]
+    (together,) = (price.time for price in found.prices if price.kind.name == "outputs")
+    assert together is not None
+    assert all(share.value > 0.0 for share in (*found.outputs.values(), together))
+    assert found.as_dict()["outputs"].keys() == found.outputs.keys()
+    nothing = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}})
+    assert measure_outputs(nothing, et.Strategy(), 3, 1) == {}

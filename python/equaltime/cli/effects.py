@@ -110,6 +110,9 @@ def _print(found: PriceList) -> None:
     if found.truncated:
         cut = "; ".join(f"{depth}: {_brief(error)}" for depth, error in found.truncated.items())
         console.print(f"error of paths cut at depth {cut}", soft_wrap=True, markup=False)
+    if found.outputs:
+        times = "; ".join(f"{name} {_brief(share)}" for name, share in found.outputs.items())
+        console.print(f"time of outputs beside the image, each by itself: {times}", soft_wrap=True, markup=False)
     width, height = found.size
     measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
     console.print(f"shares and errors with their 95 % intervals, from {measured}", style="dim", soft_wrap=True)

@@ -6,6 +6,7 @@
 `leaving`  the scene without some of them
 `pairs`    a scene against itself without an effect, in turn, with the same random numbers
 `parts`    which part of the light makes the noise
+`extras`   what outputs beside the image take
 `prices`   the price list, of all these
 =========  ===========================================================================================================
 """

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from equaltime.cost.statistics import Interval
 from equaltime.effects.derive import Reason, derive
+from equaltime.effects.extras import ALL, measure_outputs
 from equaltime.effects.kinds import KINDS, Kind, kind_of
 from equaltime.effects.leaving import can_leave_out
 from equaltime.effects.pairs import Versus, run_in_turn
@@ -73,6 +74,8 @@ class PriceList:
     they sum to 1."""
     truncated: Mapping[int, Interval]
     """The error of cutting paths at each depth."""
+    outputs: Mapping[str, Interval]
+    """The share of the time that each output beside the image takes, as ``name:what``."""
     size: tuple[int, int]
     """Width and height of what was measured."""
     samples: int
@@ -91,6 +94,7 @@ class PriceList:
                 kind: {what: as_data(share) for what, share in shares.items()} for kind, shares in self.shares.items()
             },
             "truncated": {str(depth): as_data(error) for depth, error in self.truncated.items()},
+            "outputs": {name: as_data(share) for name, share in self.outputs.items()},
             "size": list(self.size),
             "samples": self.samples,
             "repeats": self.repeats,
@@ -117,7 +121,7 @@ def effects(
     """Measure what each effect that a scene calls for costs.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers;
-    then its light is taken apart (`equaltime.effects.parts`).
+    then its light is taken apart (`equaltime.effects.parts`), and its outputs beside the image are timed beside it.
 
     Parameters
     ----------
@@ -144,9 +148,16 @@ def effects(
     small = scene.with_(size=size or _smaller(scene.size, most))
     reasons = derive(small)
     variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
-    whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.7))
-    parts = measure_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.7, 1.0))
-    prices = [_price(kind_of(name), why, parts) for name, why in reasons.items() if name not in variants]
+    whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))
+    end = 0.9 if "outputs" in reasons else 1.0
+    parts = measure_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.6, end))
+    beside = dict(measure_outputs(small, chosen, repeats, samples, seed, threads, _part_of(progress, end, 1.0)))
+    together = {"outputs": beside.pop(ALL, None)}
+    prices = [
+        _price(kind_of(name), why, parts, time=together.get(name))
+        for name, why in reasons.items()
+        if name not in variants
+    ]
     prices += [_price(KINDS[name], reasons[name], parts, Versus.of(whole, less[name])) for name in variants]
     order = list(reasons)
     return PriceList(
@@ -154,6 +165,7 @@ def effects(
         free=tuple(name for name in dict.fromkeys((*small.core.effects(), *KINDS)) if name not in reasons),
         shares={kind: parts.shares(kind) for kind in KINDS_OF_PARTS},
         truncated=parts.truncated(),
+        outputs=beside,
         size=small.size,
         samples=samples,
         repeats=repeats,
@@ -162,10 +174,16 @@ def effects(
     )
 
 
-def _price(kind: Kind, reasons: tuple[Reason, ...], parts: Parts, versus: Versus | None = None) -> Price:
+def _price(
+    kind: Kind,
+    reasons: tuple[Reason, ...],
+    parts: Parts,
+    versus: Versus | None = None,
+    time: Interval | None = None,
+) -> Price:
     share = _share(kind, parts)
     if versus is None:
-        return Price(kind, reasons, None, variance=share)
+        return Price(kind, reasons, None, time=time, variance=share)
     return Price(
         kind=kind,
         reasons=reasons,
