@@ -1,9 +1,9 @@
 """What an effect costs a scene that does not call for it: instructions and time, against a core without that effect.
 
-Each field of `Effects` in turn is taken out of a copy of the source: out of the structure, the derivation and the rows
-of kernels. Code that asks for it is answered no, whatever the kernel. Instructions are those of `instructions.py`, in
-its room that calls for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which
-calls for nothing either; each build takes turns with this source, built the same way.
+Each field of `Effects` in turn is taken out of a copy of the source: no row of kernels has it, and code that asks for
+it is answered no when it is compiled, whatever the kernel. Instructions are those of `instructions.py`, in its room
+that calls for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which calls for
+nothing either; each build takes turns with this source, built the same way.
 """
 
 from __future__ import annotations
@@ -12,31 +12,24 @@ import argparse
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from builds import REPOSITORY, Variant, build
+from builds import REPOSITORY, Variant, build, rebuild
 from instructions import PATHS, Profile, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
 Edit = tuple[str, str, str]
-EFFECTS, DERIVATION, KERNELS, RENDERER, BOUND = (
-    *(f"cpp/transport/{name}" for name in ("effects.h", "effects.cpp", "kernels.cpp", "renderer.cpp")),
-    "cpp/bindings/bind_scene.cpp",
-)
-OTHERS = (*(f"cpp/transport/{name}.cpp" for name in ("checked", "efficiency", "split", "unseen")), BOUND)
-LESS: tuple[Edit, ...] = (
-    (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", ""),
-    *((file, "<kAllEffects>", "<Effects{}>") for file in OTHERS),
-)
-"""Only the kernel of the scenes here, and the one for all: minutes of compiling less for each build."""
+EFFECTS, KERNELS = "cpp/transport/effects.h", "cpp/transport/kernels.cpp"
+TWO_ROWS: Edit = (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", "")
+"""Only the kernel of the scenes here, and the one for all: minutes of compiling less."""
 UNCOUNTED: tuple[Edit, ...] = (
     ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|limit|replay|sampling|split|unseen)\.cpp", ""),
     ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
 )
-"""What renders have no use for, but the package has: a minute less, where there is nothing to time."""
+"""What renders have no use for, but the package has: minutes less, where there is nothing to time."""
 
 
 def main() -> None:
@@ -44,22 +37,20 @@ def main() -> None:
     parser.add_argument("fields", nargs="*", metavar="FIELD", help="of Effects [all]")
     options = parser.parse_args()
     print_conditions(options)
-    less = LESS if options.repeats else (*LESS, *UNCOUNTED)
+    less = (TWO_ROWS,) if options.repeats else (TWO_ROWS, *UNCOUNTED)
     known = re.findall(r"\n    \{&Effects::(\w+), ", (REPOSITORY / EFFECTS).read_text())
     with tempfile.TemporaryDirectory() as folder:
-        here = built("this", less, Path(folder))
+        here = kept("this", build(Variant({}, less), Path(folder)))
         room = count(here, "")
         print(f"{room.total / PATHS:.1f} instructions a path", flush=True)
         for field in options.fields or known:
-            without = built(field, (*removal(field), *less), Path(folder))
-            compare(field, here, without, room, options)
+            without = rebuild(Variant({}, (*removal(field), *less)), Path(folder), KERNELS)
+            compare(field, here, kept(field, without), room, options)
 
 
-def built(name: str, edits: Sequence[Edit], folder: Path) -> str:
-    """Build a core in the folder of all, where most is built already, and return its file."""
-    file = folder / f"{name}.so"
-    shutil.copy(build(Variant({}, edits), folder), file)
-    return str(file)
+def kept(name: str, module: str) -> str:
+    """Return a copy of a module that the next build does not replace."""
+    return str(shutil.copy(module, Path(module).with_name(f"{name}.so")))
 
 
 def compare(field: str, here: str, without: str, room: Profile, options: argparse.Namespace) -> None:
@@ -89,19 +80,16 @@ def times(here: str, without: str, options: argparse.Namespace) -> object:
 
 
 def removal(field: str) -> Iterator[Edit]:
-    """Yield the edits that take a field out of the source; what asks for it finds a constant in its place."""
-    yield EFFECTS, rf"\n  bool {field} = false;", rf"\n  static constexpr bool {field} = false;"
-    yield EFFECTS, rf'\n    \{{&Effects::{field}, "{field}"\}},', ""
-    asked = (
-        (KERNELS, rf"&Effects::{field}(,\s*)?", ""),
-        (KERNELS, rf"\.{field} = true(, )?", ""),
-        (DERIVATION, rf"\be\.{field} = [^;]*;", ";"),
-        (RENDERER, rf"\.{field} = [^,}}]*", ""),
-        (BOUND, rf"if \(used != &Effects::{field}\) ", ""),
-    )
-    for file, pattern, replacement in asked:
-        if re.search(pattern, (REPOSITORY / file).read_text()):
-            yield file, pattern, replacement
+    """Yield the edits that take a field out of the source.
+
+    What asks for it finds a constant. Its place in the structure stays, so that all but the kernels may stay as it was
+    built: what else knows of effects knows only which there are.
+    """
+    yield EFFECTS, rf"(bool {field} = false;)", r"bool nothing = false;\n  static constexpr \1"
+    yield EFFECTS, rf"&Effects::{field}\b", "&Effects::nothing"
+    for pattern in (rf"&Effects::{field}\b(,\s*)?", rf"\.{field} = true(, )?"):
+        if re.search(pattern, (REPOSITORY / KERNELS).read_text()):
+            yield KERNELS, pattern, ""
 
 
 if __name__ == "__main__":
