@@ -64,7 +64,6 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<with(kCommonEffects, {&Effects::motion})>(),
       row<kAllButForks>(),
       row<forking(Effects{})>(),
-      row<forking({.analytic_shapes = true, .rough_conductors = true})>(),
       row<forking(kCommonEffects)>(),
       row<kAllEffects>(),
   };
