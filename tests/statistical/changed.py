@@ -96,11 +96,11 @@ class ChangedBuilder:
         near: float | None = None,
         far: float | None = None,
         *more: Any,
-        **lens: float,
+        **lens: Any,
     ) -> None:
         near, far = (None if clip is None else clip * self.length for clip in (near, far))
-        lens = {name: value * self.length for name, value in lens.items()}
-        self.inner.set_perspective(self._transform(to_world, 1.0), fov, near, far, *more, **lens)
+        lengths = {name: lens[name] * self.length for name in ("aperture_radius", "focus_distance") if name in lens}
+        self.inner.set_perspective(self._transform(to_world, 1.0), fov, near, far, *more, **lens | lengths)
 
     def set_orthographic(self, to_world: ArrayLike, *clips: Any) -> None:
         self.inner.set_orthographic(self._transform(to_world, self.length), *clips)
