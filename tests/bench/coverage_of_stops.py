@@ -54,6 +54,8 @@ class Row:
     low: float
     high: float
     true: float
+    trusted: bool
+    """Whether the render trusts its own upper limit."""
 
     @property
     def holds(self) -> bool:
@@ -81,6 +83,8 @@ def main() -> None:
     print(
         f"intervals at fixed counts and stops hold the truth: {share([row.holds for row in pooled])} of {len(pooled)}"
     )
+    trusted = [row for row in pooled if row.trusted]
+    print(f"of those that are not said to be in doubt: {share([row.holds for row in trusted])} of {len(trusted)}")
     stopped = [row for row in everything if row.stops]
     print(f"of those at stops: {share([row.holds for row in stopped])} of {len(stopped)}")
 
@@ -134,7 +138,9 @@ def judged(name: str, seen: dict[int, list[Seen]]) -> list[Row]:
             true = math.sqrt(max(square, 0.0))
             stops = " ".join(map(str, image.stops))
             stated = image.stated
-            rows.append(Row(name, seed, image.samples, stops, stated.value, stated.low, stated.high, true))
+            rows.append(
+                Row(name, seed, image.samples, stops, stated.value, stated.low, stated.high, true, stated.trusted)
+            )
     return rows
 
 
@@ -142,7 +148,12 @@ def report(name: str, case: Case, rows: list[Row]) -> None:
     """Print the lines of one scene."""
     ratios = [row.value / row.true for row in rows if row.true > 0.0]
     held = share([row.holds for row in rows])
-    print(f"{name}: intervals hold {held} of {len(rows)}; stated over true, median {np.median(ratios):.3f}")
+    doubted = 100.0 * sum(not row.trusted for row in rows) / len(rows)
+    print(
+        f"{name}: intervals hold {held} of {len(rows)}, {doubted:.0f} % of them said to be in doubt; "
+        f"stated over true, median {np.median(ratios):.3f}",
+        flush=True,
+    )
     for target in case.targets:
         stopped = [row for row in rows if str(target) in row.stops.split()]
         seeds = len({row.seed for row in rows})
