@@ -23,7 +23,7 @@ _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": 
 _BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06}
 # By how much estimates drift against the law while the noise falls, of the logarithm of the error. Where it falls fast,
 # low-discrepancy samples are better at powers of two than between: by that times the exponent beyond the slow one.
-_DRIFT, _UNEVEN, _SLOW = 0.04, 0.8, 0.6
+_DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6
 # Where few paths make the noise intervals are wide, and narrow as more of them come, or widen as rarer ones do: the
 # least exponent and its standard deviation, times the width, and at most.
 _FEW, _MOST_NARROWING = 0.25, 0.5
