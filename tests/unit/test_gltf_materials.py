@@ -240,6 +240,36 @@ def test_unlit_is_a_light_of_its_colour_that_reflects_nothing(tmp_path: Path) ->
     assert "an unlit material is a light" in warnings(builder, tmp_path)
 
 
+@pytest.mark.parametrize(("mode", "light"), [("BLEND", [0.2, 0.8]), ("MASK", [0.0, 1.0]), ("OPAQUE", [1.0, 1.0])])
+def test_what_is_not_there_sends_no_light(tmp_path: Path, mode: str, light: list[float]) -> None:
+    pixels = np.array([[[255, 0, 255, 51], [255, 0, 255, 204]]], np.uint8)
+    pbr = {"baseColorTexture": {"index": 0}}
+    unlit = textured(pixels, tmp_path, pbrMetallicRoughness=pbr, alphaMode=mode, extensions={"KHR_materials_unlit": {}})
+    glow = textured(pixels, tmp_path, pbrMetallicRoughness=pbr, alphaMode=mode, emissiveFactor=[1, 0, 1])
+    for builder in (unlit, glow):
+        emitter = loaded(builder, tmp_path).model.shapes[0].emitter
+        assert emitter is not None
+        if mode == "OPAQUE" and builder is glow:
+            assert emitter.radiance == (1, 0, 1)
+            continue
+        found = texels(emitter.radiance, tmp_path).texels[0]
+        scale = 255 if found.dtype == np.uint8 else 1
+        np.testing.assert_allclose(found, scale * np.outer(light, [1, 0, 1]), atol=1e-3)
+
+
+def test_a_constant_opacity_dims_emission_and_another_texture_is_told(tmp_path: Path) -> None:
+    pbr: dict[str, Any] = {"baseColorFactor": [1, 1, 1, 0.25]}
+    builder = one_triangle(alphaMode="BLEND", pbrMetallicRoughness=pbr, emissiveFactor=[1, 0.5, 0])
+    emitter = loaded(builder, tmp_path).model.shapes[0].emitter
+    assert emitter is not None
+    assert emitter.radiance == (0.25, 0.125, 0)
+    other = {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
+    pixels = np.full((1, 1, 4), 128, np.uint8)
+    glow = {"emissiveTexture": other, "emissiveFactor": [1, 1, 1], "alphaMode": "BLEND"}
+    builder = textured(pixels, tmp_path, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}, **glow)
+    assert "light is emitted from where the surface is transparent too" in warnings(builder, tmp_path)
+
+
 def test_texels_that_are_not_finite_are_told(tmp_path: Path) -> None:
     strong = {"KHR_materials_emissive_strength": {"emissiveStrength": 1e38}}
     emission = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1e3, 1, 1], "extensions": strong}

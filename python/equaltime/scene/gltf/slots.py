@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Slot", "Texels", "TextureUse", "mask", "texture_use"]
+__all__ = ["Slot", "Texels", "TextureUse", "faded", "mask", "texture_use"]
 
 Array = NDArray[Any]
 FINEST_MASK = 4096
@@ -119,7 +119,10 @@ class Slot:
         picked = pixels[..., list(self.channels)]
         if self.plain:
             return Texels(np.ascontiguousarray(picked), self.encoded and picked.dtype == np.uint8)
-        values = _decoded(picked, self.encoded) * np.array(self.factor).astype(np.float32)
+        values = _decoded(picked, self.encoded)
+        if self.encoded and self.channels[-1:] == ALPHA:
+            values[..., -1] = _decoded(picked[..., -1], False)
+        values = values * np.array(self.factor).astype(np.float32)
         if self.curve is not None:
             values = self.curve(values)
         if self.cutoff is not None:
@@ -137,6 +140,29 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
         values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
     table: NDArray[np.float32] = values.astype(np.float32)
     return table[pixels]
+
+
+def faded(light: Slot, opacity: Slot) -> Slot | None:
+    """Return the light that a surface of that opacity sends; None where the two have different textures."""
+    cutoff, (alpha,) = opacity.cutoff, opacity.factor
+
+    def seen(values: Array) -> Array:
+        return values if cutoff is None else (values >= cutoff).astype(values.dtype)
+
+    if opacity.texture is None:
+        return replace(light, factor=tuple(c * opacity.constant[0] for c in light.factor))
+    if light.texture is None:
+        color = np.array(light.factor, np.float32)
+        return Slot((alpha,), opacity.texture, ALPHA, curve=lambda a: seen(a) * color)
+    if light.texture != opacity.texture:
+        return None
+    channels = (*light.channels, *ALPHA)
+    return replace(
+        light,
+        factor=(*light.factor, alpha),
+        channels=channels,
+        curve=lambda values: np.asarray(values[..., :-1] * seen(values[..., -1:])),
+    )
 
 
 def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.gltf.slots import ALPHA, Slot, TextureUse, texture_use
+from equaltime.scene.gltf.slots import ALPHA, Slot, TextureUse, faded, texture_use
 
 __all__ = ["SurfaceLook", "look"]
 
@@ -258,6 +258,11 @@ def _emission(reading: _Reading) -> None:
         reading.notes.append("an unlit material is a light of its colour, which shines on what is around it")
     elif any(color):
         reading.slots["radiance"] = Slot(color, texture_use(reading.material.emissiveTexture), encoded=True)
+    if "radiance" in reading.slots and "opacity" in reading.slots:
+        light = faded(reading.slots["radiance"], reading.slots["opacity"])
+        reading.slots["radiance"] = light or reading.slots["radiance"]
+        if light is None:
+            reading.notes.append("light is emitted from where the surface is transparent too: its texture is another")
     if "radiance" in reading.slots and reading.material.doubleSided:
         reading.notes.append("light is emitted from the front side only")
 
