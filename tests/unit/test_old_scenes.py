@@ -48,6 +48,14 @@ def test_films_that_are_gone_are_read_as_an_image(film: str, tmp_path: Path) -> 
     assert any(note.endswith(f"'{film}' is read as 'hdrfilm'") for note in loaded.warnings)
 
 
+def test_a_box_is_a_pixel_wide(tmp_path: Path) -> None:
+    box = '<rfilter type="box"><float name="radius" value="{}"/></rfilter>'
+    loaded = read(tmp_path, "", FILM.replace('<rfilter type="tent"/>', box.format(0.5)))
+    assert loaded.model.sensor.film.rfilter == model.Box()
+    with pytest.raises(SceneError, match=r"scene\.xml:9: unknown parameter 'radius' of 'box'"):
+        read(tmp_path, "", FILM.replace('<rfilter type="tent"/>', box.format(2)))
+
+
 def test_a_plastic_of_an_exporter_is_what_it_says(tmp_path: Path) -> None:
     body = """
   <bsdf type="twosided" id="Floor"><bsdf type="roughplastic"><rgb name="diffuseReflectance" value="0.5, 0.4, 0.3"/>

@@ -49,7 +49,7 @@ PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectr
 def upgraded(node: Object, report: Report) -> Object:
     """Return `node`, with its children, in today's words; what was left out or replaced is noted."""
     node = _with(node, [_renamed(child) for child in node.children])
-    steps = (_without_effect, _pixels, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
+    steps = (_without_effect, _pixels, _box, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
     for step in (*steps, _outside):
         node = step(node, report)
     return node
@@ -95,6 +95,12 @@ def _pixels(node: Object, _report: Report) -> Object:
     given = _strings(node, "pixel_format").get("pixel_format", "").lower()
     new = PIXELS.get(given) if node.kind == "film" else None
     return node if new is None else _replaced(node, {"pixel_format"}, ("pixel_format", new))
+
+
+def _box(node: Object, _report: Report) -> Object:
+    """Take the width of a box for granted where it is one pixel; others are refused by the model."""
+    is_pixel = node.type == "box" and _numbers(node, "radius").get("radius") == 0.5
+    return _replaced(node, {"radius"}) if is_pixel else node
 
 
 def _bent(node: Object, _report: Report) -> Object:

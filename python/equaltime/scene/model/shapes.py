@@ -50,7 +50,16 @@ class Solid(ShapePlugin):
     """Where closed shapes that have one overlap, the highest is there; of equals the last. An extension to Mitsuba."""
 
 
-class Rectangle(Solid):
+class Faceted(Solid):
+    """Base of the shapes whose faces are flat."""
+
+    face_normals: bool = False
+    """Has no effect: the faces are flat either way."""
+
+    hints: ClassVar[frozenset[str]] = frozenset({"face_normals", "silhouette_sampling_weight"})
+
+
+class Rectangle(Faceted):
     """The square [-1, 1]^2 in the plane z = 0, facing +z."""
 
     type: Literal["rectangle"] = "rectangle"
@@ -62,14 +71,10 @@ class Disk(Solid):
     type: Literal["disk"] = "disk"
 
 
-class Cube(Solid):
+class Cube(Faceted):
     """The cube [-1, 1]^3, facing outwards."""
 
     type: Literal["cube"] = "cube"
-    face_normals: bool = False
-    """Has no effect: the faces of a cube are flat either way."""
-
-    hints: ClassVar[frozenset[str]] = frozenset({"face_normals", "silhouette_sampling_weight"})
 
 
 class Sphere(Solid):
