@@ -74,10 +74,14 @@ std::optional<SphericalTriangle> TriangleLight::near_view(Vec3f receiver) const 
 ViewPoint TriangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept {
   const auto view = near_view(receiver);
   if (!view) return otherwise;
-  const Vec3d direction = view->sample(u);
+  return {point_in(*view, receiver, u), static_cast<float>(view->solid_angle())};
+}
+
+Vec3f TriangleLight::point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
+  const Vec3d direction = view.sample(u);
   const Vec3d normal = cross(Vec3d(e1_), Vec3d(e2_)), from(receiver);
   const double t = dot(normal, Vec3d(v0_) - from) / dot(normal, direction);
-  return {Vec3f(from + direction * t), static_cast<float>(view->solid_angle())};
+  return Vec3f(from + direction * t);
 }
 
 float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
@@ -87,9 +91,14 @@ float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
   return area_pdf(receiver, wi, point, normal_, area_);
 }
 
-float TriangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+std::optional<Vec3f> TriangleLight::met(Vec3f receiver, Vec3f wi) const noexcept {
   const auto hit = plane_towards(receiver, wi, Vec3d(v0_), Vec3d(e1_), Vec3d(e2_));
-  return hit && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1 ? pdf(receiver, wi, hit->point) : 0.0F;
+  return hit && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1 ? std::optional(hit->point) : std::nullopt;
+}
+
+float TriangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+  const auto point = met(receiver, wi);
+  return point ? pdf(receiver, wi, *point) : 0.0F;
 }
 
 double TriangleLight::power() const noexcept { return emitted_power(radiance_, area_); }
@@ -130,7 +139,11 @@ std::optional<SphericalRectangle> RectangleLight::near_view(Vec3f receiver) cons
 ViewPoint RectangleLight::sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept {
   const auto view = near_view(receiver);
   if (!view) return otherwise;
-  return {Vec3f(Vec3d(receiver) + view->sample(u)), static_cast<float>(view->solid_angle())};
+  return {point_in(*view, receiver, u), static_cast<float>(view->solid_angle())};
+}
+
+Vec3f RectangleLight::point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
+  return Vec3f(Vec3d(receiver) + view.sample(u));
 }
 
 float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {

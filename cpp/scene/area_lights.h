@@ -60,12 +60,19 @@ class TriangleLight {
   [[nodiscard]] TriangleLight placed(const Placement& placement) const noexcept;
 
  private:
+  template <class Flat>
+  friend class PictureLight;
+  using View = SphericalTriangle;
+  /// The point that a direction meets, on either side.
+  [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - v0_); }
   [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
   /// The view of the triangle from a near receiver; nothing if it is too small for float64, and the area is sampled.
-  [[nodiscard]] std::optional<SphericalTriangle> near_view(Vec3f receiver) const noexcept;
+  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept;
+  /// A point of the triangle, uniform over the view.
+  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept;
   [[nodiscard]] ViewPoint sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept;
 
   Vec3f v0_, e1_, e2_, normal_, center_;
@@ -93,14 +100,18 @@ class RectangleLight {
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
+  template <class Flat>
   friend class PictureLight;
+  using View = SphericalRectangle;
   /// The point that a direction meets, on either side.
   [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - corner_); }
   [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
-  [[nodiscard]] std::optional<SphericalRectangle> near_view(Vec3f receiver) const noexcept;
+  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept;
+  /// A point of the rectangle, uniform over the view.
+  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept;
   [[nodiscard]] ViewPoint sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept;
 
   Vec3f corner_, edge_x_, edge_y_, normal_, center_;

@@ -1,5 +1,7 @@
 #include "scene/emission.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "scene/build_meshes.h"
@@ -9,8 +11,12 @@ namespace equaltime {
 
 namespace {
 
-constexpr int kTriangleSteps = 6, kSquareSteps = 64;
+constexpr int kSquareSteps = 64;
 constexpr float kLeast = 1e-3F;
+/// Of the mean over a mesh, for a triangle that is dark but for what rounding may find at its borders.
+constexpr double kDarkest = 0x1p-20;
+/// Cells of a picture are no smaller than so many times what points of its triangle are rounded by.
+constexpr double kRoundings = 32;
 
 /// Where the texture of an area light is looked up for a point of it.
 TexturePlace place_of(const Scene& scene, const Emitter& emitter, const Vec3d& p) noexcept {
@@ -37,23 +43,8 @@ TexturePlace place_of(const Scene& scene, const Emitter& emitter, const Vec3d& p
   return {{static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))}};
 }
 
-/// The mean of a texture over a triangle, roughly, and no less than a little: what shines at all must have a chance to
-/// be picked.
-Spectrum mean_over_triangle(const Texture& texture, const Surface& surface, std::uint32_t shape,
-                            std::uint32_t primitive, const Triangle& triangle) noexcept {
-  const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
-  Spectrum sum;
-  constexpr float kStep = 1.0F / kTriangleSteps;
-  for (int i = 0; i < kTriangleSteps; ++i)
-    for (int j = 0; j < kTriangleSteps; ++j) {
-      float u = (static_cast<float>(i) + 0.5F) * kStep, v = (static_cast<float>(j) + 0.5F) * kStep;
-      if (u + v > 1) u = 1 - u, v = 1 - v;
-      sum += eval(texture, on_triangle({u, v}, shape, primitive, triangle, uvs));
-    }
-  return sum * (kStep * kStep) + Spectrum(kLeast);
-}
-
-/// The same over the unit square.
+/// The mean of a texture over the unit square, roughly, and no less than a little: what shines at all must have a
+/// chance to be picked.
 Spectrum mean_over_square(const Texture& texture) noexcept {
   Spectrum sum;
   constexpr float kStep = 1.0F / kSquareSteps;
@@ -61,6 +52,20 @@ Spectrum mean_over_square(const Texture& texture) noexcept {
     for (int j = 0; j < kSquareSteps; ++j)
       sum += eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
   return sum * (kStep * kStep) + Spectrum(kLeast);
+}
+
+/// In the order that puts the front of the triangle's light to the side that it shines to.
+std::array<Vec3f, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle, bool flipped) noexcept {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  return {mesh.vertices[a], mesh.vertices[flipped ? c : b], mesh.vertices[flipped ? b : c]};
+}
+
+/// How many cells along its side the picture of a triangle may have, so that rounding leaves its points where they are.
+double finest(const std::array<Vec3f, 3>& corners) noexcept {
+  const Vec3d e1 = Vec3d(corners[1]) - Vec3d(corners[0]), e2 = Vec3d(corners[2]) - Vec3d(corners[0]);
+  const double longest = std::sqrt(std::max({length_squared(e1), length_squared(e2), length_squared(e2 - e1)}));
+  const auto rounding = static_cast<double>(triangle_plane(corners[0], corners[1], corners[2]).offset);
+  return length(cross(e1, e2)) / longest / (kRoundings * rounding);
 }
 
 }  // namespace
@@ -92,21 +97,47 @@ void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f&
   if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
     return add(surface, shape, 0, lit_by(mean_radiance(surface)));
   const auto picture = std::make_shared<const Picture>(textures[surface.emission], surface.radiance);
-  add(surface, shape, 0, PictureLight(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
+  add(surface, shape, 0, PictureRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
 }
 
 void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
   if (surface.radiance.is_black()) return;
   surface.light_per_primitive = true;
+  std::vector<TriangleShine> shines;
+  if (surface.emission != kNone) shines = shines_of(shape, mesh, surface, flipped);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto& [a, b, c] = mesh.triangles[i];
-    const Vec3f &v0 = mesh.vertices[a], &v1 = mesh.vertices[b], &v2 = mesh.vertices[c];
-    Spectrum radiance = surface.radiance;
-    if (surface.emission != kNone)
-      radiance *= mean_over_triangle(textures[surface.emission], surface, static_cast<std::uint32_t>(shape),
-                                     static_cast<std::uint32_t>(i), mesh.triangles[i]);
-    add(surface, shape, i, TriangleLight(v0, flipped ? v2 : v1, flipped ? v1 : v2, radiance));
+    const auto [a, b, c] = corners_of(mesh, i, flipped);
+    if (shines.empty()) {
+      add(surface, shape, i, TriangleLight(a, b, c, surface.radiance));
+      continue;
+    }
+    const TriangleLight light(a, b, c, Spectrum(static_cast<float>(shines[i].mean)));
+    if (shines[i].picture)
+      add(surface, shape, i, PictureTriangle(light, shines[i].picture));
+    else
+      add(surface, shape, i, light);
   }
+}
+
+std::vector<TriangleShine> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
+                                                 bool flipped) const {
+  const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size());
+  const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
+  std::vector<TriangleShine> shines;
+  double total = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto place = [&](float u, float v) {
+      return on_triangle({u, v}, static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(i), mesh.triangles[i],
+                         uvs);
+    };
+    const TexturePlace second = place(1, 0), third = place(0, 1);
+    shines.push_back(pictures.of({place(0, 0), flipped ? third : second, flipped ? second : third},
+                                 finest(corners_of(mesh, i, flipped))));
+    total += shines.back().mean;
+  }
+  const double least = kDarkest * (total > 0 ? total / static_cast<double>(shines.size()) : 1);
+  for (TriangleShine& shine : shines) shine.mean = std::max(shine.mean, least);
+  return shines;
 }
 
 Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {

@@ -7,6 +7,7 @@
 #include "scene/lights.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
+#include "scene/triangle_picture.h"
 
 namespace equaltime {
 
@@ -30,6 +31,9 @@ struct AreaLights {
                      bool flipped);
   /// One light a triangle.
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
+  /// How bright the texture of a mesh makes each triangle: none so little that it would never be picked.
+  [[nodiscard]] std::vector<TriangleShine> shines_of(std::size_t shape, const TriangleMesh& mesh,
+                                                     const Surface& surface, bool flipped) const;
 };
 
 }  // namespace equaltime

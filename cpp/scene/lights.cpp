@@ -108,7 +108,14 @@ std::size_t Lights::memory_bytes() const noexcept {
   for (const AliasTable& table : tables_) bytes += table.memory_bytes();
   bytes += distant_.memory_bytes();
   for (const AreaLight& light : area_)
-    if (const auto* picture = std::get_if<PictureLight>(&light)) bytes += picture->memory_bytes();
+    bytes += std::visit(
+        [](const auto& l) -> std::size_t {
+          if constexpr (requires { l.memory_bytes(); })
+            return l.memory_bytes();
+          else
+            return 0;
+        },
+        light);
   if (const LightTree* made = lazy_tree_->made.load(std::memory_order_acquire)) bytes += made->memory_bytes();
   if (environment_) bytes += std::visit([](const auto& e) { return e.memory_bytes(); }, *environment_);
   return bytes;

@@ -37,8 +37,10 @@ template <auto E, class F>
     if (const auto* disk = std::get_if<DiskLight>(&light)) return f(*disk);
     if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
   }
-  if constexpr (E.textures)
-    if (const auto* picture = std::get_if<PictureLight>(&light)) return f(*picture);
+  if constexpr (E.textures) {
+    if (const auto* picture = std::get_if<PictureRectangle>(&light)) return f(*picture);
+    if (const auto* picture = std::get_if<PictureTriangle>(&light)) return f(*picture);
+  }
   if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
   return f(*std::get_if<TriangleLight>(&light));
 }
@@ -177,7 +179,7 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
   float time = 0;
   if constexpr (E.motion) time = sampler.get_1d(slot(CameraDimension::time));
   auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
-    if constexpr (std::is_same_v<std::decay_t<decltype(l)>, PictureLight>)
+    if constexpr (requires { l.sample(receiver.p, Point2d{}, pick.pmf); })
       return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
     else
       return l.sample(receiver.p, u, pick.pmf);

@@ -12,7 +12,8 @@
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureLight>;
+using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureRectangle,
+                               PictureTriangle>;
 
 struct MovingLights {
   std::uint32_t first;           // of them among all lights; the others follow

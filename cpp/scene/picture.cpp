@@ -1,6 +1,7 @@
 #include "scene/picture.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace equaltime {
 
@@ -82,10 +83,16 @@ std::vector<double> joined(const std::vector<double>& weights, const Lines& u, c
   return sums;
 }
 
+/// With what each cell gets at the least.
+std::vector<double> spread(std::vector<double> weights) {
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  for (double& w : weights) w += kSpread * total / static_cast<double>(weights.size());
+  return weights;
+}
+
 std::vector<double> even_weights(const Radiance& radiance) {
   std::vector<double> weights;
   constexpr double kStep = 1.0 / (kEvenCells * kPoints), kShare = kStep * kStep;
-  double total = 0;
   for (std::size_t j = 0; j < kEvenCells; ++j)
     for (std::size_t i = 0; i < kEvenCells; ++i) {
       double sum = 0;
@@ -94,10 +101,8 @@ std::vector<double> even_weights(const Radiance& radiance) {
           sum += radiance((static_cast<double>(i * kPoints + x) + 0.5) * kStep,
                           (static_cast<double>(j * kPoints + y) + 0.5) * kStep);
       weights.push_back(sum * kShare);
-      total += weights.back();
     }
-  for (double& w : weights) w += kSpread * total / (kEvenCells * kEvenCells);
-  return weights;
+  return spread(std::move(weights));
 }
 
 std::size_t cell_of(const Lines& lines, double at) noexcept {
@@ -120,6 +125,10 @@ Picture::Picture(const Texture& texture, const Spectrum& color) {
     u_ = thinned(u), v_ = thinned(v);
     set_weights(joined(integrals(radiance, u, v, grid.steps), u, v, u_, v_));
   }
+}
+
+Picture::Picture(std::size_t cells, std::vector<double> weights) : u_(even_lines(cells)), v_(u_) {
+  set_weights(spread(std::move(weights)));
 }
 
 void Picture::set_weights(std::vector<double> weights) {

@@ -14,6 +14,8 @@ class Picture {
  public:
   /// Of the mean of the texture's colours, each multiplied by `color`.
   Picture(const Texture& texture, const Spectrum& color);
+  /// Of integrals over so many cells along each side, all of a size, row by row; a share is spread over all of them.
+  Picture(std::size_t cells, std::vector<double> weights);
 
   /// The integral over the square: the mean radiance.
   [[nodiscard]] double mean() const noexcept { return cells_.total(); }

@@ -91,6 +91,13 @@ TextureGrid UvMap::grid(double columns, double rows, double part, std::size_t mo
           knots(down, static_cast<double>(m_[5]) * rows, part)};
 }
 
+std::array<double, 6> UvMap::times(double columns, double rows, double part) const noexcept {
+  std::array<double, 6> m;
+  for (std::size_t i = 0; i < m.size(); ++i) m[i] = static_cast<double>(m_[i]) * (i < 3 ? columns : rows);
+  m[2] -= part, m[5] -= part;
+  return m;
+}
+
 Bitmap::Bitmap(BitmapDescription d)
     : to_uv_(d.to_uv),
       width_(d.width),
@@ -176,6 +183,11 @@ TextureGrid Bitmap::grid(std::size_t most) const {
   return grid;
 }
 
+std::optional<TextureLattice> Bitmap::lattice() const noexcept {
+  const bool steps = filter_ == TextureFilter::nearest;
+  return TextureLattice{to_uv_.times(width_, height_, steps ? 0 : 0.5), steps};
+}
+
 Checkerboard::Checkerboard(const CheckerboardDescription& d) noexcept
     : to_uv_(d.to_uv),
       colors_{spectrum(d.color0), spectrum(d.color1)},
@@ -195,6 +207,10 @@ TextureGrid Checkerboard::grid(std::size_t most) const {
   TextureGrid grid = to_uv_.grid(2, 2, 0, most);
   grid.steps = true;
   return grid;
+}
+
+std::optional<TextureLattice> Checkerboard::lattice() const noexcept {
+  return TextureLattice{to_uv_.times(2, 2, 0), true};
 }
 
 void MeshAttribute::add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces) {

@@ -44,6 +44,13 @@ struct TextureGrid {
   bool steps = false;
 };
 
+/// Where a texture changes its rule: where its own coordinates, times so many columns and rows, are whole numbers and a
+/// part.
+struct TextureLattice {
+  std::array<double, 6> from_uv;  // to columns and rows less the part: rows of an affine map
+  bool steps;
+};
+
 /// The affine map from a surface's uv to a texture's, in float32.
 class UvMap {
  public:
@@ -58,6 +65,7 @@ class UvMap {
   /// Where the texture's own coordinates, times so many, are whole numbers and a part; nothing if they are not parallel
   /// to the surface's.
   [[nodiscard]] TextureGrid grid(double columns, double rows, double part, std::size_t most) const;
+  [[nodiscard]] std::array<double, 6> times(double columns, double rows, double part) const noexcept;
 
  private:
   std::array<float, 6> m_;
@@ -76,6 +84,7 @@ class Bitmap {
   /// The colour, if it is the same everywhere.
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] TextureGrid grid(std::size_t most) const;
+  [[nodiscard]] std::optional<TextureLattice> lattice() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof(*this) + texels_.size(); }
 
  private:
@@ -106,6 +115,7 @@ class Checkerboard {
   [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] TextureGrid grid(std::size_t most) const;
+  [[nodiscard]] std::optional<TextureLattice> lattice() const noexcept;
   [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(Checkerboard); }
 
  private:
@@ -128,6 +138,7 @@ class MeshAttribute {
   [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] static std::optional<Spectrum> constant() noexcept { return std::nullopt; }
   [[nodiscard]] static TextureGrid grid(std::size_t) { return {}; }
+  [[nodiscard]] static std::optional<TextureLattice> lattice() noexcept { return std::nullopt; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
