@@ -35,17 +35,16 @@ class SphericalTriangle {
     const double norm = 1 / std::sqrt(length_squared(n_ab) * length_squared(n_ac));
     const double cos_alpha = dot(n_ab, n_ac) * norm;
     const double sin_alpha = length(cross(n_ab, n_ac)) * norm;
-    const double cos_c = dot(a_, b_);
+    // Arvo's cos b, reordered so that nothing cancels: next to a triangle that covers half the world, sin alpha is next
+    // to 0, and c_sub, next to the antipode of b, must be right to a small part of that.
+    const double one_minus_cos_c = 0.5 * length_squared(a_ - b_);
     const double area = static_cast<double>(u.x) * solid_angle_;
-    // s and t are the sine and cosine of area - alpha.
-    const double sin_area = std::sin(area), cos_area = std::cos(area);
-    const double s = sin_area * cos_alpha - cos_area * sin_alpha;
-    const double t = cos_area * cos_alpha + sin_area * sin_alpha;
-    const double p = t - cos_alpha;
-    const double q = s + sin_alpha * cos_c;
-    const double denominator = (q * s + p * t) * sin_alpha;
-    const double cos_b = denominator != 0 ? ((q * t - p * s) * cos_alpha - q) / denominator : 1.0;
-    const Vec3d c_sub = along_arc(a_, c_, std::fmin(1.0, std::fmax(-1.0, cos_b)));
+    const double sin_half = std::sin(0.5 * area), one_minus_cos_area = 2 * sin_half * sin_half;
+    const double s = std::sin(area) * cos_alpha - (1 - one_minus_cos_area) * sin_alpha;  // of area - alpha
+    const double denominator = one_minus_cos_area - one_minus_cos_c * s * sin_alpha;
+    const double numerator = (2 - one_minus_cos_c) * one_minus_cos_area;
+    const double one_minus_cos_b = denominator > 0 ? std::fmin(2.0, numerator / denominator) : 0.0;
+    const Vec3d c_sub = along_arc(a_, c_, 1 - one_minus_cos_b, one_minus_cos_b);
     const Vec3d chord = c_sub - b_;
     const double one_minus_cos = static_cast<double>(u.y) * 0.5 * length_squared(chord);
     return along_arc(b_, c_sub, 1 - one_minus_cos, one_minus_cos);
@@ -53,9 +52,6 @@ class SphericalTriangle {
 
  private:
   /// The unit vector at the angle of given cosine from `from` on the great arc towards `to`.
-  static Vec3d along_arc(const Vec3d& from, const Vec3d& to, double cosine) noexcept {
-    return along_arc(from, to, cosine, 1 - cosine);
-  }
   static Vec3d along_arc(const Vec3d& from, const Vec3d& to, double cosine, double one_minus_cosine) noexcept {
     const Vec3d away = (to - from) - from * dot(from, to - from);
     const double norm = length(away);

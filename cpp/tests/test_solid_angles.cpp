@@ -1,12 +1,15 @@
 // Solid angles of triangles and rectangles against long double, and samples against the shape that they must lie on.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "sampling/spherical_rectangle.h"
 #include "sampling/spherical_triangle.h"
 #include "tests/check.h"
+#include "tests/statistics.h"
 
 namespace {
 
@@ -112,6 +115,76 @@ TEST("samples of a triangle are unit directions towards it") {
     CHECK(std::abs(length(w) - 1) < 1e-9);
     CHECK(outside(v0, e1, e2, w) < 1e-7);
   }
+}
+
+// How samples of a triangle fall into its 64 parts, of which each edge has eight: χ² against the parts' solid angles,
+// as a deviate. With a tilt, parts on one side are said to be so much larger.
+double deviate_over_parts(const Vec3d& v0, const Vec3d& e1, const Vec3d& e2, double tilt) {
+  constexpr int kSide = 8, kDraws = 200000;
+  const SphericalTriangle triangle(v0, e1, e2);
+  const Real whole = triangle_solid_angle(Vec(v0), Vec(e1), Vec(e2));
+  std::vector<double> counts(2 * kSide * kSide, 0), expected(counts.size(), 0);
+  const auto part = [](int i, int j, int upper) { return static_cast<std::size_t>(2 * (kSide * i + j) + upper); };
+  for (int i = 0; i < kSide; ++i)
+    for (int j = 0; i + j < kSide; ++j)
+      for (int upper = 0; i + j + upper < kSide; ++upper) {
+        const Vec3d corner = v0 + e1 * ((i + upper) / double{kSide}) + e2 * ((j + upper) / double{kSide});
+        const Vec3d a = e1 * ((upper ? -1.0 : 1.0) / kSide), b = e2 * ((upper ? -1.0 : 1.0) / kSide);
+        const Real share = triangle_solid_angle(Vec(corner), Vec(a), Vec(b)) / whole;
+        expected[part(i, j, upper)] = kDraws * (1 + tilt * (i - 2)) * static_cast<double>(share);
+      }
+  const Vec3d n = cross(e1, e2);
+  Random random;
+  for (int k = 0; k < kDraws; ++k) {
+    const Vec3d w = triangle.sample(random.unit());
+    const Vec3d p = w * (dot(n, v0) / dot(n, w)) - v0;
+    const auto place = [&](const Vec3d& v) {
+      return std::clamp(kSide * dot(v, n) / length_squared(n), 0.0, kSide - 1e-9);
+    };
+    const double x = place(cross(p, e2)), y = place(cross(e1, p));
+    const int i = static_cast<int>(x), j = std::min(static_cast<int>(y), kSide - 1 - i);
+    ++counts[part(i, j, i + j + 1 < kSide && x - i + y - j > 1 ? 1 : 0)];
+  }
+  std::vector<double> seen, meant;
+  for (std::size_t k = 0; k < counts.size(); ++k)
+    if (expected[k] > 0) seen.push_back(counts[k]), meant.push_back(expected[k]);
+  return statistics::chi_squared_deviate(seen, meant);
+}
+
+TEST("samples of a triangle are spread by solid angle, from a tenth of one down to a billionth (S9)") {
+  const Vec3d v0 = normalize(Vec3d{0.3, -0.2, 1}), e1{1, 0.2, 0.1}, e2{0.1, 0.9, -0.3};
+  for (const double solid_angle : {1e-1, 1e-3, 1e-5, 1e-7, 1e-9}) {
+    const double size = std::sqrt(2 * solid_angle);
+    CHECK(std::abs(deviate_over_parts(v0, e1 * size, e2 * size, 0)) < statistics::kReject);
+    CHECK(deviate_over_parts(v0, e1 * size, e2 * size, 0.02) > statistics::kReject);  // the twin
+  }
+}
+
+// How directions fall into 64 parts of the half world above, of equal solid angle; the upper half of them may be said
+// to be so much larger.
+double deviate_over_sky(const SphericalTriangle& triangle, double tilt) {
+  constexpr int kSide = 8, kDraws = 200000;
+  std::vector<double> counts(kSide * kSide, 0), expected;
+  Random random;
+  for (int k = 0; k < kDraws; ++k) {
+    const Vec3d w = triangle.sample(random.unit());
+    const auto cell = [](double x) { return std::clamp(static_cast<int>(kSide * x), 0, kSide - 1); };
+    ++counts[static_cast<std::size_t>(kSide * cell(w.z) + cell(0.5 + std::atan2(w.y, w.x) / (2 * std::numbers::pi)))];
+  }
+  for (int k = 0; k < kSide * kSide; ++k)
+    expected.push_back(kDraws * (1 + (2 * k < kSide * kSide ? -tilt : tilt)) / (kSide * kSide));
+  return statistics::chi_squared_deviate(counts, expected);
+}
+
+TEST("samples of a triangle that covers half the world are spread by solid angle (S10)") {
+  const Vec3d e1{1000, 0, 0}, e2{1000, 1000, 0};
+  for (const Vec3d corner : {Vec3d{-800, -400, 0}, Vec3d{-600, -200, 0}, Vec3d{-503, -500, 0}, Vec3d{-999, -3, 0}})
+    for (const double height : {1e-4, 1e-6, 1e-7}) {
+      const SphericalTriangle triangle(corner + Vec3d{0, 0, height}, e1, e2);
+      CHECK(std::abs(triangle.solid_angle() - 2 * std::numbers::pi) < 1e-3);
+      CHECK(std::abs(deviate_over_sky(triangle, 0)) < statistics::kReject);
+      CHECK(deviate_over_sky(triangle, 0.04) > statistics::kReject);  // the twin
+    }
 }
 
 TEST("halves of a triangle's samples fall into its halves of equal solid angle") {

@@ -109,17 +109,36 @@ def test_polygons_light_by_lamberts_formula(shape: str, place: str) -> None:
     check(irradiance(add, receiver, normal), lambert(corners, receiver, normal), 2.0**-22 * 10 / width)
 
 
-def test_a_receiver_right_above_a_wide_light_sees_half_a_world_of_it() -> None:
-    """A ten-millionth above a light a thousand wide: E = π L (case S10)."""
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_receiver_right_above_a_wide_light_sees_half_a_world_of_it(triangles: bool) -> None:
+    """Down to a ten-millionth above a light a thousand wide: E = π L (case S10)."""
 
     def add(builder: _core.SceneBuilder) -> None:
-        square = affine([500, 0, 0], [0, 500, 0], [0, 0, 1])
-        builder.add_rectangle(square, flip_normals=False, front=None, back=None, radiance=WHITE)
+        if triangles:
+            builder.add_mesh(500 * QUADS["square"], [[0, 1, 2], [0, 2, 3]], front=None, back=None, radiance=WHITE)
+        else:
+            square = affine([500, 0, 0], [0, 500, 0], [0, 0, 1])
+            builder.add_rectangle(square, flip_normals=False, front=None, back=None, radiance=WHITE)
 
-    for height in (1e-1, 1e-3, 1e-4):
+    for height in (1e-1, 1e-3, 1e-5, 1e-7):
         estimates = irradiance(add, np.array([3.0, 5.0, height]), np.array([0.0, 0.0, -1.0]))
         assert p_of(estimates, np.pi) > EACH
         assert p_of(1.05 * estimates, np.pi) < EACH, "the twin"
+
+
+@pytest.mark.parametrize("shape", QUADS)
+def test_irradiance_vanishes_smoothly_as_a_receiver_comes_down_to_a_lamp_s_plane(shape: str) -> None:
+    """By Lambert's formula to a ten-millionth above it; in it, and below, exactly nothing (case S7)."""
+
+    def add(builder: _core.SceneBuilder) -> None:
+        faces = [[0, 1, 2], [0, 2, 3]][: len(QUADS[shape]) - 2]
+        builder.add_mesh(QUADS[shape], faces, front=None, back=None, radiance=WHITE)
+
+    for height in (1e-1, 1e-3, 1e-5, 1e-7):
+        receiver, normal = np.array([2.0, 0.25, height]), np.array([-1.0, 0.0, 0.0])
+        check(irradiance(add, receiver, normal), lambert(QUADS[shape], receiver, normal), 1e-4)
+        assert irradiance(add, receiver * [1, 1, -1], normal).max() == 0.0
+    assert irradiance(add, receiver * [1, 1, 0], normal).max() == 0.0
 
 
 @pytest.mark.parametrize("distance", [1e-3, 1.0, 1e3])
