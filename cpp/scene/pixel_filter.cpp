@@ -55,12 +55,17 @@ double lanczos_integral(double radius) noexcept {
   return 2 * sum * h / 3;
 }
 
+/// In pixels: what is seen from there still has places that single precision holds.
+constexpr double kWidest = 1e4;
+
 }  // namespace
 
 PixelFilter::PixelFilter(FilterKind kind, double parameter, double second)
     : kind_(kind), radius_(parameter), parameter_(parameter), second_(second) {
   if (kind == FilterKind::mitchell ? !std::isfinite(parameter + second) : !(parameter > 0 && std::isfinite(parameter)))
     throw std::invalid_argument("a pixel filter needs finite parameters, and a positive size");
+  if (kind != FilterKind::mitchell && parameter > kWidest)
+    throw std::invalid_argument("a pixel filter reaches no further than ten thousand pixels");
   switch (kind) {
     case FilterKind::gaussian: {
       radius_ = kGaussianCut * parameter;

@@ -178,6 +178,11 @@ Ray CameraMotion::ray(const Sensor& sensor, double x, double y, Point2f lens, fl
 
 namespace {
 
+/// In normalised space, whose extent is near 2^10.
+constexpr double kWidestLens = 0x1p30;
+/// Over the radius of the lens.
+constexpr double kNearestFocus = 1e-6;
+
 Sensor sensor_of(const SensorDescription& description, const FilmDescription& film,
                  const Normalization& normalization) {
   if (const auto* lens = std::get_if<ThinLensDescription>(&description)) {
@@ -186,6 +191,11 @@ Sensor sensor_of(const SensorDescription& description, const FilmDescription& fi
       throw std::invalid_argument("a lens needs a finite radius that is not negative");
     if (!(lens->focus_distance > 0 && std::isfinite(lens->focus_distance)))
       throw std::invalid_argument("a lens needs a finite, positive focus distance");
+    // Beyond, rays would start and point where single precision has no numbers, which Embree answers with an abort.
+    if (!(normalization.length(lens->aperture_radius) < kWidestLens))
+      throw std::invalid_argument("a lens needs a radius below a million times the size of the scene");
+    if (!(lens->focus_distance > kNearestFocus * lens->aperture_radius))
+      throw std::invalid_argument("a lens needs a focus distance above a millionth of its radius");
     if (lens->blades == 1 || lens->blades == 2)
       throw std::invalid_argument("a lens has no blades, or three at the least");
     if (!std::isfinite(lens->rotation_degrees)) throw std::invalid_argument("a lens needs a finite rotation");

@@ -14,6 +14,7 @@ Radiance leaves the front side only. A side whose BSDF is None absorbs everythin
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -193,7 +194,7 @@ def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface
     base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
     scale = linear_scale(poses(shape.to_world)[0]) or 1.0  # never None: the model refuses such a cylinder
     axis = np.subtract(shape.p1, shape.p0)
-    meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / np.linalg.norm(axis)), mirrors(to_world)
+    meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / math.hypot(*axis)), mirrors(to_world)
     flipped = mirrored != shape.flip_normals
     return CylinderSurface(sides, base, end, scale * shape.radius, flipped, meridian, mirrored)
 
