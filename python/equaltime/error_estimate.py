@@ -32,10 +32,11 @@ Floats = NDArray[np.float64]
 # What making the reference R from the noisy image itself does to the error, as standard deviations of its logarithm,
 # measured against converged images of 16x16 to 96x96 pixels, for how far the error may lie above and below the
 # estimate: of how far it moves as R leans all the way from a pixel's mean to the darker of its replicates (above only
-# where few pixels make the noise, which is skewed then); times the noise, where R is all the local mean; and at least.
+# where few pixels make the noise, which is skewed then); times the noise, where R is all the local mean; times both,
+# which are large together in the first samples; and at least.
 _LEANING_ABOVE, _LEANING_BELOW = 0.35, 0.25
 _SMOOTH_ABOVE, _SMOOTH_BELOW = 0.2, 0.15
-_LEAST_DOUBT = 0.01
+_BOTH_ABOVE, _LEAST_DOUBT = 0.65, 0.01
 _Z95 = 1.960
 _MANY = 300.0
 
@@ -187,7 +188,8 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     chance = _quantile(level, effective) * deviation
     # of even noise in two replicates, the deviation is one over the root of the number of pixels
     skewed = min(max(0.5 * (deviation * math.sqrt(contributions.size) - 1.0), 0.0), 1.0)
-    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, _LEAST_DOUBT)
+    both = _BOTH_ABOVE * leant * smooth
+    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, both, _LEAST_DOUBT)
     below = math.hypot(_LEANING_BELOW * leant, _SMOOTH_BELOW * smooth, _LEAST_DOUBT)
     low, high = math.exp(-math.hypot(chance, _Z95 * below)), math.exp(math.hypot(chance, _Z95 * above))
     return Estimate(value, value * low, value * high, tail.doubt)
