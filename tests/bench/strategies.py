@@ -11,7 +11,7 @@ import numpy as np
 from measuring import SHIPPED, arguments, noise, print_conditions, ratio, render_seconds, rounds, samples_for, text
 
 import equaltime as et
-from equaltime import _core
+from equaltime.core_renderer import core_settings
 from equaltime.strategy import Strategy
 
 BASELINE = "best"
@@ -41,10 +41,7 @@ def compare(scene: et.Scene, path: str, options: Any) -> None:
     # without roulette, paths of unlimited length end by absorption alone: a benchmark of patience
     strategies = [name for name in options.strategies if scene.max_depth >= 0 or "roulette=none" not in name]
     names = [BASELINE, *strategies]
-    settings = {
-        name: _core.Settings(**Strategy.parse(name).model_dump(exclude={"truncate"}), max_depth=scene.max_depth)
-        for name in names
-    }
+    settings = {name: core_settings(scene, Strategy.parse(name)) for name in names}
     spp = min(64, samples_for(scene.core, settings[BASELINE], options.threads, 0.4))
     images: dict[str, list[Any]] = {name: [] for name in names}
 

@@ -23,7 +23,7 @@ SMALLEST = {
     "motion": "--repeats 1",
     "robust_intersection": "--repeats 1 --triangles 2000",
     "small_lights": "--repeats 1 --side 8",
-    "strategies": "independent --repeats 1 --size 16 16 --scenes scenes/cornell-box.toml",
+    "strategies": "best,sampler=independent --repeats 1 --size 16 16 --scenes scenes/cornell-box.toml",
 }
 ELSEWHERE = {
     "against_mitsuba": "needs a peer",

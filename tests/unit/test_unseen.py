@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.core_renderer import core_settings
 from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
-from equaltime.session import core_settings
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
