@@ -76,22 +76,19 @@ template <Effects E, class Probe>
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
-      const auto light = [&]() noexcept {
-        const Spectrum direct =
-            direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
-        L += probe.lit(beta * direct, depth + 1);
-      };
+      if constexpr (!E.forks) scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
+      const Spectrum direct =
+          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
+      L += probe.lit(beta * direct, depth + 1);
       if constexpr (E.forks) {
-        light();
         if (forks.due()) {
           Departure<E> path{ray, beta, radiance_scale, made, within, depth, crossed, sampler};
           forks.fork(scene, *it, *bsdf, bounce, path);
           beta = path.beta, radiance_scale = path.radiance_scale, sampler = path.sampler, u = sampler.vertex(bounce);
           if constexpr (Probe::listens) probe.note(event::Forks{});
         }
+        scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
       }
-      scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      if constexpr (!E.forks) light();
     }
     if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
     if (!scattered) return L;
