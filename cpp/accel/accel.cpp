@@ -9,6 +9,7 @@
 
 #include "accel/embree_values.h"
 #include "accel/moving_instance.h"
+#include "accel/walls.h"
 
 namespace equaltime {
 
@@ -61,13 +62,9 @@ RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
   return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
 }
 
-std::optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept {
-  return intersect_sphere(s, r);
-}
-std::optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept {
-  return intersect_disk(d, r);
-}
-std::optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
+Optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept { return intersect_sphere(s, r); }
+Optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept { return intersect_disk(d, r); }
+Optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
   return intersect_cylinder(c, r);
 }
 
@@ -112,10 +109,16 @@ struct Accel::Impl {
   Device device;
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
-  EmbreeScene scene;  // of all
+  EmbreeScene scene;  // of all but these:
+  Walls walls;
+  std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
 
-  EmbreeScene build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances, bool moves);
+  EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+                    const std::vector<InstanceGeometry>& instances, bool moves);
   void set_moving(const std::vector<MovingInstanceGeometry>& instances, std::size_t before);
+  /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
+  [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
   /// How many geometries of the scene are no instances.
   [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
@@ -182,8 +185,8 @@ void Accel::Impl::set_moving(const std::vector<MovingInstanceGeometry>& instance
   }
 }
 
-EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::vector<InstanceGeometry>& instances,
-                               bool moves) {
+EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+                               const std::vector<InstanceGeometry>& instances, bool moves) {
   EmbreeScene made(rtcNewScene(device.get()));
   rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   std::size_t triangles = 0;
@@ -191,7 +194,7 @@ EmbreeScene Accel::Impl::build(Geometries& all, Intersection mode, const std::ve
   const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   rtcSetSceneBuildQuality(made.get(), quality);
   for (TriangleMesh& mesh : all.meshes) add_mesh(made.get(), mesh, quality);
-  add_primitives(made.get(), all.spheres);
+  add_primitives(made.get(), spheres);
   add_primitives(made.get(), all.disks);
   add_primitives(made.get(), all.cylinders);
   for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
@@ -215,63 +218,67 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
         return true;
       },
       &impl_->memory);
-  for (Geometries& group : impl_->groups) impl_->group_scenes.push_back(impl_->build(group, mode, {}, false));
+  for (Geometries& group : impl_->groups)
+    impl_->group_scenes.push_back(impl_->build(group, group.spheres, mode, {}, false));
   impl_->set_moving(moving, impl_->before_instances() + instances.size());
-  impl_->scene = impl_->build(impl_->geometries, mode, instances, true);
+  std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
+  impl_->walls = Walls(spheres, impl_->geometries.meshes);
+  if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
+  impl_->scene = impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances,
+                              true);
 }
 Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
-Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
-                                       float t_max) const noexcept {
+EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query;
-  write(query.ray, {ox, oy, oz}, {dx, dy, dz}, t_max);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(impl_->scene.get(), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return PrimitiveId{query.hit.geomID, query.hit.primID};
-}
-
-EQUALTIME_INLINE Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  RTCRayHit query;
-  write(query.ray, ray.origin, ray.direction, ray.t_max, time);
+  write(query.ray, o, d, t_max, time);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene.get(), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const PrimitiveId id{query.hit.geomID, query.hit.primID};
-  if (query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) return InstancedId{kNotInstanced, id};
-  return InstancedId{query.hit.instID[0] - static_cast<std::uint32_t>(before_instances()), id};
+  if (!walls.empty())
+    if (const auto nearer = walls.nearest(to_ray(query.ray)))
+      return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size()), *nearer}};
+  return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
 }
 
-Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept { return impl_->nearest(ray, 0); }
+EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
+  if (!walls.empty() && walls.any(RayD(Ray{o, d, t_max}))) return true;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay query;
+  write(query, o, d, t_max, time);
+  rtcOccluded1(scene.get(), &context, &query);
+  return query.tfar < 0;
+}
 
+Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
+  InstancedId hit = met(ray.origin, ray.direction, ray.t_max, time);
+  if (hit.id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  static_assert(kNotInstanced == RTC_INVALID_GEOMETRY_ID);
+  if (hit.instance != kNotInstanced) hit.instance -= static_cast<std::uint32_t>(before_instances());
+  return hit;
+}
+
+Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
+                                       float t_max) const noexcept {
+  const PrimitiveId id = impl_->met({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
+  if (id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return id;
+}
+Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept { return impl_->nearest(ray, 0); }
 Optional<InstancedId> Accel::intersect_at(const Ray& ray, float time) const noexcept {
   return impl_->nearest(ray, time);
 }
 
-bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  RTCRay query;
-  write(query, ray.origin, ray.direction, ray.t_max, time);
-  rtcOccluded1(impl_->scene.get(), &context, &query);
-  return query.tfar < 0;
-}
-
 bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  RTCRay query;
-  write(query, {ox, oy, oz}, {dx, dy, dz}, t_max);
-  rtcOccluded1(impl_->scene.get(), &context, &query);
-  return query.tfar < 0;
+  return impl_->blocked({ox, oy, oz}, {dx, dy, dz}, t_max, 0);
+}
+bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
+  return impl_->blocked(ray.origin, ray.direction, ray.t_max, time);
 }
 
 const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }

@@ -6,10 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
+#include "math/optional.h"
 #include "math/ray.h"
 #include "math/vector.h"
 
@@ -59,10 +60,40 @@ struct Barycentric {
 };
 [[nodiscard]] Barycentric barycentric(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Vec3d& point) noexcept;
 
+namespace detail {
+/// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
+/// if d is 0 or misses, or if both are surely below 0.
+struct Meetings {
+  double first, second;
+};
+[[nodiscard]] inline Optional<Meetings> meet_ball(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
+  const double b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
+  // Outside and on the way out, as rays mostly are that the ball's box stands round: the roots below keep their signs
+  // when they are rounded, because the root of a square is the number itself. No root, no quotient for these.
+  if (b < 0 && distance_squared >= radius_squared) return std::nullopt;
+  const double a = length_squared(d);
+  const Vec3d closest = oc + d * (b / a);
+  const double discriminant = radius_squared - length_squared(closest);
+  if (!(discriminant >= 0)) return std::nullopt;
+  // c = |oc|² - r², from |oc| - r so that an origin close to the surface keeps its side.
+  const double distance = std::sqrt(distance_squared);
+  const double c = (distance - radius) * (distance + radius);
+  const double q = b + std::copysign(std::sqrt(a * discriminant), b);
+  const double t0 = q != 0 ? c / q : 0.0, t1 = q / a;
+  return t0 > t1 ? Meetings{t1, t0} : Meetings{t0, t1};
+}
+}  // namespace detail
+
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
-[[nodiscard]] std::optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept;
-[[nodiscard]] std::optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexcept;
-[[nodiscard]] std::optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept;
+[[nodiscard]] inline Optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept {
+  const auto t = detail::meet_ball(ray.origin - sphere.center, ray.direction, sphere.radius);
+  if (!t) return std::nullopt;
+  if (t->first > 0) return t->first < ray.t_max ? Optional(t->first) : std::nullopt;
+  if (t->second > 0 && t->second < ray.t_max) return t->second;
+  return std::nullopt;
+}
+[[nodiscard]] Optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexcept;
+[[nodiscard]] Optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept;
 
 }  // namespace equaltime
