@@ -31,14 +31,18 @@ std::optional<Spectrum> constant(const Texture& texture) noexcept {
   return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
 }
 
-Bsdf Material::at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
-  Bsdf leaf = bsdf;
-  for (const auto& [parameter, texture, times] : bindings) {
-    Spectrum value = value_for(parameter, textures[texture], place);
-    if (times != kNone) value *= value_for(parameter, textures[times], place);
-    set(leaf, parameter, value);
-  }
-  return leaf;
+const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlace& place,
+                         std::optional<Bsdf>& made) const noexcept {
+  // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
+  const auto as_textures_have_it = [&](auto leaf) noexcept -> const Bsdf& {
+    for (const auto& [parameter, texture, times] : bindings) {
+      Spectrum value = value_for(parameter, textures[texture], place);
+      if (times != kNone) value *= value_for(parameter, textures[times], place);
+      leaf.set(parameter, value);
+    }
+    return made.emplace(leaf);
+  };
+  return std::visit(as_textures_have_it, bsdf);
 }
 
 float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {

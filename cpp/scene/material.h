@@ -40,8 +40,9 @@ struct Material {
   std::uint32_t parts[2] = {0, 0};  // of a mixture
   float weight = 0;                 // of the second part, where no texture speaks
 
-  /// The leaf as the textures make it at a place.
-  [[nodiscard]] Bsdf at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
+  /// The leaf as the textures make it at a place, which is put in `made`.
+  const Bsdf& at(const std::vector<Texture>& textures, const TexturePlace& place,
+                 std::optional<Bsdf>& made) const noexcept;
   /// The share of the second part at a place.
   [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
 };

@@ -109,7 +109,7 @@ struct Scene {
     if constexpr (E.normal_maps)
       if (material.bend) bend(*material.bend, it, E.motion ? time : 0);
     if constexpr (E.textures)
-      if (!material.bindings.empty()) return own.emplace(material.at(textures, place(it)));
+      if (!material.bindings.empty()) return material.at(textures, place(it), own);
     return material.bsdf;
   }
   [[nodiscard]] Derivatives derivatives(const Interaction& it, float time) const noexcept;
