@@ -1,6 +1,7 @@
 // Fresnel reflectance of unpolarised light at smooth interfaces.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "math/numeric.h"
@@ -16,7 +17,7 @@ namespace equaltime {
   const double e2 = static_cast<double>(eta) * eta, k2 = static_cast<double>(k) * k;
   const double t = e2 - k2 - s2;
   const double a2_b2 = std::sqrt(t * t + 4 * e2 * k2);
-  const double a = std::sqrt(std::fmax(0.0, 0.5 * (a2_b2 + t)));
+  const double a = std::sqrt(std::max(0.0, 0.5 * (a2_b2 + t)));
   const double perpendicular = (a2_b2 + c2 - 2 * a * c) / (a2_b2 + c2 + 2 * a * c);
   const double p = a2_b2 * c2 + s2 * s2, q = 2 * a * c * s2;
   const double parallel = p + q > 0 ? perpendicular * (p - q) / (p + q) : perpendicular;
