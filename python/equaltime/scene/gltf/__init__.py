@@ -22,7 +22,8 @@ doubleSided                `twosided`; without it the back side absorbs *instead
 normalTexture              `normalmap`; tangents follow u of the texture coordinates, *TANGENT is not used*; green is
                            turned round where a texture is seen in a mirror
 occlusionTexture           not used: light is traced
-emission                   `area`, from the front side only; nits are W/(m² sr) per channel
+emission                   `area`, from the front side only; nits are W/(m² sr) per channel; fades with the opacity,
+                           *unless the two have different textures*
 extensions                 see `mapping`; those of materials become parameters of `principled`, mostly
 =========================  ===========================================================================================
 
