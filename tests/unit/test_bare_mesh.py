@@ -143,3 +143,12 @@ def test_the_command_renders_it(tmp_path: Path) -> None:
     output = tmp_path / "out.png"
     assert main(["render", str(written(tmp_path)), "-o", str(output), "--spp", "1", "--size", "16x12", "-q"]) == 0
     assert output.exists()
+
+
+def test_what_is_wrong_with_a_mesh_names_its_file_once(tmp_path: Path) -> None:
+    for text, told in (("v 0 0 0\nf 1 2 3\n", "{}:2: vertex 3 does not exist"), ("", "{}: the mesh is empty")):
+        file = tmp_path / "bad.obj"
+        file.write_text(text)
+        with pytest.raises(et.SceneError) as error:
+            et.load(file)
+        assert str(error.value).startswith(told.format(file))

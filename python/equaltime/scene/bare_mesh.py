@@ -19,6 +19,7 @@ from equaltime.scene.assets import Assets, Mesh
 from equaltime.scene.gltf.plant import plant
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, sky, sun
 from equaltime.scene.model import Obj, Ply
+from equaltime.scene.places import told_once
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Child, Object, Place, Report
 
@@ -50,7 +51,7 @@ def read_mesh(
     try:
         mesh = Assets(search).mesh((Obj if is_obj else Ply)(filename=path.name))
     except ValueError as error:
-        report.add(place, str(error))
+        report.add(*told_once(place, str(error)))
         return None
     if is_obj:
         shapes = list(_painted_parts(path, content, place, report))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Final
 
 from equaltime.scene.model import Plugin
 from equaltime.scene.tree import Place
 
-__all__ = ["NOWHERE", "Places"]
+__all__ = ["NOWHERE", "Places", "told_once"]
 
 
 ALONE: Final = ("sensor", "integrator")
@@ -31,6 +32,14 @@ class Places:
             return place
         kind = part.kind if part.kind in ALONE else None
         return next((place for known, place in self._parts if known == part or known.kind == kind), None)
+
+
+def told_once(place: Place, message: str) -> tuple[Place, str]:
+    """Return a place and what is wrong there; a message that names the same file gives it its line instead."""
+    found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
+    if found is None or place != Place(place.file):
+        return place, message
+    return Place(place.file, int(found[1]) if found[1] else None), found[2]
 
 
 NOWHERE: Final = Places((), ())
