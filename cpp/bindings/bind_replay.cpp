@@ -63,7 +63,10 @@ class Report {
     const Lights& lights = scene_.lights;
     const bool environment = lights.environment() && index == lights.last();
     const bool area = index < lights.first_delta();
-    return py::dict("index"_a = index, "kind"_a = environment ? "environment" : area ? "area" : "delta",
+    return py::dict("index"_a = index,
+                    "kind"_a = environment ? "environment"
+                               : area      ? "area"
+                                           : "delta",
                     "shape"_a = numbered(shape_of_light(scene_, index)), "delta"_a = index - lights.first_delta());
   }
   py::dict of(const TracedEmitter& e) const {
@@ -78,7 +81,7 @@ class Report {
     d["direction"] = triple(l.sample->wi);
     d["distance"] = l.sample->infinite ? py::object(py::none()) : py::object(py::float_(distance));
     d["pdf"] = l.sample->pdf;
-    d["radiance"] = number(scene_.radiance_of(*l.sample), radiance_);
+    d["radiance"] = number(l.radiance, radiance_);
     d["bsdf"] = number(l.bsdf.f);
     d["bsdf_pdf"] = l.bsdf.pdf;
     d["mis_weight"] = l.weight;

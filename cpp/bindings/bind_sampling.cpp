@@ -142,7 +142,8 @@ py::dict sample_lights(const Scene& scene, const std::string& lights, const Arra
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
     const auto s = scene.lights.sample<kAllEffects>(by.lights, by.environment, receivers[i], sampler, 0,
                                                     sampler.vertex(0).light_point);
-    if (s) out.set(i, s->wi, scene.radiance_of(*s) * static_cast<float>(scale), s->pdf);
+    const float time = sampler.get_1d(slot(CameraDimension::time));
+    if (s) out.set(i, s->wi, scene.radiance_of(*s, time) * static_cast<float>(scale), s->pdf);
   }
   return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);
 }
@@ -272,7 +273,8 @@ void bind_sampling(py::module_& m) {
   parts.def("direction_densities", &direction_densities, "scene"_a, "light"_a, "receivers"_a, "wi"_a,
             "environment"_a = "plain");
   parts.def("sample_flights", &sample_flights, "scene"_a, "medium"_a, "beta"_a, "distance"_a, "u"_a);
-  parts.def("take_faults", [] { return fault_names(take_faults()); }, "This thread's floating-point faults since.");
+  parts.def(
+      "take_faults", [] { return fault_names(take_faults()); }, "This thread's floating-point faults since.");
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a, "time"_a = 0.0F);
   parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);

@@ -42,16 +42,16 @@ SurfaceDescription surface(std::optional<std::uint32_t> front, std::optional<std
   return s;
 }
 
-/// The surface of a shape, which media and priorities are of.
+/// The surface of a shape, which media, priorities and pictures that shine are of.
 SurfaceDescription& solid(SceneDescription& d, std::uint32_t shape) {
-  if (shape >= d.shapes.size()) throw py::value_error("media are of a shape that was added");
+  if (shape >= d.shapes.size()) throw py::value_error("a surface is that of a shape that was added");
   SurfaceDescription* s = std::visit(
       [](auto& any) -> SurfaceDescription* {
         if constexpr (requires { any.surface; }) return &any.surface;
         return nullptr;
       },
       d.shapes[shape]);
-  if (s == nullptr) throw py::value_error("an instance has no media of its own");
+  if (s == nullptr) throw py::value_error("an instance has no surface of its own");
   return *s;
 }
 
@@ -187,6 +187,9 @@ void bind_builder(py::module_& m) {
             s.exterior = exterior, s.interior = interior;
           },
           "shape"_a, py::kw_only(), "exterior"_a, "interior"_a)
+      .def(
+          "bind_radiance", [](D& d, std::uint32_t shape, std::uint32_t texture) { solid(d, shape).emission = texture; },
+          "shape"_a, "texture"_a)
       .def(
           "set_priority", [](D& d, std::uint32_t shape, int priority) { solid(d, shape).priority = priority; },
           "shape"_a, "priority"_a)

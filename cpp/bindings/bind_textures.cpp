@@ -107,12 +107,6 @@ void bind_textures(py::class_<SceneDescription>& builder) {
            })
       .def("set_attribute", &set_attribute, "shape"_a, "texture"_a, "values"_a, py::kw_only(), "per_face"_a)
       .def(
-          "bind_radiance",
-          [](SceneDescription& d, std::uint32_t shape, std::uint32_t texture) {
-            d.emissions.push_back({shape, texture});
-          },
-          "shape"_a, "texture"_a)
-      .def(
           "bend",
           [](SceneDescription& d, std::uint32_t bsdf, std::uint32_t texture, bool bump, double scale, bool flip_invalid,
              bool shadowing, bool turned) {

@@ -87,20 +87,22 @@ void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<A
   }
 }
 
+Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners, const std::array<std::array<double, 2>, 3>& uvs) noexcept {
+  const Vec3d e1 = Vec3d(corners[1]) - Vec3d(corners[0]), e2 = Vec3d(corners[2]) - Vec3d(corners[0]);
+  const double u1 = uvs[1][0] - uvs[0][0], v1 = uvs[1][1] - uvs[0][1];
+  const double u2 = uvs[2][0] - uvs[0][0], v2 = uvs[2][1] - uvs[0][1];
+  const Vec3d tangent = (e1 * v2 - e2 * v1) * (u1 * v2 - u2 * v1);
+  const double norm = length(tangent);
+  return Vec3f(norm > 0 ? tangent / norm : FrameD::from_normal(normalize(cross(e1, e2))).s);
+}
+
 std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector<std::array<double, 2>>& uvs) {
   std::vector<Vec3f> tangents;
   tangents.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3d e1 = Vec3d(mesh.vertices[b]) - Vec3d(mesh.vertices[a]);
-    const Vec3d e2 = Vec3d(mesh.vertices[c]) - Vec3d(mesh.vertices[a]);
-    Vec3d tangent;
-    if (!uvs.empty()) {
-      const double u1 = uvs[b][0] - uvs[a][0], v1 = uvs[b][1] - uvs[a][1];
-      const double u2 = uvs[c][0] - uvs[a][0], v2 = uvs[c][1] - uvs[a][1];
-      tangent = (e1 * v2 - e2 * v1) * (u1 * v2 - u2 * v1);
-    }
-    const double norm = length(tangent);
-    tangents.push_back(Vec3f(norm > 0 ? tangent / norm : FrameD::from_normal(normalize(cross(e1, e2))).s));
+    const std::array<std::array<double, 2>, 3> none{};
+    const std::array<Vec3f, 3> corners = {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]};
+    tangents.push_back(triangle_tangent(corners, uvs.empty() ? none : std::array{uvs[a], uvs[b], uvs[c]}));
   }
   return tangents;
 }
@@ -195,7 +197,6 @@ std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDes
 void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& mesh, Surface& surface) {
   if (mesh.later.empty()) return;
   if (!surface.radiance.is_black()) fail(index, "a mesh that deforms cannot emit");
-  if (surface.tangential) fail(index, "a mesh that deforms cannot have a BSDF that is anisotropic");
   if (from.normals.empty()) return;
   if (from.later_normals.size() != mesh.later.size()) fail(index, "a mesh has normals at all times, or at none");
   for (const std::vector<Vec3d>& later : from.later_normals) {

@@ -22,7 +22,10 @@ std::size_t drop_degenerate(std::size_t shape, TriangleMesh& mesh, std::vector<A
 /// Hands the attributes of a mesh to the textures that look them up.
 void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<AttributeValues>& attributes,
                     std::vector<Texture>& textures);
-/// How the point moves with u on each triangle; without usable uvs, what Frame makes of the normal, as Mitsuba does.
+/// How the point moves with u on a triangle; without usable uvs, what Frame makes of the normal, as Mitsuba does.
+[[nodiscard]] Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners,
+                                     const std::array<std::array<double, 2>, 3>& uvs) noexcept;
+/// The same of each triangle.
 [[nodiscard]] std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh,
                                                    const std::vector<std::array<double, 2>>& uvs);
 [[nodiscard]] std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);

@@ -68,8 +68,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     surface.tangential = surface.tangential || material.anisotropic;
   }
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
-  for (const auto& [shape, texture] : description_.emissions)
-    if (shape == surfaces_.size()) area_lights_.set_emission(surface, surfaces_.size(), texture);
+  if (d.emission) area_lights_.set_emission(surface, surfaces_.size(), *d.emission);
   surface.textured = surface.textured || description_.keeps_uvs;
   surface.media[0] = media_.at(d.exterior), surface.media[1] = media_.at(d.interior);
   surface.bounds_media = d.exterior || d.interior;
@@ -97,7 +96,7 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(Vec3f(n));
   deform(index, mesh, out, surface);
   if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
-  if (surface.textured) surface.uvs = float_uvs(index, mesh.uvs);
+  if (surface.textured || (surface.tangential && !out.later.empty())) surface.uvs = float_uvs(index, mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
 }
@@ -215,10 +214,8 @@ void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
   const auto* owner = only ? std::get_if<InstanceDescription>(&description_.shapes[*only]) : nullptr;
   const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
   if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
-  for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i) {
-    if (surfaces_[i].emission != kNone) fail(*only, "what moves cannot emit by a texture");
+  for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i)
     surfaces_[i].shown_as = static_cast<std::uint32_t>(*only);
-  }
   if (!shines) return;
   MovingInstanceGeometry instance = move_instances({*owner}, group_spaces_, normalization_).front();
   moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
@@ -247,11 +244,14 @@ Scene Builder::build(Intersection mode) {
   std::vector<MeshView> views = view_meshes(accel, top, group_sets_, mesh_shapes_, surfaces_);
   std::vector<std::optional<DeformingMesh>> deforming = deforming_meshes(accel, views, group_sets_, surfaces_);
   const std::vector<Instance> instances(placed.begin(), placed.end());
-  const Nesting nesting = make_nesting(description_,
-                                       {materials_, accel.geometries(), accel.groups(), instances, top, group_sets_,
-                                        mesh_shapes_, sphere_shapes_},
-                                       normalization_.point(placement(description_.sensor).column(3)),
-                                       media_.at(description_.camera_medium), surfaces_);
+  const std::optional<CameraMotion> camera_motion = make_camera_motion(description_, normalization_);
+  Nesting nesting = make_nesting(description_,
+                                 {materials_, accel.geometries(), accel.groups(), instances, moving, camera_motion, top,
+                                  group_sets_, mesh_shapes_, sphere_shapes_},
+                                 normalization_.point(placement(description_.sensor).column(3)),
+                                 media_.at(description_.camera_medium), surfaces_);
+  const bool pictured =
+      std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
   return {normalization_,
           std::move(accel),
           std::move(surfaces_),
@@ -260,16 +260,16 @@ Scene Builder::build(Intersection mode) {
           instances,
           std::move(moving),
           std::move(deforming),
-          make_camera_motion(description_, normalization_),
+          camera_motion,
           std::move(views),
           std::move(sphere_shapes_),
           std::move(disk_shapes_),
           std::move(cylinder_shapes_),
           std::move(materials_),
           std::move(textures_),
-          description_.emissions.empty() ? std::vector<Emitter>() : std::move(area_lights_.emitters),
+          pictured ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
           std::move(media_.dense),
-          nesting,
+          std::move(nesting),
           description_.crossings_are_vertices,
           std::move(lights),
           make_sensor(description_, normalization_),

@@ -1,5 +1,7 @@
 #include "scene/deforming_mesh.h"
 
+#include "scene/build_meshes.h"
+
 namespace equaltime {
 
 namespace {
@@ -27,6 +29,16 @@ std::array<Vec3f, 3> DeformingMesh::normals_of(std::uint32_t primitive, float ti
   const std::vector<Vec3f>& b = surface->later_normals[before];
   const auto& [i, j, k] = mesh->triangles[primitive];
   return {mixed(a[i], b[i], share), mixed(a[j], b[j], share), mixed(a[k], b[k], share)};
+}
+
+Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept {
+  std::array<std::array<double, 2>, 3> uvs{};
+  const std::vector<Point2f>& given = surface->uvs;
+  for (std::size_t i = 0; !given.empty() && i < 3; ++i) {
+    const Point2f& uv = given[mesh->triangles[primitive][i]];
+    uvs[i] = {static_cast<double>(uv.x), static_cast<double>(uv.y)};
+  }
+  return triangle_tangent(corners, uvs);
 }
 
 /// Embree interpolates in float32: four roundings of what is as large as the larger of both vertices, and one of the

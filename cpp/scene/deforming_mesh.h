@@ -11,12 +11,14 @@ namespace equaltime {
 
 struct DeformingMesh {
   const TriangleMesh* mesh;  // the accel's own
-  const Surface* surface;    // has the normals, if there are any
+  const Surface* surface;    // has normals and texture coordinates, if there are any
 
   /// The corners of a triangle at a time.
   [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t primitive, float time) const noexcept;
   /// The normals of its vertices, of any length.
   [[nodiscard]] std::array<Vec3f, 3> normals_of(std::uint32_t primitive, float time) const noexcept;
+  /// How the point moves with u on a triangle that has these corners.
+  [[nodiscard]] Vec3f tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept;
   /// The plane of its corners, which lie as far from those of Embree, at the most, as its offset allows for.
   [[nodiscard]] TrianglePlane plane(std::uint32_t primitive, float time) const noexcept;
 };
@@ -31,6 +33,12 @@ template <auto E>
   constexpr Triangle kItself = {0, 1, 2};
   MeshView now = mesh;
   now.triangles = &kItself, now.vertices = corners.data(), now.planes = &plane, now.tangents = nullptr;
+  Vec3f tangent;
+  if constexpr (E.anisotropy)
+    if (mesh.tangents != nullptr) {
+      tangent = deforming.tangent(primitive, corners);
+      now.tangents = &tangent;
+    }
   if (mesh.normals != nullptr) {
     normals = deforming.normals_of(primitive, time);
     now.normals = normals.data();

@@ -89,6 +89,7 @@ struct SurfaceDescription {
   std::optional<Vec3d> radiance;
   std::optional<std::uint32_t> exterior = {}, interior = {};  // into its media: what is before the front, and behind
   std::optional<int> priority = {};  // of what is inside: where bodies that have one overlap, the highest is there
+  std::optional<std::uint32_t> emission = {};  // of the textures, the one that multiplies the radiance, point by point
 };
 struct MeshDescription {
   std::vector<Vec3d> vertices;
@@ -211,7 +212,6 @@ struct SceneDescription {
   std::vector<TextureDescription> textures;
   std::vector<TextureBinding> bindings;
   std::vector<BendDescription> bends;
-  std::vector<EmissionDescription> emissions;
   std::vector<ShapeDescription> shapes;
   std::vector<GroupDescription> groups;
   std::vector<PointLightDescription> point_lights;

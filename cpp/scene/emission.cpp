@@ -18,11 +18,10 @@ constexpr double kDarkest = 0x1p-20;
 /// Cells of a picture are no smaller than so many times what points of its triangle are rounded by.
 constexpr double kRoundings = 32;
 
-/// Where the texture of an area light is looked up for a point of it.
-TexturePlace place_of(const Scene& scene, const Emitter& emitter, const Vec3d& p) noexcept {
+/// Where the texture of an area light is looked up for a point of it, in the space of the set that it is one of.
+TexturePlace place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
   const Surface& surface = scene.surfaces[shape];
-  const Geometries& all = scene.accel.geometries();
   if (surface.kind == SurfaceKind::sphere)
     return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
   if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
@@ -140,12 +139,28 @@ std::vector<TriangleShine> AreaLights::shines_of(std::size_t shape, const Triang
   return shines;
 }
 
-Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
-  if (emitters.empty() || sample.infinite || sample.delta) return sample.radiance;
+const Emitter* Scene::pictured(const LightSample& sample) const noexcept {
+  if (emitters.empty() || sample.infinite || sample.delta) return nullptr;
   const Emitter& emitter = emitters[sample.light];
-  const Surface& surface = surfaces[emitter.shape];
-  if (surface.emission == kNone) return sample.radiance;
-  return surface.radiance * eval(textures[surface.emission], place_of(*this, emitter, Vec3d(sample.target.p)));
+  return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
+}
+
+Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
+  const Emitter* emitter = pictured(sample);
+  if (emitter == nullptr) return sample.radiance;
+  const Surface& surface = surfaces[emitter->shape];
+  const TexturePlace place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
+  return surface.radiance * eval(textures[surface.emission], place);
+}
+
+Spectrum Scene::radiance_of(const LightSample& sample, float time) const noexcept {
+  const Emitter* emitter = pictured(sample);
+  const MovingInstanceGeometry* carrier = emitter == nullptr ? nullptr : lights.carrier(sample.light);
+  if (carrier == nullptr) return radiance_of(sample);
+  const Surface& surface = surfaces[emitter->shape];
+  const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
+  const TexturePlace place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
+  return surface.radiance * eval(textures[surface.emission], place);
 }
 
 }  // namespace equaltime

@@ -67,6 +67,13 @@ float Instance::doubt(const Vec3f& p, const Vec3f& normal) const noexcept {
   return static_cast<float>(dot(abs(local), combined(doubt_, abs(Vec3d(p)) + abs(origin_))) / length(back));
 }
 
+Bounds Instance::placed(const Bounds& local) const noexcept {
+  const Vec3d half = local.extent() * 0.5, c = local.center();
+  const Vec3d center = origin_ + columns_[0] * c.x + columns_[1] * c.y + columns_[2] * c.z;
+  const Vec3d reach = abs(columns_[0]) * half.x + abs(columns_[1]) * half.y + abs(columns_[2]) * half.z;
+  return {center - reach, center + reach};
+}
+
 detail::Met Instance::placed(const detail::Met& local) const noexcept {
   const auto to_world = [&](const Vec3d& v) { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; };
   // Normals go by the transposed inverse: its columns are rows_.

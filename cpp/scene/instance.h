@@ -25,6 +25,8 @@ class Instance {
   [[nodiscard]] Vec3f to_world(const Vec3f& direction) const noexcept;
   /// How far along its normal a point may be from where the ray of Embree meets it.
   [[nodiscard]] float doubt(const Vec3f& p, const Vec3f& n) const noexcept;
+  /// The box around a box of the group's space.
+  [[nodiscard]] Bounds placed(const Bounds& local) const noexcept;
   /// What was met in the group's space, in the scene's.
   [[nodiscard]] detail::Met placed(const detail::Met& local) const noexcept;
 

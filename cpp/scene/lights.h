@@ -60,6 +60,11 @@ class Lights {
   [[nodiscard]] std::uint32_t first_delta() const noexcept { return deltas_begin_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
+  /// What an area light moves with; null if it stays where it is.
+  [[nodiscard]] const MovingInstanceGeometry* carrier(std::uint32_t light) const noexcept {
+    const MovingLights* lights = moving(light);
+    return lights == nullptr ? nullptr : &lights->instance;
+  }
   [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

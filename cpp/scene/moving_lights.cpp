@@ -35,6 +35,9 @@ MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin, Mo
   const auto first = lights.begin() + static_cast<std::ptrdiff_t>(begin);
   MovingLights moving{static_cast<std::uint32_t>(begin), std::vector<AreaLight>(first, lights.end()),
                       std::move(instance)};
+  if (moving.instance.to_world.at(0).mirrors())  // whose triangles have their corners in another order
+    for (AreaLight& light : moving.local)
+      if (const auto* picture = std::get_if<PictureTriangle>(&light)) light = AreaLight(TriangleLight(picture->even()));
   for (std::size_t i = begin; i < lights.size(); ++i)
     lights[i] = moving.at(static_cast<std::uint32_t>(i), MovingLights::kMeanwhile);
   return moving;

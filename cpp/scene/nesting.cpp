@@ -8,6 +8,7 @@
 #include "scene/build_meshes.h"
 #include "scene/description.h"
 #include "scene/material.h"
+#include "scene/sensor.h"
 #include "scene/winding.h"
 
 namespace equaltime {
@@ -36,27 +37,27 @@ float index_of(const ShapesToNest& shapes, std::uint32_t material, std::size_t s
   return 1;
 }
 
-struct Place {
-  const TriangleMesh* mesh = nullptr;
-  const SphereGeometry* sphere = nullptr;
-};
-
 /// Calls f with each shape of a set that may be closed.
 template <class F>
 void each_of(const ShapesToNest& shapes, const SetOfShapes& set, const Geometries& all, F&& f) {
-  for (std::size_t i = 0; i < all.meshes.size(); ++i) f(shapes.mesh_shapes[set.first_mesh + i], Place{&all.meshes[i]});
+  for (std::size_t i = 0; i < all.meshes.size(); ++i)
+    f(ClosedShape{shapes.mesh_shapes[set.first_mesh + i], &all.meshes[i], nullptr});
   for (std::size_t i = 0; i < all.spheres.size(); ++i)
-    f(shapes.sphere_shapes[set.first_sphere + i], Place{nullptr, &all.spheres[i]});
+    f(ClosedShape{shapes.sphere_shapes[set.first_sphere + i], nullptr, &all.spheres[i]});
 }
 
-Bounds bounds_of(const Place& place) noexcept {
+/// The box around all the places of a shape, in its own space.
+Bounds bounds_of(const ClosedShape& closed) noexcept {
   Bounds b;
-  if (place.mesh != nullptr)
-    for (const Vec3f& v : place.mesh->vertices) b.include(Vec3d(v));
-  if (place.sphere != nullptr) {
-    const Vec3d half = Vec3d{1, 1, 1} * place.sphere->radius;
-    b.include(place.sphere->center - half);
-    b.include(place.sphere->center + half);
+  if (closed.mesh != nullptr) {
+    for (const Vec3f& v : closed.mesh->vertices) b.include(Vec3d(v));
+    for (const std::vector<Vec3f>& later : closed.mesh->later)
+      for (const Vec3f& v : later) b.include(Vec3d(v));
+  }
+  if (closed.sphere != nullptr) {
+    const Vec3d half = Vec3d{1, 1, 1} * closed.sphere->radius;
+    b.include(closed.sphere->center - half);
+    b.include(closed.sphere->center + half);
   }
   return b;
 }
@@ -73,24 +74,44 @@ struct Ranked {
   Bounds bounds;
 };
 
+constexpr const char* kInside = "a priority is for what has an inside: meshes and spheres";
+
+bool has_inside(const ShapeDescription& shape) noexcept {
+  return std::holds_alternative<MeshDescription>(shape) || std::holds_alternative<SphereDescription>(shape);
+}
+
+/// Adds what is the only one of its group, and moves.
+void add_moving(const SceneDescription& d, const ShapesToNest& shapes, std::vector<Ranked>& ranked) {
+  std::size_t first = d.shapes.size();
+  for (std::uint32_t group = 0; group < d.groups.size(); ++group) {
+    const std::vector<ShapeDescription>& parts = d.groups[group].shapes;
+    const auto owner = only_instance(d.shapes, group);
+    const auto motion =
+        std::ranges::find_if(shapes.moving, [group](const MovingInstanceGeometry& m) { return m.group == group; });
+    const bool moves = owner && motion != shapes.moving.end();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!priority_of(parts[i])) continue;
+      if (!moves) fail(first + i, "a shape of a group has no priority");
+      if (!has_inside(parts[i])) fail(*owner, kInside);
+    }
+    if (moves)
+      each_of(shapes, shapes.group_sets[group], shapes.groups[group], [&](const ClosedShape& closed) {
+        if (const auto priority = priority_of(parts[closed.shape - first]))
+          ranked.push_back({*priority, closed.shape, motion->to_world.swept(bounds_of(closed))});
+      });
+    first += parts.size();
+  }
+}
+
 std::vector<Ranked> ranked_shapes(const SceneDescription& d, const ShapesToNest& shapes) {
   std::vector<Ranked> ranked;
-  each_of(shapes, shapes.top_set, shapes.top, [&](std::uint32_t shape, const Place& place) {
-    const auto priority = priority_of(d.shapes[shape]);
-    const bool flat = std::holds_alternative<RectangleDescription>(d.shapes[shape]);
-    if (priority && !flat) ranked.push_back({*priority, shape, bounds_of(place)});
-  });
-  const auto has = [&](std::size_t shape) {
-    return std::ranges::any_of(ranked, [shape](const Ranked& r) { return r.shape == shape; });
-  };
   for (std::size_t i = 0; i < d.shapes.size(); ++i)
-    if (priority_of(d.shapes[i]) && !has(i)) fail(i, "a priority is for what has an inside: meshes and spheres");
-  std::size_t shape = d.shapes.size();
-  for (const GroupDescription& group : d.groups)
-    for (const ShapeDescription& part : group.shapes) {
-      if (priority_of(part)) fail(shape, "a shape of a group has no priority");
-      ++shape;
-    }
+    if (priority_of(d.shapes[i]) && !has_inside(d.shapes[i])) fail(i, kInside);
+  each_of(shapes, shapes.top_set, shapes.top, [&](const ClosedShape& closed) {
+    if (const auto priority = priority_of(d.shapes[closed.shape]))
+      ranked.push_back({*priority, closed.shape, bounds_of(closed)});
+  });
+  add_moving(d, shapes, ranked);
   return ranked;
 }
 
@@ -112,31 +133,40 @@ void rank_bodies(const SceneDescription& d, const ShapesToNest& shapes, Nesting&
   }
 }
 
-/// Where the camera is, by all closed shapes: the bodies, and the medium of the smallest other shape.
+/// Finds where the camera is, by all closed shapes: the bodies, and the medium of the smallest other shape.
 class Search {
  public:
-  Search(Nesting& nesting, const std::vector<Surface>& surfaces, bool medium_is_said)
-      : nesting_(nesting), surfaces_(surfaces), medium_is_said_(medium_is_said) {}
+  Search(Nesting& nesting, const ShapesToNest& shapes, const std::vector<Surface>& surfaces, bool medium_is_said)
+      : nesting_(nesting), shapes_(shapes), surfaces_(surfaces), medium_is_said_(medium_is_said) {
+    if (shapes.camera_motion)
+      reach_ = shapes.camera_motion->places();
+    else
+      reach_.include(nesting.camera);
+  }
 
-  void look_at(std::uint32_t shape, const Place& place, const Vec3d& camera) {
-    const Surface& surface = surfaces_[shape];
-    const bool ranked = surface.rank != kNoRank;
-    if (!ranked && (!surface.bounds_media || medium_is_said_)) return;
-    const auto found = place.mesh != nullptr ? enclosure(*place.mesh, camera)
-                                             : std::optional(enclosure(*place.sphere, surface.flipped, camera));
-    const bool turned = place.mesh != nullptr && surface.flipped;
-    if (!found || found->behind == turned) return;
-    if (ranked) nesting_.camera |= only(surface.rank);
-    if (ranked || !(found->volume < smallest_)) return;
-    smallest_ = found->volume;
-    nesting_.camera_medium = surface.media[1];
+  /// Of shapes in an instance of that number; `placed` is where their boxes are, and `camera` where it is first among
+  /// them.
+  template <class Placed>
+  void look_at(const SetOfShapes& set, const Geometries& all, std::uint32_t instance, bool moves, const Vec3d& camera,
+               Placed&& placed) {
+    each_of(shapes_, set, all, [&](ClosedShape closed) {
+      const Surface& surface = surfaces_[closed.shape];
+      if (surface.rank == kNoRank && (!surface.bounds_media || medium_is_said_)) return;
+      closed.instance = instance;
+      const bool changes = moves || shapes_.camera_motion || (closed.mesh != nullptr && !closed.mesh->later.empty());
+      if (changes && touch(placed(bounds_of(closed)), reach_))
+        nesting_.sometimes.push_back(closed);
+      else
+        closed.look(nesting_.always, surface, camera, 0);
+    });
   }
 
  private:
   Nesting& nesting_;
+  const ShapesToNest& shapes_;
   const std::vector<Surface>& surfaces_;
   bool medium_is_said_;
-  double smallest_ = static_cast<double>(kInfinity);
+  Bounds reach_;  // where the camera comes
 };
 
 }  // namespace
@@ -161,24 +191,37 @@ Bsdf within(const Bsdf& bsdf, float outside) noexcept {
   return clear;
 }
 
+void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d& camera, float time) const noexcept {
+  const bool ranked = surface.rank != kNoRank;
+  const auto found =
+      mesh != nullptr ? enclosure(*mesh, camera, time) : std::optional(enclosure(*sphere, surface.flipped, camera));
+  const bool turned = mesh != nullptr && surface.flipped;
+  if (!found || found->behind == turned) return;
+  if (ranked) beginning.bodies |= only(surface.rank);
+  if (ranked || !(found->volume < beginning.smallest)) return;
+  beginning.smallest = found->volume;
+  beginning.medium = surface.media[1];
+}
+
 Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, const Vec3d& camera,
                      std::uint32_t camera_medium, std::vector<Surface>& surfaces) {
-  Nesting nesting{{}, 0, camera_medium};
+  Nesting nesting{{}, {0, camera_medium}, {}, camera};
   rank_bodies(d, shapes, nesting, surfaces);
-  const auto moves = [](const ShapeDescription& shape) {
-    const auto* instance = std::get_if<InstanceDescription>(&shape);
-    return instance != nullptr && !instance->keys.empty();
-  };
-  if (!nesting.bodies.empty() && (!d.sensor_keys.empty() || std::any_of(d.shapes.begin(), d.shapes.end(), moves)))
-    throw std::invalid_argument("where bodies overlap by priority, nothing can move, and nor can the camera");
-  Search search(nesting, surfaces, d.camera_medium.has_value());
-  const auto in = [&](const SetOfShapes& set, const Geometries& all, const Vec3d& place) {
-    each_of(shapes, set, all, [&](std::uint32_t shape, const Place& at) { search.look_at(shape, at, place); });
-  };
-  in(shapes.top_set, shapes.top, camera);
-  for (const Instance& instance : shapes.instances)
-    in(shapes.group_sets[instance.group()], shapes.groups[instance.group()],
-       instance.to_local({camera, {0, 0, 1}, 1}).origin);
+  Search search(nesting, shapes, surfaces, d.camera_medium.has_value());
+  const Vec3d first = shapes.camera_motion ? shapes.camera_motion->place(0) : camera;
+  search.look_at(shapes.top_set, shapes.top, kNone, false, first, [](const Bounds& own) { return own; });
+  for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+    const Instance& instance = shapes.instances[i];
+    search.look_at(shapes.group_sets[instance.group()], shapes.groups[instance.group()], static_cast<std::uint32_t>(i),
+                   false, instance.to_local({first, {0, 0, 1}, 1}).origin,
+                   [&](const Bounds& own) { return instance.placed(own); });
+  }
+  for (std::size_t i = 0; i < shapes.moving.size(); ++i) {
+    const auto& [group, to_world] = shapes.moving[i];
+    search.look_at(shapes.group_sets[group], shapes.groups[group],
+                   static_cast<std::uint32_t>(shapes.instances.size() + i), true, to_world.at(0).local_point(first),
+                   [&](const Bounds& own) { return to_world.swept(own); });
+  }
   return nesting;
 }
 

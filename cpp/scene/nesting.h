@@ -6,8 +6,10 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "math/numeric.h"
 #include "scene/bsdf.h"
 #include "scene/surface.h"
 
@@ -24,13 +26,34 @@ using Bodies = std::uint64_t;
 inline constexpr std::size_t kMostBodies = 64;
 
 [[nodiscard]] constexpr Bodies only(std::uint8_t rank) noexcept { return Bodies{1} << rank; }
+/// Where a path begins.
+struct Beginning {
+  Bodies bodies = 0;             // those that the camera is in
+  std::uint32_t medium = kNone;  // what is round it where no body is
+  double smallest = kNowhere;    // the volume of the shape that has it
+
+  static constexpr double kNowhere = static_cast<double>(kInfinity);
+};
+
+/// What may be closed.
+struct ClosedShape {
+  std::uint32_t shape = kNone;
+  const TriangleMesh* mesh = nullptr;  // the accel's own, as the sphere
+  const SphereGeometry* sphere = nullptr;
+  std::uint32_t instance = kNone;  // that it is seen in, by its number, if any
+
+  /// Notes whether the camera, at this place in the space of the shape, is in it at a time.
+  void look(Beginning& beginning, const Surface& surface, const Vec3d& camera, float time) const noexcept;
+};
+
 /// The rank of the body that is there; of a set that is not empty.
 [[nodiscard]] constexpr int highest(Bodies bodies) noexcept { return static_cast<int>(std::bit_width(bodies)) - 1; }
 
 struct Nesting {
-  std::vector<Body> bodies = {};        // by rank; empty where none overlap
-  Bodies camera = 0;                    // those it is in
-  std::uint32_t camera_medium = kNone;  // what is round it where no body is
+  std::vector<Body> bodies = {};            // by rank; empty where none overlap
+  Beginning always = {};                    // by all shapes that the camera is in always or never
+  std::vector<ClosedShape> sometimes = {};  // the others
+  Vec3d camera = {};                        // if it does not move
 };
 
 /// The BSDF of a body's surface, inside another body of so large an index.
@@ -38,7 +61,9 @@ struct Nesting {
 
 struct Material;
 struct Geometries;
+class CameraMotion;
 class Instance;
+struct MovingInstanceGeometry;
 struct SetOfShapes;
 struct SceneDescription;
 
@@ -48,13 +73,16 @@ struct ShapesToNest {
   const Geometries& top;
   const std::vector<Geometries>& groups;
   const std::vector<Instance>& instances;
+  const std::vector<MovingInstanceGeometry>& moving;
+  const std::optional<CameraMotion>& camera_motion;
   const SetOfShapes& top_set;
   const std::vector<SetOfShapes>& group_sets;
   const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
 };
 
 /// Gives ranks to the surfaces of shapes that have a priority and touch another that has, and finds where the camera
-/// is. Throws std::invalid_argument that names a shape that cannot have a priority.
+/// is, which stands at `camera` if it does not move. Throws std::invalid_argument that names a shape that cannot have a
+/// priority.
 [[nodiscard]] Nesting make_nesting(const SceneDescription& description, const ShapesToNest& shapes, const Vec3d& camera,
                                    std::uint32_t camera_medium, std::vector<Surface>& surfaces);
 

@@ -24,6 +24,14 @@ class PictureLight {
   [[nodiscard]] double power() const noexcept { return flat_.power(); }
   [[nodiscard]] EmitterBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
+  /// The same light, taken to where an instance puts it that mirrors nothing.
+  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept
+    requires requires(const Flat& flat) { flat.placed(to); }
+  {
+    return {flat_.placed(to), picture_};
+  }
+  /// As if it shone evenly.
+  [[nodiscard]] const Flat& even() const noexcept { return flat_; }
 
  private:
   /// The solid angle of which points are drawn for a receiver, and the share of them.

@@ -28,6 +28,17 @@ std::array<Vec3f, 3> Scene::corners(std::uint32_t mesh, std::uint32_t primitive,
   return {vertices[a], vertices[b], vertices[c]};
 }
 
+Beginning Scene::beginning(float time) const noexcept {
+  Beginning now = nesting.always;
+  const Vec3d camera = camera_motion ? camera_motion->place(time) : nesting.camera;
+  for (const ClosedShape& closed : nesting.sometimes) {
+    Vec3d place = camera;
+    if (closed.instance != kNone) place = instance_at(closed.instance, time).to_local({camera, {0, 0, 1}, 1}).origin;
+    closed.look(now, surfaces[closed.shape], place, time);
+  }
+  return now;
+}
+
 std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u) const noexcept {
   while (materials[index].kind == Material::Kind::mixture) {
     const float w = materials[index].weight_at(textures, place(it));

@@ -37,7 +37,7 @@ struct Scene {
   SetOfShapes top;
   std::vector<SetOfShapes> groups;
   std::vector<Instance> instances;
-  std::vector<MovingInstanceGeometry> moving;  // numbered after the instances
+  std::vector<MovingInstanceGeometry> moving;           // numbered after the instances
   std::vector<std::optional<DeformingMesh>> deforming;  // one a mesh, or none at all
   std::optional<CameraMotion> camera_motion;
   std::vector<MeshView> meshes;
@@ -131,6 +131,12 @@ struct Scene {
   }
   /// What an area light sends from a point of it.
   [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
+  /// The same at a time, if it may move.
+  [[nodiscard]] Spectrum radiance_of(const LightSample& sample, float time) const noexcept;
+  /// The place of the light of a sample if it shines by a texture; null otherwise.
+  [[nodiscard]] const Emitter* pictured(const LightSample& sample) const noexcept;
+  /// Where the paths of a time begin: in which bodies and what medium.
+  [[nodiscard]] Beginning beginning(float time) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
@@ -185,8 +191,8 @@ Optional<Interaction> Scene::intersect_moving(const Ray& ray, float time) const 
 }
 
 template <auto E>
-EQUALTIME_INLINE Interaction Scene::seen_in(const Instance& instance, const InstancedId& hit,
-                                            const Ray& ray, [[maybe_unused]] float time) const noexcept {
+EQUALTIME_INLINE Interaction Scene::seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
+                                            [[maybe_unused]] float time) const noexcept {
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
   Interaction it = detail::face<E>(

@@ -99,6 +99,10 @@ class CameraMotion {
   CameraMotion(const std::vector<MotionKey>& keys, const Normalization& normalization);
 
   [[nodiscard]] Ray ray(const Sensor& sensor, double x, double y, Point2f lens, float time) const noexcept;
+  /// Where the camera is.
+  [[nodiscard]] Vec3d place(float time) const noexcept { return to_world_.at(static_cast<double>(time)).origin; }
+  /// The box around all the places where it is.
+  [[nodiscard]] Bounds places() const noexcept { return to_world_.swept({{}, {}}); }
 
  private:
   Motion to_world_;

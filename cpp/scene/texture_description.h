@@ -56,11 +56,6 @@ struct TextureBinding {
   std::optional<std::uint32_t> times = {};  // another texture that multiplies it
 };
 
-/// A texture that multiplies the radiance of a shape, point by point.
-struct EmissionDescription {
-  std::uint32_t shape, texture;
-};
-
 /// What a texture does to the shading normal of a BSDF that is no mixture: a bump map is a height, in the author's
 /// units of length; a normal map is (n + 1) / 2 in the frame whose first axis follows u.
 struct BendDescription {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "scene/deforming_mesh.h"
+
 namespace equaltime {
 
 namespace {
@@ -12,12 +14,16 @@ constexpr double kClosed = 1e-5, kWhole = 1e-3;
 
 }  // namespace
 
-std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point) {
+std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point, float time) noexcept {
+  const DeformingMesh deforming{&mesh, nullptr};
   Vec3d vector_area{};
   double area = 0, volume = 0, angle = 0;
-  for (const auto& [i, j, k] : mesh.triangles) {
-    const Vec3d a = Vec3d(mesh.vertices[i]) - point, b = Vec3d(mesh.vertices[j]) - point;
-    const Vec3d c = Vec3d(mesh.vertices[k]) - point;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [i, j, k] = mesh.triangles[t];
+    const std::array<Vec3f, 3> corners = mesh.later.empty()
+                                             ? std::array{mesh.vertices[i], mesh.vertices[j], mesh.vertices[k]}
+                                             : deforming.corners(t, time);
+    const Vec3d a = Vec3d(corners[0]) - point, b = Vec3d(corners[1]) - point, c = Vec3d(corners[2]) - point;
     const Vec3d twice = cross(b - a, c - a);
     const double la = length(a), lb = length(b), lc = length(c), determinant = dot(a, cross(b, c));
     vector_area = vector_area + twice;

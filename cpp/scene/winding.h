@@ -14,8 +14,8 @@ struct Enclosure {
   double volume;  // of the inside, not negative
 };
 
-/// Nothing if the mesh is not closed.
-[[nodiscard]] std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point);
+/// At a time from 0 to 1, if the mesh deforms. Nothing if it is not closed.
+[[nodiscard]] std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point, float time) noexcept;
 [[nodiscard]] Enclosure enclosure(const SphereGeometry& sphere, bool flipped, const Vec3d& point) noexcept;
 
 }  // namespace equaltime

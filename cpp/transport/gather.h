@@ -75,7 +75,7 @@ template <Effects E, class Probe>
   const bool shared = settings.technique != Technique::light && !light.delta;
   const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
-  if constexpr (E.textures) radiance = scene.radiance_of(light);
+  if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, probe.time) : scene.radiance_of(light);
   probe.aims(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   const int crossings =

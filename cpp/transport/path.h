@@ -18,7 +18,7 @@ template <Effects E, class Probe>
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
   Arrival made;
-  Surroundings<E> within(scene);
+  Surroundings<E> within(scene, probe.time);
   std::uint32_t crossed = 0;  // surfaces that are no vertices
   int depth = 1;
   if constexpr (E.forks)

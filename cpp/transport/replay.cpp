@@ -104,6 +104,8 @@ class PathTracer {
   void note(const event::SamplesLight& samples) {
     current().light->sample = samples.light;
     current().light->bsdf = samples.bsdf;
+    const HeldExceptions held;
+    current().light->radiance = scene_.radiance_of(samples.light, time);
   }
   void note(const event::Receives& receives) {
     current().light->weight = receives.weight;

@@ -17,7 +17,8 @@ struct TracedLight {
   float weight = 0;                   // of MIS
   float share = 0;                    // that nothing blocks; meaningless where the BSDF is black
   std::optional<Interaction> blocker;
-  Spectrum gathered;  // what it adds to the path
+  Spectrum gathered;       // what it adds to the path
+  Spectrum radiance = {};  // of the sample
 };
 
 /// The emitter that a ray has met.

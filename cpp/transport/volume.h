@@ -36,7 +36,7 @@ namespace detail {
 template <Effects E>
 class Surroundings {
  public:
-  explicit Surroundings(const Scene&) noexcept {}
+  Surroundings(const Scene&, float) noexcept {}
   [[nodiscard]] const Bsdf* follow(const Scene&, const Ray&, const Sampler&, std::uint32_t, const Spectrum&,
                                    const Optional<Interaction>&) const noexcept {
     return nullptr;
@@ -51,8 +51,15 @@ class Surroundings {
 template <Effects E>
 requires(E.media) class Surroundings<E> {
  public:
-  explicit Surroundings(const Scene& scene) noexcept
-      : bodies_(scene.nesting.camera), around_(scene.nesting.camera_medium) {}
+  /// Of a path that begins at a time, if anything moves.
+  Surroundings(const Scene& scene, [[maybe_unused]] float time) noexcept
+      : bodies_(scene.nesting.always.bodies), around_(scene.nesting.always.medium) {
+    if constexpr (E.motion)
+      if (!scene.nesting.sometimes.empty()) {
+        const Beginning now = scene.beginning(time);
+        bodies_ = now.bodies, around_ = now.medium;
+      }
+  }
 
   /// Follows a ray towards the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
   /// scatters it before, `it` becomes the vertex where, and its phase function is returned, null otherwise.

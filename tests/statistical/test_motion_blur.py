@@ -49,11 +49,18 @@ SPINNING = animated(
 ABOVE = animated([{"scale": [0.5, 0.3, 0.1]}, moved(-1.5, 0, 4)], [{"scale": [0.5, 0.3, 0.1]}, moved(1, 0.5, 4)])
 SWINGING = animated([DOWN, {"scale": 0.4}, moved(-1.2, 0, 2)], [DOWN, {"scale": 0.3}, turn(50), moved(1, 0.3, 1.4)])
 LAMP = {"type": "rectangle", "to_world": SWINGING, "emitter": {"type": "area", "radiance": 8}}
+BOARD = {"type": "checkerboard", "color0": [1, 0.1, 0.1], "color1": [0.1, 0.2, 1]}
+TURNED = BOARD | {"color0": BOARD["color1"], "color1": BOARD["color0"]}
+ROLLING = animated([{"scale": 0.3}, moved(-0.8, 0, 0.6)], [{"scale": 0.4}, turn(120), moved(0.8, 0, 0.5)])
 PANNING = animated([VIEW], [VIEW, turn(12), moved(0.2, 0, 0)])
 SCENES: Final[dict[str, dict[str, Any]]] = {
     "a rod that spins": {"rod": ROD | {"to_world": SPINNING}, "bulb": BULB},
     "a shadow of what is not seen": {"rod": ROD | {"to_world": ABOVE}, "bulb": BULB},
     "a lamp that swings over a ball": {"lamp": LAMP, "ball": {"type": "sphere", "center": [0, 0, 0.4], "radius": 0.4}},
+    "pictures that swing and roll": {
+        "picture": LAMP | {"emitter": {"type": "area", "radiance": BOARD}},
+        "ball": {"type": "sphere", "to_world": ROLLING, "emitter": {"type": "area", "radiance": BOARD}},
+    },
     "a camera that pans": {"rod": ROD | {"to_world": [{"scale": 0.4}]}, "bulb": BULB, "sensor": {"to_world": PANNING}},
     "parallel rays that turn": {
         "rod": ROD | {"to_world": [{"scale": 0.4}]},
@@ -112,6 +119,13 @@ def test_a_shadow_of_what_stands_at_the_shutters_centre_is_found_wrong() -> None
     """The twin: shadow rays that know no time, of a thing that nothing else meets."""
     loaded = scene(SCENES["a shadow of what is not seen"])
     assert equality_test(blurred(loaded), averaged(loaded, lambda model, _: at_time(model, 0.5)), BLOCK) < EACH
+
+
+def test_pictures_that_are_turned_are_found_wrong() -> None:
+    """The twin: what shines shows its picture turned."""
+    parts = SCENES["pictures that swing and roll"]
+    wrong = {name: part | {"emitter": {"type": "area", "radiance": TURNED}} for name, part in parts.items()}
+    assert equality_test(blurred(scene(parts)), averaged(scene(wrong)), BLOCK) < EACH
 
 
 def by_matrices(model: SceneModel, time: float) -> SceneModel:

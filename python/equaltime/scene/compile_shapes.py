@@ -21,7 +21,6 @@ from equaltime.scene.model import (
     Shape,
     ShapeGroup,
     Solid,
-    TexturePlugin,
     as_array,
     mirrors,
 )
@@ -62,10 +61,6 @@ class Shapes:
         if isinstance(shape, Instance):
             self._builder.add_moving_instance(self._group(shape.shapegroup), animation.times, matrices)
             return
-        if shape.emitter is not None and isinstance(shape.emitter.radiance, TexturePlugin):
-            raise Unsupported(shape.emitter, "a shape that moves cannot emit by a texture")
-        if shape.priority is not None:
-            raise Unsupported(shape, "a shape that moves cannot have a priority")
         # A mirrored shape may be turned inside out, so that it is mirrored in its own space, and moved as it is.
         own = np.diag([1.0, 1.0, -1.0 if mirrors(matrices[0]) else 1.0, 1.0])
         first = self._solid(shape.replace(to_world=own))
