@@ -220,7 +220,7 @@ def test_what_is_a_little_wrong_is_found(name: str) -> None:
         (lambda b: b.add_medium([1.0] * 3, [1.5] * 3), r"medium 0: an albedo lies in \[0, 1\]"),
         (lambda b: b.add_medium([1.0] * 3, [0.5] * 3, 1.0), "medium 0: g lies between -1 and 1"),
         (lambda b: b.set_camera_medium(3), "no medium 3"),
-        (lambda b: b.set_media(0, exterior=None, interior=None), "media are of a shape that was added"),
+        (lambda b: b.set_media(0, exterior=None, interior=None), "a surface is that of a shape that was added"),
         (lambda b: b.set_media(ball()(b, b.add_null()), exterior=2, interior=None), "no medium 2"),
     ],
 )
