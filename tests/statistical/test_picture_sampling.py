@@ -13,23 +13,29 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime._core import parts
 
 from .charts import RectangleChart
-from .chi2 import LEVEL, SAMPLES, Histogram, Masses, share
-from .worlds import Estimate, affine, build, estimate, looking, turned
+from .chi2 import LEVEL, share
+from .pictures import (
+    FAR,
+    LARGE,
+    NEAR,
+    SCALED,
+    SPOT,
+    TURN,
+    TURNED,
+    UNEVEN,
+    Trial,
+    check_density,
+    check_what_shines,
+    floor_under,
+)
+from .worlds import Estimate, affine
 
 Array = NDArray[np.float64]
-TURN = turned([1, 2, 3], 50)
 X, Y = 2 * TURN[:, 0], TURN[:, 1]
 """The edges of the rectangle, whose corner is the origin."""
 PLACE = affine(X / 2, Y / 2, TURN[:, 2], (X + Y) / 2)
-UNEVEN = np.random.default_rng(4).uniform(0.0, 1.0, (3, 5, 3)) ** 4 * 8
-SPOT = np.zeros((8, 8, 3))
-SPOT[2, 5] = (3.0, 2.0, 1.0)
-LARGE = np.random.default_rng(5).uniform(0.0, 1.0, (700, 1100, 1)) ** 2
-TURNED = np.array([[0.8, 0.6, 0.1], [-0.6, 0.8, 0.2]])
-SCALED = np.array([[3.0, 0, 0.3], [0, -2.0, 0.1]])
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,6 @@ class Subject:
         b.bind_radiance(shape, b.add_bitmap(self.texels.astype(np.float32), srgb=False, **dict(self.parameters)))
 
 
-FAR, NEAR = (-2.0, 3.0, 4.0), (0.7, 0.4, 0.3)
 SUBJECTS = [
     Subject("uneven, far", UNEVEN, FAR),
     Subject("uneven, near", UNEVEN, NEAR),
@@ -62,55 +67,18 @@ EVERYDAY = ("uneven, near", "a spot, far", "turned")
 CASES = [pytest.param(s, id=s.name, marks=() if s.name in EVERYDAY else pytest.mark.slow) for s in SUBJECTS]
 
 
-class Trial:
-    def __init__(self, subject: Subject, samples: int = SAMPLES) -> None:
-        self.receiver = TURN @ subject.receiver
-        self.scene = build(subject.add, eye=self.receiver)
-        self.chart = RectangleChart(np.zeros(3), X, Y, self.receiver)
-        self.drawn = parts.sample_lights(self.scene, "power", self._from(samples), 1)
-
-    def _from(self, samples: int) -> Array:
-        return np.broadcast_to(self.receiver, (samples, 3))
-
-    def met(self, wi: Array) -> dict[str, Array]:
-        found: dict[str, Array] = parts.eval_lights(self.scene, "power", self._from(len(wi)), wi)
-        return found
-
-    @property
-    def masses(self) -> Masses:
-        return Masses(self.chart, lambda wi: self.met(wi)["pdf"])
-
-    @property
-    def histogram(self) -> Histogram:
-        return Histogram.of(self.chart, self.drawn["wi"][self.drawn["valid"]], SAMPLES)
+def trial(subject: Subject, **options: int) -> Trial:
+    return Trial(subject.add, RectangleChart(np.zeros(3), X, Y, TURN @ subject.receiver), **options)
 
 
 @pytest.mark.parametrize("subject", CASES)
 def test_points_are_drawn_with_the_stated_density(subject: Subject) -> None:
-    trial = Trial(subject)
-    histogram, masses = trial.histogram, trial.masses
-    assert histogram.p(masses) > EACH, histogram.looks
-    assert histogram.p(masses.changed(lambda pdf, wi: 1.02 * pdf)) < EACH, "the twin, scaled"
-    place = trial.chart.places(trial.drawn["wi"][trial.drawn["valid"]])[:, 0]
-
-    def lean(wi: Array) -> Array:
-        return np.asarray(np.clip((trial.chart.places(wi)[:, 0] - place.mean()) / place.std(), -2, 2))
-
-    tilted = masses.changed(lambda pdf, wi: (1 + 0.02 * lean(wi)) * pdf, keep_total=True)
-    assert histogram.p(tilted) < EACH, "the twin, tilted"
+    check_density(trial(subject), EACH)
 
 
 @pytest.mark.parametrize("subject", CASES)
 def test_whatever_shines_is_drawn_and_a_sample_states_the_density_that_a_ray_finds(subject: Subject) -> None:
-    trial = Trial(subject, 20000)
-    rng = np.random.default_rng(2)
-    directions, _ = trial.chart.directions(rng.random((20000, 2)))
-    met = trial.met(directions)
-    assert (met["pdf"][met["radiance"].any(axis=1)] > 0).all()
-    some = trial.drawn["valid"].nonzero()[0]
-    again = trial.met(trial.drawn["wi"][some])
-    off = np.abs(again["pdf"] / trial.drawn["pdf"][some] - 1)
-    assert np.quantile(off, 0.99) < 1e-3, "but at the borders of cells, which rounding may cross"
+    check_what_shines(trial(subject, samples=20000))
 
 
 def lit(texels: Array, technique: str, height: float = 0.4, spp: int = 4096) -> Estimate:
@@ -121,12 +89,7 @@ def lit(texels: Array, technique: str, height: float = 0.4, spp: int = 4096) -> 
         shape = b.add_rectangle(place, flip_normals=False, front=None, back=None, radiance=(1.0, 1.0, 1.0))
         b.bind_radiance(shape, b.add_bitmap(texels.astype(np.float32), srgb=False))
 
-    def floor(b: _core.SceneBuilder) -> None:
-        large = np.diag([9.0, 9.0, 1.0, 1.0])
-        b.add_rectangle(large, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
-
-    scene = build(lamp, floor, camera=looking((0.1, -0.5, 0.3), (0.1, -0.2, 0.0), up=(0, 1, 0)), fov=0.01)
-    return estimate(scene, spp, technique=technique, max_depth=2)
+    return floor_under(lamp, technique, spp)
 
 
 @pytest.mark.parametrize("height", [0.4, 5.0])

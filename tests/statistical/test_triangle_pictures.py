@@ -17,9 +17,22 @@ from equaltime._core import parts
 
 from ..analytic.test_textures import looked_up
 from .charts import TriangleChart
-from .chi2 import LEVEL, SAMPLES, Histogram, Masses, share
-from .test_picture_sampling import FAR, LARGE, NEAR, SCALED, SPOT, TURN, TURNED, UNEVEN
-from .worlds import Estimate, affine, build, estimate, looking
+from .chi2 import LEVEL, share
+from .pictures import (
+    FAR,
+    LARGE,
+    NEAR,
+    SCALED,
+    SPOT,
+    TURN,
+    TURNED,
+    UNEVEN,
+    Trial,
+    check_density,
+    check_what_shines,
+    floor_under,
+)
+from .worlds import Estimate, affine, build
 
 Array = NDArray[np.float64]
 CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 1.0, 0.0]]) @ TURN.T
@@ -63,50 +76,19 @@ EVERYDAY = ("uneven, near", "a spot, far", "mirrored, from below")
 CASES = [pytest.param(s, id=s.name, marks=() if s.name in EVERYDAY else pytest.mark.slow) for s in SUBJECTS]
 
 
-class Trial:
-    def __init__(self, subject: Subject, samples: int = SAMPLES) -> None:
-        self.receiver = TURN @ subject.receiver
-        self.scene = build(subject.add, eye=self.receiver)
-        self.chart = TriangleChart(CORNERS[0], CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0], self.receiver)
-        receivers = np.broadcast_to(self.receiver, (samples, 3))
-        self.drawn = parts.sample_lights(self.scene, "power", receivers, 1)
-
-    def met(self, wi: Array) -> dict[str, Array]:
-        receivers = np.broadcast_to(self.receiver, (len(wi), 3))
-        found: dict[str, Array] = parts.eval_lights(self.scene, "power", receivers, wi)
-        return found
-
-    @property
-    def masses(self) -> Masses:
-        return Masses(self.chart, lambda wi: self.met(wi)["pdf"])
+def trial(subject: Subject, **options: int) -> Trial:
+    chart = TriangleChart(CORNERS[0], CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0], TURN @ subject.receiver)
+    return Trial(subject.add, chart, **options)
 
 
 @pytest.mark.parametrize("subject", CASES)
 def test_points_are_drawn_with_the_stated_density(subject: Subject) -> None:
-    trial = Trial(subject)
-    masses, wi = trial.masses, trial.drawn["wi"][trial.drawn["valid"]]
-    histogram = Histogram.of(trial.chart, wi, SAMPLES)
-    assert histogram.p(masses) > EACH, histogram.looks
-    assert histogram.p(masses.changed(lambda pdf, wi: 1.02 * pdf)) < EACH, "the twin, scaled"
-    place = trial.chart.places(wi)[:, 0]
-
-    def lean(wi: Array) -> Array:
-        return np.asarray(np.clip((trial.chart.places(wi)[:, 0] - place.mean()) / place.std(), -2, 2))
-
-    tilted = masses.changed(lambda pdf, wi: (1 + 0.02 * lean(wi)) * pdf, keep_total=True)
-    assert histogram.p(tilted) < EACH, "the twin, tilted"
+    check_density(trial(subject), EACH)
 
 
 @pytest.mark.parametrize("subject", CASES)
 def test_whatever_shines_is_drawn_and_a_sample_states_the_density_that_a_ray_finds(subject: Subject) -> None:
-    trial = Trial(subject, 20000)
-    directions, _ = trial.chart.directions(np.random.default_rng(2).random((20000, 2)))
-    met = trial.met(directions)
-    assert (met["pdf"][met["radiance"].any(axis=1)] > 0).all()
-    some = trial.drawn["valid"].nonzero()[0]
-    again = trial.met(trial.drawn["wi"][some])
-    off = np.abs(again["pdf"] / trial.drawn["pdf"][some] - 1)
-    assert np.quantile(off, 0.99) < 1e-3, "but at the borders of cells, which rounding may cross"
+    check_what_shines(trial(subject, samples=20000))
 
 
 # ---- meshes ----------------------------------------------------------------------------------------------------------
@@ -162,12 +144,7 @@ def lit(texels: Array, technique: str, side: int, spp: int = 4096, height: float
         shape = b.add_mesh(corners, faces, None, uvs, front=None, back=None, radiance=WHITE)
         b.bind_radiance(shape, b.add_bitmap(texels.astype(np.float32), srgb=False, **bitmap))
 
-    def floor(b: _core.SceneBuilder) -> None:
-        large = np.diag([9.0, 9.0, 1.0, 1.0])
-        b.add_rectangle(large, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
-
-    scene = build(lamp, floor, camera=looking((0.1, -0.5, 0.3), (0.1, -0.2, 0.0), up=(0, 1, 0)), fov=0.01)
-    return estimate(scene, spp, technique=technique, max_depth=2)
+    return floor_under(lamp, technique, spp)
 
 
 def from_polygon(corners: Array, receiver: Array) -> float:
