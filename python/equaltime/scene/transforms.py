@@ -7,7 +7,7 @@ counter-clockwise about the axis. Mistakes raise ValueError with a message for p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from numbers import Real
 
 import numpy as np
@@ -198,7 +198,7 @@ def _finite(number: Real) -> bool:
         return False
 
 
-def _table(value: object, required: set[str], optional: set[str] = frozenset()) -> dict[str, object]:  # type: ignore[assignment]
+def _table(value: object, required: Set[str], optional: Set[str] = frozenset()) -> dict[str, object]:
     if not isinstance(value, Mapping) or not required <= set(value) <= required | optional:
         keys = ", ".join(sorted(required)) + "".join(f" and maybe {key}" for key in sorted(optional))
         raise ValueError(f"expected a table with {keys}")

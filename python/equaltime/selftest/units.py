@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -98,5 +98,4 @@ def _moved(matrix: Matrix, factor: float) -> Matrix:
 
 
 def _matrix(values: Any) -> Matrix:
-    rows: Any = tuple(tuple(map(float, row)) for row in values)
-    return rows  # type: ignore[no-any-return]
+    return cast("Matrix", tuple(tuple(map(float, row)) for row in values))
