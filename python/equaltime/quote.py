@@ -4,8 +4,8 @@ The pilot, N samples a pixel, gives the error at its end, the exponent by which 
 of a sample. Intervals are at 95 %: what chance makes of the error, the doubt about the exponent (which counts for more
 the farther the target is from the pilot) and about the speed of the machine. Of low-discrepancy samples the exponent
 beyond the pilot differs by 0.06 (a standard deviation) from that within, whatever the pilot saw. So a pilot of a
-twentieth of the work leaves 0.3 to the logarithm of the samples: within 20 % are about half of such quotes; nine of ten
-would take a pilot of a third. Heavy tails leave more, and the quote says so.
+twentieth of the work leaves 0.3 to the logarithm of the samples: within 20 % are about half of such quotes; by the same
+reckoning nine of ten would take a pilot of a third. Heavy tails leave more, and the quote says so.
 """
 
 from __future__ import annotations
