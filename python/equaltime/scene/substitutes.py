@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 import re
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -41,13 +42,13 @@ def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
     """Return the scene `root` with substitutes where they are needed, and the list of them."""
     replacer = _Replacer()
     scene = replacer.contents(root)
-    return replacer.without_references(scene), tuple(replacer.done)
+    return replacer.without_references(scene) if replacer.gone else scene, tuple(replacer.done)
 
 
 class _Replacer:
     def __init__(self) -> None:
         self.done: list[Substitution] = []
-        self._gone: set[str] = set()
+        self.gone: set[str] = set()
         """Names of objects that are left out."""
 
     def contents(self, node: Object) -> Object:
@@ -57,19 +58,19 @@ class _Replacer:
             if not isinstance(child.node, Object):
                 children.append(child)
             elif (made := self._object(child.node)) is not None:
-                children.append(Child(child.name, made))
+                children.append(child if made is child.node else Child(child.name, made))
             else:
-                self._gone |= {name for name in (child.node.id, child.name) if name}
-        return self._parameters(dataclasses.replace(node, children=children))
+                self.gone |= {name for name in (child.node.id, child.name) if name}
+        return self._parameters(_holding(node, children))
 
     def without_references(self, node: Object) -> Object:
         """Return `node` without references to what was left out."""
         children = [
             Child(child.name, self.without_references(child.node)) if isinstance(child.node, Object) else child
             for child in node.children
-            if not (isinstance(child.node, Reference) and child.node.id in self._gone)
+            if not (isinstance(child.node, Reference) and child.node.id in self.gone)
         ]
-        return dataclasses.replace(node, children=children)
+        return _holding(node, children)
 
     def _object(self, node: Object) -> Object | None:
         inner = self.contents(node)
@@ -91,7 +92,7 @@ class _Replacer:
     def _parameters(self, node: Object) -> Object:
         """Leave out the parameters that are known and not supported."""
         plugin = PLUGINS.get(node.type)
-        gone = set(plugin.later) if plugin is not None else set[str]()
+        gone = plugin.later if plugin is not None else frozenset[str]()
         kept: list[Child] = []
         for child in node.children:
             hidden = child.name == "hide_emitters" and isinstance(child.node, Value) and child.node.data is True
@@ -99,7 +100,13 @@ class _Replacer:
                 self.done.append(Substitution(str(child.node.place), f"parameter '{child.name}' of '{node.type}'", ""))
             else:
                 kept.append(child)
-        return dataclasses.replace(node, children=kept)
+        return _holding(node, kept)
+
+
+def _holding(node: Object, children: list[Child]) -> Object:
+    """Return `node` with these children; itself if they are its own."""
+    same = len(children) == len(node.children) and all(map(operator.is_, children, node.children))
+    return node if same else dataclasses.replace(node, children=children)
 
 
 def _misspelt(type: str, kind: Kind) -> bool:
