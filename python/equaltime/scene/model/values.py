@@ -149,10 +149,9 @@ def _as_matrix(value: object) -> object:
 
 
 def _invertible(matrix: Matrix) -> Matrix:
-    array = as_array(matrix)
-    if not np.array_equal(array[3], (0.0, 0.0, 0.0, 1.0)):
+    if matrix[3] != (0.0, 0.0, 0.0, 1.0):
         raise ValueError("the last row of a transform must be 0 0 0 1; projections are not supported")
-    if abs(np.linalg.det(_directions(array))) < 1e-12:
+    if abs(_volume(matrix)) < 1e-12:
         raise ValueError("the transform is singular: it flattens space, so that it cannot be inverted")
     return matrix
 
@@ -182,16 +181,21 @@ def linear_scale(matrix: Matrix) -> float | None:
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
     """Tell whether a (4, 4) transform turns left into right."""
-    return bool(np.linalg.det(_directions(matrix)) < 0.0)
+    return _volume(matrix.tolist()) < 0.0
 
 
-def _directions(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the linear part of a (4, 4) transform with its columns at unit length; a column of zeros stays."""
-    linear = matrix[:3, :3]
-    largest = np.abs(linear).max(axis=0)
-    scaled = np.divide(linear, largest, out=np.zeros_like(linear), where=largest > 0.0)
-    unit: NDArray[np.float64] = scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1.0)
-    return unit
+def _volume(matrix: Sequence[Sequence[float]]) -> float:
+    """Return the volume, negative if it mirrors, that the directions of a transform's axes span: 0 for a flat one."""
+    x, y, z = (_unit(column) for column in zip(*(row[:3] for row in matrix[:3]), strict=True))
+    return x[0] * (y[1] * z[2] - y[2] * z[1]) - y[0] * (x[1] * z[2] - x[2] * z[1]) + z[0] * (x[1] * y[2] - x[2] * y[1])
+
+
+def _unit(vector: Sequence[float]) -> list[float]:
+    """Return a vector at unit length; one of zeros stays."""
+    largest = max(map(abs, vector)) or 1.0  # so that the length does not overflow
+    scaled = [x / largest for x in vector]
+    length = math.hypot(*scaled) or 1.0
+    return [x / length for x in scaled]
 
 
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
