@@ -38,8 +38,7 @@ class Textures:
 
     def bind(self, bsdf: Bsdf, index: int) -> None:
         """Bind those parameters of `bsdf`, the core's `index`, that are textures."""
-        for name in type(bsdf).model_fields:
-            value = getattr(bsdf, name)
+        for name, value in vars(bsdf).items():
             if isinstance(value, MeshAttribute) and value.times is not None:
                 self._builder.bind(index, name, self.index(_alone(value)), self.index(value.times))
             elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):

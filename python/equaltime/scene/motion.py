@@ -127,7 +127,7 @@ def at_time(model: SceneModel, time: float) -> SceneModel:
 
 def _changing(node: Plugin) -> dict[str, Animation | Deformation]:
     """Return the parameters of a node that are animated, by name."""
-    values = {name: getattr(node, name, None) for name in ("to_world", "filename")}
+    values = {name: vars(node).get(name) for name in ("to_world", "filename")}
     return {name: value for name, value in values.items() if isinstance(value, Animation | Deformation)}
 
 
@@ -136,8 +136,7 @@ def _changed(model: SceneModel, change: Callable[[Animation | Deformation], obje
     groups: dict[int, ShapeGroup] = {}
 
     def changed(node: Plugin) -> Plugin:
-        changes = {name: change(value) for name, value in _changing(node).items()}
-        changes = {name: value for name, value in changes.items() if value is not getattr(node, name)}
+        changes = {name: new for name, old in _changing(node).items() if (new := change(old)) is not old}
         if isinstance(node, Instance) and (group := within(node.shapegroup)) is not node.shapegroup:
             changes["shapegroup"] = group
         return node.replace(**changes) if changes else node

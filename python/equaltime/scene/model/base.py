@@ -71,11 +71,13 @@ class Plugin(BaseModel):
     def nodes(self) -> Iterator[Plugin]:
         """Iterate over this and everything nested in it, depth first; what is used twice comes twice."""
         yield self
-        for name in type(self).model_fields:
-            value = getattr(self, name)
-            for item in value if isinstance(value, tuple) else (value,):
-                if isinstance(item, Plugin):
-                    yield from item.nodes()
+        for value in vars(self).values():
+            if isinstance(value, Plugin):
+                yield from value.nodes()
+            elif isinstance(value, tuple):
+                for item in value:
+                    if isinstance(item, Plugin):
+                        yield from item.nodes()
 
     def replace(self, **changes: object) -> Self:
         """Return the same with some parameters changed, checked anew; raises pydantic's ValidationError."""
