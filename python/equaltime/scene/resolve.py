@@ -225,12 +225,11 @@ class _Resolver:
     def _set_object(self, fields: _Fields, plugin: type[Plugin], child: Child, nested: Plugin) -> None:
         """Put `nested` where it belongs: by its name if that is a slot for its family, else by its family."""
         place, role = child.node.place, plugin.roles.get(nested.kind)
-        title = plugin.model_fields["type"].default
         if nested.kind in plugin.slots().get(child.name or "", ()):
             role = child.name
         if role is None:
             names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
-            message = f"'{title}' cannot contain {_a(nested.kind)} ({shown(nested)})"
+            message = f"'{_title(plugin)}' cannot contain {_a(nested.kind)} ({shown(nested)})"
             if names:
                 called = f" as '{child.name}'" if child.name else " without a name"
                 message += f"{called}{suggestion(child.name or '', names)}"
@@ -240,7 +239,7 @@ class _Resolver:
             fields.values[role] = (*fields.values.get(role, ()), nested)
         elif role in fields.values:
             what = f"'{role}'" if role in plugin.slots() else nested.kind
-            self._report.add(place, f"'{title}' can have only one {what}; {shown(nested)} is another")
+            self._report.add(place, f"'{_title(plugin)}' can have only one {what}; {shown(nested)} is another")
         else:
             fields.values[role] = nested
 
@@ -273,6 +272,10 @@ def _texture_slots(node: Object) -> list[str]:
     """Return the parameters of `node` that take a texture by its name."""
     plugin = PLUGINS.get(node.type)
     return [] if plugin is None else [name for name, kinds in plugin.slots().items() if "texture" in kinds]
+
+
+def _title(plugin: type[Plugin]) -> str:
+    return str(plugin.model_fields["type"].default)
 
 
 def _a(noun: str) -> str:

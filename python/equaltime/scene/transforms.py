@@ -82,9 +82,10 @@ def matrix(values: Sequence[float]) -> Matrix4:
     """Return the transform with 16 given numbers, or 9 for its linear part alone, row by row."""
     if len(values) not in (9, 16):
         raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
-    side = 3 if len(values) == 9 else 4
+    if len(values) == 16:
+        return np.array(values, dtype=np.float64).reshape(4, 4)
     result = np.eye(4)
-    result[:side, :side] = np.reshape(values, (side, side))
+    result[:3, :3] = np.reshape(values, (3, 3))
     return result
 
 

@@ -48,7 +48,7 @@ class Variables:
             value = self.value(match[1])
             return str(value).lower() if isinstance(value, bool) else str(value)
 
-        return _VARIABLE.sub(replacement, text)
+        return text if "$" not in text else _VARIABLE.sub(replacement, text)
 
     def report_unused(self, place: Place, report: Report) -> None:
         """Report the user's definitions that the file never uses."""

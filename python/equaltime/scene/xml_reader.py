@@ -244,15 +244,16 @@ class _Interpreter:
 
         What is wrong is reported; None if the element cannot be read because something is missing or undefined.
         """
-        known = {*required, *optional}
-        for name in sorted(element.attributes.keys() - known):
-            self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{suggestion(name, known)}")
-        missing = [name for name in required if name not in element.attributes]
+        given, known = element.attributes, required + optional
+        for name in sorted(name for name in given if name not in known):
+            self._report.add(
+                element.place, f"unknown attribute '{name}' of <{element.tag}>{suggestion(name, {*known})}"
+            )
+        missing = [name for name in required if name not in given]
         for name in missing:
             self._report.add(element.place, f"<{element.tag}> needs the attribute '{name}'")
-        expanded = {name: self._expand(element, name) for name in element.attributes}
-        defined = {name: text for name, text in expanded.items() if text is not None}
-        return None if missing or len(defined) < len(expanded) else defined
+        defined = {name: text for name in given if (text := self._expand(element, name)) is not None}
+        return None if missing or len(defined) < len(given) else defined
 
     def _expand(self, element: Element, name: str) -> str | None:
         """Return an attribute with variables replaced; None, and a report, if one of them is undefined."""
