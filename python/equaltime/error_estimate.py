@@ -25,7 +25,7 @@ from equaltime.film import box_sum, join_replicates
 from equaltime.neighbourhoods import RADIUS, Band, neighbours, over_bands
 from equaltime.tails import tail_of_one
 
-__all__ = ["Estimate", "PixelStatistics", "image_error", "pixel_statistics", "standard_error"]
+__all__ = ["Estimate", "PixelStatistics", "error_parts", "image_error", "pixel_statistics", "standard_error"]
 
 Floats = NDArray[np.float64]
 
@@ -172,7 +172,7 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved, leant, smooth = _contributions(pixels, sizes, m)
+    contributions, moved, leant, smooth = error_parts(pixels, sizes, m)
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
@@ -204,7 +204,7 @@ def _quantile(level: float, degrees: float) -> float:
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
-def _contributions(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float, float]:
+def error_parts(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float, float]:
     """Return each pixel's part of error², (H, W), and three things about the denominators.
 
     The first is the variance per pixel that their noise adds. By the delta method: pixel j moves the local means around

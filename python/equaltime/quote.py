@@ -19,6 +19,7 @@ from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.error_estimate import Estimate
 from equaltime.errors import RenderError
 from equaltime.law import Law, fit
+from equaltime.noise_places import Places
 from equaltime.passes import ProgressCallback
 from equaltime.scene import Scene
 from equaltime.session import Session
@@ -49,7 +50,9 @@ class Quote:
     prices: Mapping[float, Estimate]
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
-    """What the quote itself took."""
+    """What the pilot took to render."""
+    places: Places | None = None
+    """Where on the picture the error is; None where a render quotes itself."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""
@@ -61,6 +64,7 @@ class Quote:
             "law": self.law.as_dict(),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
             "pilot_seconds": self.pilot_seconds,
+            **({} if self.places is None else {"places": self.places.as_dict()}),
         }
 
 
@@ -97,7 +101,7 @@ def quote(
     while True:
         for _ in session.passes:
             if (found := pilot.pass_ended()) is not None:
-                return found
+                return replace(found, places=session.places())
         if session.passes.stopped_by == "interrupt":
             raise KeyboardInterrupt
         session.result("unfinished")  # raises if a sample went wrong

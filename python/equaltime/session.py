@@ -16,6 +16,7 @@ from equaltime.core_renderer import REPLICATES, bad_sample, build_info, core_set
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
+from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes, ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.scene import Scene
@@ -118,6 +119,11 @@ class Session:
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""
         return image_error(pixel_statistics(self._renderer.moments), hidden=self._unseen)
+
+    def places(self) -> Places:
+        """Tell where on the picture the error of what is done so far is."""
+        window = self._origin.window
+        return noise_places(pixel_statistics(self._renderer.moments), (window.x, window.y))
 
     def image(self) -> NDArray[np.float64]:
         """Return the image so far, (H, W, 3)."""

@@ -27,11 +27,16 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.error_estimate import Estimate
+from equaltime.noise_places import Places
 from equaltime.quote import Quote
 from equaltime.quote import quote as quote_scene
 from equaltime.scene import load_file
 
 __all__ = ["quote"]
+
+_WORTH_TELLING = 0.01
+"""A share of error²."""
+_MOST_PIXELS = 3
 
 
 def quote(
@@ -86,10 +91,42 @@ def _print(found: Quote) -> None:
     speed = duration(law.seconds_per_sample)
     exponent = f"{law.exponent:.2f} ± {1.96 * law.exponent_doubt:.2f}"
     table.add_row("law", f"{percent(law.error)} at {law.samples} spp, falling as spp^-({exponent}); {speed} a sample")
+    if found.places is not None:
+        _add_places(table, found.places)
     for target, seconds in found.prices.items():
         table.add_row(f"{percent(target)} would take", _range(seconds, duration))
     table.add_row("this quote took", duration(found.pilot_seconds))
     console.print(table)
+
+
+def _add_places(table: Table, places: Places) -> None:
+    (least, worst), *others = places.noisiest.items()
+    more = "".join(f", the noisiest {percent(part)} make {_share(share)}" for part, share in others)
+    table.add_row("where", f"the noisiest {percent(least)} of the pixels make {_share(worst)} of error²{more}")
+    held = places.rectangle
+    if held.stands_out:
+        across, down = (f"{first} to {last}" for first, last in (held.x, held.y))
+        area = f"{100.0 * held.area:.2g} % of the picture"
+        table.add_row("", f"x {across}, y {down}, which is {area}, make {_share(held.share)} of error²")
+    else:
+        table.add_row("", "no rectangle of the picture stands out")
+    if places.single.value > _WORTH_TELLING:
+        count = len(places.single_pixels)
+        words = "a single pixel makes" if count == 1 else f"{count} single pixels make"
+        at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
+        more = "; …" if count > _MOST_PIXELS else ""
+        table.add_row("", f"{words} {_share(places.single)} of error², far above those around: {at}{more}")
+
+
+def _share(share: Estimate) -> str:
+    return (
+        rf"{_whole(share.value)} % \[{_whole(share.low)}, {_whole(share.high)}]" if share.known else "an unknown part"
+    )
+
+
+def _whole(share: float) -> str:
+    """Write a share in whole per cent, or with two digits if it is less than ten."""
+    return f"{100.0 * share:.0f}" if abs(share) >= 0.095 else f"{100.0 * share:.2g}"
 
 
 def _range(estimate: Estimate, words: Callable[[float], str]) -> str:
