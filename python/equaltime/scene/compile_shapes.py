@@ -76,7 +76,9 @@ class Shapes:
         """Add a surface and return the core's number of it."""
         placed, *later = steps(shape, self._assets)
         turned = shape.bsdf is not None and turns(shape.bsdf)
-        front, back = self._materials.index(placed.sides.front), self._materials.index(placed.sides.back, turned)
+        front = self._materials.index(placed.sides.front)
+        same = placed.sides.back is placed.sides.front and not turned
+        back = front if same else self._materials.index(placed.sides.back, turned)
         radiance = placed.sides.radiance
         if isinstance(radiance, Bitmap | Checkerboard | MeshAttribute):
             index = _add_surface(self._builder, placed, front, back, WHITE)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.model import Kind
@@ -19,8 +20,7 @@ MOST_INCLUDES = 15
 """How deep files may include files, as in Mitsuba."""
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """Where something stands: a file with a line, a path of keys, or both."""
 
     file: str = ""
@@ -89,17 +89,16 @@ class Alias:
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class Child:
+class Child(NamedTuple):
     """Something inside an object; `name` is None where the file gives none."""
 
     name: str | None
     node: Node
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Object:
-    """A plugin with its contents, not yet checked."""
+    """A plugin with its contents, not yet checked; two are never the same, whatever is in them."""
 
     place: Place
     type: str

@@ -41,6 +41,8 @@ class Variables:
 
     def expand(self, text: str) -> str:
         r"""Return `text` with all variables replaced; a dollar sign is written ``\$``. Raises ValueError as `value`."""
+        if "$" not in text:
+            return text
 
         def replacement(match: re.Match[str]) -> str:
             if match[0].startswith("\\"):
@@ -48,7 +50,7 @@ class Variables:
             value = self.value(match[1])
             return str(value).lower() if isinstance(value, bool) else str(value)
 
-        return text if "$" not in text else _VARIABLE.sub(replacement, text)
+        return _VARIABLE.sub(replacement, text)
 
     def report_unused(self, place: Place, report: Report) -> None:
         """Report the user's definitions that the file never uses."""

@@ -6,7 +6,7 @@ grow without bound.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 from xml.parsers import expat
 
 from equaltime.scene.tree import MAX_DEPTH, Place, Report
@@ -14,14 +14,13 @@ from equaltime.scene.tree import MAX_DEPTH, Place, Report
 __all__ = ["Element", "parse_elements"]
 
 
-@dataclass(frozen=True, slots=True)
-class Element:
+class Element(NamedTuple):
     """An XML element as it stands in the file."""
 
     tag: str
     attributes: dict[str, str]
     place: Place
-    children: list[Element] = field(default_factory=list)
+    children: list[Element]
 
 
 class _RefusedError(Exception):
@@ -34,7 +33,7 @@ class _RefusedError(Exception):
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
     """Return the root element of `content`; what makes it unreadable is reported, and None is returned."""
     parser = expat.ParserCreate()
-    top = Element("", {}, Place(file))
+    top = Element("", {}, Place(file), [])
     open_elements = [top]
 
     def here() -> Place:
@@ -43,7 +42,7 @@ def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > MAX_DEPTH:
             raise _RefusedError(here(), f"elements are nested more than {MAX_DEPTH} deep")
-        element = Element(tag, attributes, here())
+        element = Element(tag, attributes, here(), [])
         open_elements[-1].children.append(element)
         open_elements.append(element)
 

@@ -65,7 +65,7 @@ def _with(node: Object, children: list[Child]) -> Object:
 
 
 def _renamed(child: Child) -> Child:
-    return child if child.name is None else dataclasses.replace(child, name=snake_case(child.name))
+    return child if child.name is None else child._replace(name=snake_case(child.name))
 
 
 def _type(node: Object, report: Report) -> Object:
@@ -88,7 +88,7 @@ def _reflectance(node: Object, _report: Report) -> Object:
     if node.type != "diffuse":
         return node
     names = {"diffuse_reflectance": "reflectance"}
-    return _with(node, [dataclasses.replace(c, name=names.get(c.name or "", c.name)) for c in node.children])
+    return _with(node, [c._replace(name=names.get(c.name or "", c.name)) for c in node.children])
 
 
 def _pixels(node: Object, _report: Report) -> Object:
