@@ -6,6 +6,10 @@ name refers to something, it lets pass.
 
 from __future__ import annotations
 
+import ast
+import inspect
+from functools import cache
+from itertools import pairwise
 from typing import Any, Final, get_args, get_type_hints
 
 from pydantic import TypeAdapter
@@ -148,9 +152,10 @@ def _plugin(name: str, plugin: type[Plugin]) -> Schema:
     """Return the schema of a plugin's table."""
     hints = get_type_hints(plugin, include_extras=True)
     fields = {field: info for field, info in plugin.model_fields.items() if field not in ("type", "id")}
+    meanings = {key: text for each in reversed(plugin.__mro__) for key, text in _meanings(each).items()}
     properties = {
-        field: _field(plugin, field, hints[field]) | ({"description": info.description} if info.description else {})
-        for field, info in fields.items()
+        field: _field(plugin, field, hints[field]) | ({"description": meanings[field]} if field in meanings else {})
+        for field in fields
     }
     by_kind = set(plugin.roles.values())
     required = [field for field, info in fields.items() if info.is_required() and field not in by_kind]
@@ -160,6 +165,24 @@ def _plugin(name: str, plugin: type[Plugin]) -> Schema:
         "properties": {"type": {"const": name}, "id": {"type": "string"}, **properties},
         "required": ["type", *required],
         "additionalProperties": {"anyOf": [OBJECT, {"$ref": "#/$defs/reference"}]} if plugin.roles else False,
+    }
+
+
+@cache
+def _meanings(plugin: type) -> dict[str, str]:
+    """Return the strings that stand below a plugin's own parameters in the source, which only a schema needs."""
+    if not issubclass(plugin, Plugin):
+        return {}
+    definition = ast.parse(inspect.getsource(plugin)).body[0]
+    assert isinstance(definition, ast.ClassDef), "a plugin is a class at the top of its module"
+    return {
+        field.target.id: inspect.cleandoc(below.value.value)
+        for field, below in pairwise(definition.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(below, ast.Expr)
+        and isinstance(below.value, ast.Constant)
+        and isinstance(below.value.value, str)
     }
 
 

@@ -38,9 +38,7 @@ NOT_YET = "known to Mitsuba 3 but not supported by equaltime yet"
 class Plugin(BaseModel):
     """Base of all nodes: one class per Mitsuba plugin, told apart by ``type``."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
