@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "transport/sample_pixel.h"
-#include "transport/threads.h"
+#include "math/threads.h"
 
 namespace equaltime {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "transport/threads.h"
+#include "math/threads.h"
 
 namespace equaltime {
 

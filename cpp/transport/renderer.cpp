@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "transport/threads.h"
+#include "math/threads.h"
 
 namespace equaltime {
 

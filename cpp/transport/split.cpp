@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "transport/sample_pixel.h"
-#include "transport/threads.h"
+#include "math/threads.h"
 
 namespace equaltime {
 

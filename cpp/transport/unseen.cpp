@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "transport/sample_pixel.h"
-#include "transport/threads.h"
+#include "math/threads.h"
 
 namespace equaltime {
 
