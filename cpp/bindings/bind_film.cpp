@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bindings/bindings.h"
+#include "film/error_parts.h"
 #include "film/statistics.h"
 
 namespace py = pybind11;
@@ -16,6 +17,7 @@ namespace {
 
 using Moments = py::array_t<PixelMoments, py::array::c_style>;
 using Doubles = py::array_t<double, py::array::c_style>;
+using Counts = py::array_t<std::int64_t, py::array::c_style>;
 
 Moments merge_moments(const Moments& a, const Moments& b) {
   if (a.ndim() != b.ndim() || !std::equal(a.shape(), a.shape() + a.ndim(), b.shape()))
@@ -29,7 +31,7 @@ py::tuple join(const Moments& moments) {
   if (moments.ndim() != 3) throw std::invalid_argument("moments are (R, H, W)");
   const py::ssize_t height = moments.shape(1), width = moments.shape(2);
   Doubles mean({height, width, py::ssize_t{3}}), variance({height, width, py::ssize_t{3}});
-  py::array_t<std::int64_t> samples({height, width});
+  Counts samples({height, width});
   const PixelMoments* from = moments.data();
   double *mean_to = mean.mutable_data(), *variance_to = variance.mutable_data();
   std::int64_t* samples_to = samples.mutable_data();
@@ -50,14 +52,42 @@ Doubles neighbourhood_sums(const Doubles& image) {
   if (image.ndim() != 3) throw std::invalid_argument("an image is (H, W, C)");
   const auto size = [&](int axis) { return static_cast<std::size_t>(image.shape(axis)); };
   const std::span<const double> values(image.data(), static_cast<std::size_t>(image.size()));
-  std::vector<double> sums;
+  Doubles sums({image.shape(0), image.shape(1), image.shape(2)});
+  const std::span<double> to(sums.mutable_data(), values.size());
+  const py::gil_scoped_release release;
+  box_sum(values, size(0), size(1), size(2), to);
+  return sums;
+}
+
+PixelEstimates estimates(const Doubles& mean, const Doubles& variance, const Counts& samples) {
+  if (samples.ndim() != 2 || mean.size() != 3 * samples.size() || variance.size() != mean.size())
+    throw std::invalid_argument("samples are (H, W), mean and variance (H, W, 3)");
+  return {mean.data(), variance.data(), samples.data(), static_cast<std::size_t>(samples.shape(0)),
+          static_cast<std::size_t>(samples.shape(1))};
+}
+
+py::tuple parts_of_error(const Doubles& mean, const Doubles& variance, const Counts& samples, double floor) {
+  const PixelEstimates pixels = estimates(mean, variance, samples);
+  Doubles contributions({samples.shape(0), samples.shape(1)});
+  const std::span<double> to(contributions.mutable_data(), static_cast<std::size_t>(contributions.size()));
+  ErrorSums sums;
   {
     const py::gil_scoped_release release;
-    sums = box_sum(values, size(0), size(1), size(2));
+    sums = error_parts(pixels, floor, to);
   }
-  Doubles result({image.shape(0), image.shape(1), image.shape(2)});
-  std::copy(sums.begin(), sums.end(), result.mutable_data());
-  return result;
+  const py::dict named("slopes"_a = sums.slopes, "smooth"_a = sums.smooth, "leant"_a = sums.leant,
+                       "locals_squared"_a = sums.locals_squared, "crossed"_a = sums.crossed,
+                       "means_squared"_a = sums.means_squared);
+  return py::make_tuple(contributions, named);
+}
+
+py::array_t<float> errors_of_pixels(const Doubles& mean, const Doubles& variance, const Counts& samples) {
+  const PixelEstimates pixels = estimates(mean, variance, samples);
+  py::array_t<float> errors({samples.shape(0), samples.shape(1), py::ssize_t{3}});
+  const std::span<float> to(errors.mutable_data(), static_cast<std::size_t>(errors.size()));
+  const py::gil_scoped_release release;
+  standard_errors(pixels, to);
+  return errors;
 }
 
 }  // namespace
@@ -70,6 +100,10 @@ void bind_film(py::module_& m) {
       "join_replicates", &join, "moments"_a,
       "(R, H, W) moments as the mean of all samples (H, W, 3), the estimated variance of that mean, and their number.");
   m.def("box_sum", &neighbourhood_sums, "image"_a, "Sums over 7x7 neighbourhoods of (H, W, C), zeros outside.");
+  m.def("error_contributions", &parts_of_error, "mean"_a, "variance"_a, "samples"_a, "floor"_a,
+        "Each pixel's part of error², (H, W), and sums over all pixels (ErrorSums of cpp/film/error_parts.h).");
+  m.def("standard_errors", &errors_of_pixels, "mean"_a, "variance"_a, "samples"_a,
+        "(H, W, 3) standard errors, their variances pooled over 7x7 neighbourhoods; inf where unknown.");
 }
 
 }  // namespace equaltime

@@ -1,7 +1,9 @@
 #include "film/statistics.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
+#include <vector>
 
 namespace equaltime {
 
@@ -33,30 +35,32 @@ JoinedPixel join_replicates(const PixelMoments* first, std::size_t replicates, s
 
 namespace {
 
-/// Seven values, `stride` apart; the first four are two pairs.
-double seven(const double* v, std::size_t stride) noexcept {
-  return ((v[0] + v[stride]) + (v[2 * stride] + v[3 * stride])) + (v[4 * stride] + v[5 * stride]) + v[6 * stride];
+double seven(double a, double b, double c, double d, double e, double f, double g) noexcept {
+  return ((a + b) + (c + d)) + (e + f) + g;
 }
 
 }  // namespace
 
-std::vector<double> box_sum(std::span<const double> image, std::size_t height, std::size_t width,
-                            std::size_t channels) {
+void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+             std::span<double> sums) {
   constexpr std::size_t kRadius = 3;
   const std::size_t row = width * channels, margin = kRadius * channels;
-  std::vector<double> sums(height * row), padded(row + 2 * margin), column(7 * row);
+  const std::vector<double> outside(row);
+  std::vector<double> padded(row + 2 * margin);
   for (std::size_t y = 0; y < height; ++y) {
-    for (std::size_t k = 0; k < 7; ++k) {  // the rows around this one
-      const auto to = column.begin() + static_cast<std::ptrdiff_t>(k * row);
-      if (y + k < kRadius || y + k - kRadius >= height)
-        std::fill_n(to, row, 0.0);
-      else
-        std::copy_n(image.begin() + static_cast<std::ptrdiff_t>((y + k - kRadius) * row), row, to);
+    const double* rows[2 * kRadius + 1];
+    for (std::size_t k = 0; k < std::size(rows); ++k) {
+      const bool inside = y + k >= kRadius && y + k - kRadius < height;
+      rows[k] = inside ? image.data() + (y + k - kRadius) * row : outside.data();
     }
-    for (std::size_t i = 0; i < row; ++i) padded[margin + i] = seven(&column[i], row);
-    for (std::size_t i = 0; i < row; ++i) sums[y * row + i] = seven(&padded[i], channels);
+    for (std::size_t i = 0; i < row; ++i)
+      padded[margin + i] = seven(rows[0][i], rows[1][i], rows[2][i], rows[3][i], rows[4][i], rows[5][i], rows[6][i]);
+    const double* p = padded.data();
+    double* to = sums.data() + y * row;
+    const std::size_t c = channels;
+    for (std::size_t i = 0; i < row; ++i, ++p)
+      to[i] = seven(p[0], p[c], p[2 * c], p[3 * c], p[4 * c], p[5 * c], p[6 * c]);
   }
-  return sums;
 }
 
 }  // namespace equaltime

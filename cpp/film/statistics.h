@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "film/film.h"
 
@@ -24,7 +23,7 @@ struct JoinedPixel {
 
 /// The sum over the 7x7 neighbourhood of every pixel, zeros outside, of a row-major (height, width, channels) image.
 /// Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image.
-[[nodiscard]] std::vector<double> box_sum(std::span<const double> image, std::size_t height, std::size_t width,
-                                          std::size_t channels);
+void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+             std::span<double> sums);
 
 }  // namespace equaltime

@@ -1,8 +1,9 @@
-// Pixel moments against sums in long double.
+// Pixel moments against sums in long double, and the parts of an error whose noise is known.
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "film/error_parts.h"
 #include "film/film.h"
 #include "tests/check.h"
 
@@ -96,6 +97,30 @@ TEST("a film keeps its replicates and pixels apart, row by row") {
   CHECK(film.moments().size() == 12);
   CHECK(film.moments()[11].mean[0] == 5);
   for (std::size_t i = 0; i < 11; ++i) CHECK(film.moments()[i].count == 0);
+}
+
+TEST("a flat image whose pixels have one variance has one contribution everywhere, whatever band it is in") {
+  constexpr std::size_t kHeight = 150, kWidth = 11;
+  const std::vector<double> mean(3 * kHeight * kWidth, 2.0), variance(mean.size(), 0.5);
+  std::vector<std::int64_t> samples(kHeight * kWidth, 8);
+  const PixelEstimates pixels{mean.data(), variance.data(), samples.data(), kHeight, kWidth};
+  std::vector<double> contributions(samples.size());
+  std::vector<float> errors(mean.size());
+  const auto all_are_right = [&](double contribution) {
+    const ErrorSums sums = error_parts(pixels, 1.0, contributions);
+    standard_errors(pixels, errors);
+    bool right = close(sums.slopes, contribution / 5 * static_cast<double>(mean.size()), 1e-12) && sums.leant == 0;
+    for (const double c : contributions) right = right && close(c, contribution, 1e-14);
+    for (const float e : errors) right = right && close(static_cast<double>(e), std::sqrt(0.5L), 1e-6);
+    return right;
+  };
+  CHECK(all_are_right(0.5 / (2.0 * 2.0 + 1.0)));
+  CHECK(!all_are_right(0.5 / (2.0 * 2.0 + 1.001)));
+  samples[5] = 9;  // no longer even: sums are weighed by counts
+  (void)error_parts(pixels, 1.0, contributions);
+  CHECK(close(contributions[0], 0.1, 1e-14));
+  standard_errors(pixels, errors);
+  CHECK(errors[3 * 4] > errors[3 * 1] && errors[3 * 5] < errors[3 * 1]);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@ is not (low-discrepancy points are correlated on purpose), and is not used here.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` the 7x7 local mean of the image (which gives way to the pixel itself where the picture has structure,
-see `_reference`) and ``m`` the mean of the image. All arrays are float64 here, indexed ``[y, x, channel]``, in the
-units of the image.
+see ``Reference`` in cpp/film/error_parts.cpp) and ``m`` the mean of the image. All arrays are float64 here, indexed
+``[y, x, channel]``, in the units of the image.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film import box_sum, join_replicates
-from equaltime.neighbourhoods import RADIUS, Band, neighbours, over_bands
+from equaltime.film import error_contributions, join_replicates, standard_errors
 from equaltime.tails import tail_of_one
 
 __all__ = ["Estimate", "PixelStatistics", "error_parts", "image_error", "pixel_statistics", "standard_error"]
@@ -120,25 +119,7 @@ def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     One pixel's replicates say little (R - 1 degrees of freedom), so the variance *of one sample* is averaged over the
     pixels of the 7x7 neighbourhood that lie in the image and have one, and divided by the pixel's own count.
     """
-    result = np.empty(pixels.mean.shape, np.float32)
-
-    def pool(band: Band) -> None:
-        with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite
-            result[band.rows] = np.sqrt(_pooled_variance(pixels, band.wide)[band.inner])
-
-    over_bands(len(result), RADIUS, pool)
-    return result
-
-
-def _pooled_variance(pixels: PixelStatistics, rows: slice) -> Floats:
-    """Return the square of `standard_error` for some rows; those within 3 of a cut are not valid."""
-    variance, counts = pixels.variance[rows], pixels.samples[rows, :, None].astype(np.float64)
-    known = np.isfinite(variance[..., :1])
-    if known.all() and (counts == counts.flat[0]).all():  # as nearly always: the rest is several times as slow
-        return np.asarray(box_sum(variance) / neighbours(*counts.shape[:2]))
-    per_sample = box_sum(np.where(known, variance, 0.0) * counts)
-    pooled = per_sample / np.maximum(box_sum(known.astype(np.float64)) * counts, 1.0)
-    return np.where(known, pooled, np.inf)
+    return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 
 
 def image_error(
@@ -168,11 +149,10 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     """Return the error by what samples have seen."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
         return UNKNOWN
-    sizes = neighbours(*pixels.samples.shape)
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved, leant, smooth = error_parts(pixels, sizes, m)
+    contributions, moved, leant, smooth = error_parts(pixels, m)
     square = float(contributions.mean())
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
@@ -204,7 +184,7 @@ def _quantile(level: float, degrees: float) -> float:
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
-def error_parts(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Floats, float, float, float]:
+def error_parts(pixels: PixelStatistics, m: float) -> tuple[Floats, float, float, float]:
     """Return each pixel's part of error², (H, W), and three things about the denominators.
 
     The first is the variance per pixel that their noise adds. By the delta method: pixel j moves the local means around
@@ -212,72 +192,12 @@ def error_parts(pixels: PixelStatistics, sizes: Floats, m: float) -> tuple[Float
     in absolute value. The others are how far R's lean moves the logarithm of the error, and the share of the error,
     weighed by the noise, where R is the local mean.
     """
-    contributions = np.empty(pixels.samples.shape)
-    even = bool((pixels.samples == pixels.samples.flat[0]).all())
-
-    def contribute(band: Band) -> tuple[float, ...]:
-        variance, counts = pixels.variance[band.wide], sizes[band.wide]
-        noise = box_sum(variance)
-        reference, shared, leaning = _reference(pixels.mean[band.wide], variance, noise, counts)
-        square = np.square(reference)
-        square += (0.1 * m) ** 2
-        parts = variance / square
-        contributions[band.rows] = _channel_mean(parts[band.inner])
-        noisy = np.minimum(parts * np.sqrt(parts), parts)  # structure that rests on the local mean is below the noise
-        smooth = _dot(noisy[band.inner], shared[band.inner])
-        slope = np.divide(parts, square, out=square)
-        slopes = float(slope[band.inner].sum())
-        slope *= reference
-        leant = _dot(slope[band.inner], leaning[band.inner])
-        pooled = noise / counts if even else _pooled_variance(pixels, band.wide)
-        error = np.sqrt(pooled[band.inner])
-        shared *= slope
-        shared /= 0.5 * counts
-        by_local = _channel_mean(box_sum(shared)[band.inner] * error)
-        by_mean = _channel_mean(error)
-        products = ((by_local, by_local), (by_local, by_mean), (by_mean, by_mean))
-        return slopes, smooth, leant, *(_dot(a, b) for a, b in products)
-
-    sums = over_bands(len(contributions), 3 * RADIUS, contribute)
-    slopes, smooth, leant, locals_squared, crossed, errors_squared = (sum(column) for column in zip(*sums, strict=True))
-    influence = 0.02 * m * slopes / pixels.mean.size
-    total = locals_squared + 2.0 * influence * crossed + influence**2 * errors_squared
+    contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2)
+    influence = 0.02 * m * sums["slopes"] / pixels.mean.size
+    by_means = 2.0 * influence * sums["crossed"] + influence**2 * sums["means_squared"]
+    moved = (sums["locals_squared"] + by_means) / contributions.size
     whole = max(3.0 * float(contributions.sum()), np.finfo(np.float64).tiny)
-    return contributions, total / contributions.size, leant / whole, smooth / whole
-
-
-def _dot(a: Floats, b: Floats) -> float:
-    """Return the sum of products; not by BLAS, whose threads would wait for those of the bands."""
-    return float(np.einsum("i,i->", a.reshape(-1), b.reshape(-1)))
-
-
-def _channel_mean(values: Floats) -> Floats:
-    """Return the mean over the last axis, of three, several times as fast as NumPy does."""
-    return np.asarray((values[..., 0] + values[..., 1] + values[..., 2]) / 3.0)
-
-
-def _reference(mean: Floats, variance: Floats, noise: Floats, sizes: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return R for the denominators, the share of the local mean in it, and its lean, below.
-
-    R weighs the pixel against the 7x7 local mean by how much of the local scatter is more than the noise, as Lee's
-    filter does (Lee 1980): at an edge the local mean is wrong by much, and the pixel by little once it has converged.
-    Noise is skewed: a pixel that has met a rare bright path has a large variance and is itself too bright, and would
-    excuse itself. So R leans from the pixel towards the darker of two replicates (which is its standard error below
-    it), half way. ``noise`` is the sum of the variance over the neighbourhood.
-    """
-    local = box_sum(mean)
-    local /= sizes
-    apart = mean - local
-    scatter = box_sum(np.square(apart))
-    rest = np.divide(noise, scatter, out=np.ones_like(noise), where=scatter > 0.0)  # what the weight leaves to 1
-    np.minimum(rest, 1.0, out=rest)
-    weight = 1.0 - rest
-    apart *= weight
-    local += apart
-    lean = np.sqrt(variance)
-    lean *= weight
-    local -= 0.5 * lean
-    return np.maximum(local, 0.0, out=local), rest, lean
+    return contributions, moved, sums["leant"] / whole, sums["smooth"] / whole
 
 
 def _spread(contributions: Floats, degrees: float) -> float:

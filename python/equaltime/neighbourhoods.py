@@ -1,52 +1,20 @@
-"""Work over an image in bands of rows, on all cores, and sums over the 7x7 neighbourhoods of its pixels."""
+"""Sums over the 7x7 neighbourhoods of an image's pixels."""
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film import box_sum
 
-__all__ = ["RADIUS", "Band", "nearest_mean", "neighbours", "others_count", "others_sum", "over_bands"]
+__all__ = ["RADIUS", "nearest_mean", "neighbours", "others_count", "others_sum"]
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
 
 RADIUS = 3
 """Of a neighbourhood, in pixels."""
-_BAND_ROWS = 32
-
-
-@dataclass(frozen=True)
-class Band:
-    """Some rows of an image, few enough to stay in the cache, with a halo of rows around for neighbourhoods."""
-
-    rows: slice
-    wide: slice
-    inner: slice
-    """The rows within ``wide``."""
-
-
-def over_bands(height: int, halo: int, work: Callable[[Band], T]) -> list[T]:
-    """Do the work for every band, on all cores (NumPy lets go of the GIL); results are from top to bottom."""
-    bands = []
-    for start in range(0, height, _BAND_ROWS):
-        stop = min(start + _BAND_ROWS, height)
-        first = max(start - halo, 0)
-        wide = slice(first, min(stop + halo, height))
-        bands.append(Band(slice(start, stop), wide, slice(start - first, stop - first)))
-    cores = len(os.sched_getaffinity(0))
-    if len(bands) < 2 or cores < 2:
-        return [work(band) for band in bands]
-    with ThreadPoolExecutor(min(len(bands), cores)) as pool:
-        return list(pool.map(work, bands))
 
 
 def others_sum(values: Floats) -> Floats:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import Estimate, PixelStatistics, error_parts
-from equaltime.neighbourhoods import nearest_mean, neighbours, others_count, others_sum
+from equaltime.neighbourhoods import nearest_mean, others_count, others_sum
 
 __all__ = ["FRACTIONS", "Places", "Rectangle", "noise_places"]
 
@@ -98,7 +98,7 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0)) -> P
         Column and row on the whole film of the first pixel, if the render is a part of it.
     """
     height, width = pixels.samples.shape
-    parts, *_ = error_parts(pixels, neighbours(height, width), float(pixels.mean.mean()))
+    parts, *_ = error_parts(pixels, float(pixels.mean.mean()))
     noise = nearest_mean(np.sqrt(parts)[..., None])[..., 0]  # roots, lest one bright pixel choose all around it
     order = np.argsort(-noise, axis=None, kind="stable")
     noisiest = {}

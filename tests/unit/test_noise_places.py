@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.cli import main
 from equaltime.error_estimate import PixelStatistics, error_parts
-from equaltime.neighbourhoods import neighbours
 from equaltime.noise_places import Places, noise_places, share_within
 
 Floats = NDArray[np.float64]
@@ -35,7 +34,7 @@ def halves(deviation: Floats, seed: int) -> PixelStatistics:
 
 def by_own_noise(pixels: PixelStatistics, fraction: float) -> float:
     """Return the share of the pixels that are themselves the noisiest: the twin, which chance makes large."""
-    parts = np.sort(error_parts(pixels, neighbours(SIZE, SIZE), float(pixels.mean.mean()))[0], axis=None)
+    parts = np.sort(error_parts(pixels, float(pixels.mean.mean()))[0], axis=None)
     return float(parts[-round(fraction * parts.size) :].sum() / parts.sum())
 
 

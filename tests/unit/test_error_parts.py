@@ -1,0 +1,102 @@
+"""What the core makes of the pixels of an image, against the same formulas written plainly for the whole image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.film import box_sum, error_contributions, standard_errors
+from equaltime.neighbourhoods import neighbours
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+SIZES = [(1, 1), (3, 70), (31, 5), (33, 8), (100, 9)]
+"""A band has 32 rows: images of one, of a bit more, and of several, whose neighbourhoods reach across."""
+FLOOR = 0.01
+
+
+def pixels(height: int, width: int, uneven: bool) -> tuple[Floats, Floats, Counts]:
+    """Draw mean, variance and samples with edges, black pixels, and noise from none to all of the scatter."""
+    rng = np.random.default_rng(height * width)
+    mean = np.where(rng.random((height, width, 1)) < 0.3, 0.0, rng.gamma(2.0, size=(height, width, 3)))
+    mean[:, width // 2 :] *= 20.0
+    variance = mean * rng.gamma(0.5, 0.1, size=mean.shape)
+    samples = 4 * rng.integers(1, 9, (height, width)) if uneven else np.full((height, width), 8)
+    return mean, variance, samples.astype(np.int64)
+
+
+def plain_errors(variance: Floats, samples: Counts) -> Floats:
+    """Give the variance of one sample by the mean of the known ones around, over a pixel's own samples; its root."""
+    counts, known = samples[..., None].astype(float), np.isfinite(variance[..., :1])
+    around = np.maximum(box_sum(known.astype(float)), 1.0)
+    one = box_sum(np.where(known, variance, 0.0) * counts) / around
+    return np.where(known, np.sqrt(one / np.maximum(counts, 1.0)), np.inf)
+
+
+def plain_parts(mean: Floats, variance: Floats, samples: Counts, lean: float = 0.5) -> tuple[Floats, dict[str, float]]:
+    around = neighbours(*samples.shape)
+    local, noise = box_sum(mean) / around, box_sum(variance)
+    scatter = box_sum((mean - local) ** 2)
+    share = np.where(scatter > 0.0, np.minimum(noise / np.where(scatter > 0.0, scatter, 1.0), 1.0), 1.0)
+    leaning = np.sqrt(variance) * (1.0 - share)
+    reference = np.maximum(local * share + mean * (1.0 - share) - lean * leaning, 0.0)
+    parts = variance / (reference**2 + FLOOR)
+    slope = parts / (reference**2 + FLOOR)
+    errors = plain_errors(variance, samples)
+    by_local = (box_sum(share * slope * reference / (0.5 * around)) * errors).mean(axis=-1)
+    by_mean = errors.mean(axis=-1)
+    sums = {
+        "slopes": slope.sum(),
+        "smooth": (np.minimum(parts**1.5, parts) * share).sum(),
+        "leant": (slope * reference * leaning).sum(),
+        "locals_squared": (by_local**2).sum(),
+        "crossed": (by_local * by_mean).sum(),
+        "means_squared": (by_mean**2).sum(),
+    }
+    return parts.mean(axis=-1), {name: float(value) for name, value in sums.items()}
+
+
+def differ(found: tuple[Floats, dict[str, float]], expected: tuple[Floats, dict[str, float]]) -> list[str]:
+    """Name what differs by more than rounding does."""
+    wrong = [name for name, value in expected[1].items() if not np.isclose(found[1][name], value, rtol=1e-10)]
+    return wrong + ([] if np.allclose(found[0], expected[0], rtol=1e-10, atol=1e-14) else ["contributions"])
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_parts_are_those_of_the_plain_formulas(height: int, width: int, uneven: bool) -> None:
+    image = pixels(height, width, uneven)
+    assert differ(error_contributions(*image, FLOOR), plain_parts(*image)) == []
+
+
+def test_a_reference_that_leans_a_little_less_would_be_seen() -> None:
+    image = pixels(33, 8, uneven=False)
+    assert "contributions" in differ(error_contributions(*image, FLOOR), plain_parts(*image, lean=0.499))
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_standard_errors_are_those_of_the_plain_formula(height: int, width: int, uneven: bool) -> None:
+    _, variance, samples = image = pixels(height, width, uneven)
+    np.testing.assert_allclose(standard_errors(*image), plain_errors(variance, samples), rtol=1e-6)
+
+
+def test_standard_errors_leave_out_what_is_unknown() -> None:
+    mean, variance, samples = pixels(40, 6, uneven=True)
+    variance[30:33, 2] = np.nan
+    found, expected = standard_errors(mean, variance, samples), plain_errors(variance, samples)
+    assert np.isinf(found[30:33, 2]).all()
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "call", [lambda m, v, n: error_contributions(m, v, n, FLOOR), standard_errors], ids=["parts", "standard errors"]
+)
+def test_arrays_of_other_shapes_are_refused(call: Callable[[Floats, Floats, Counts], object]) -> None:
+    mean, variance, samples = pixels(3, 4, uneven=False)
+    with pytest.raises(ValueError, match=r"samples are \(H, W\), mean and variance \(H, W, 3\)"):
+        call(mean[:2], variance, samples)
