@@ -18,6 +18,7 @@ Vectors = NDArray[np.float64]
 Faces = NDArray[np.uint32]
 
 CHUNK = 1 << 15
+IDENTITY: Vectors = np.eye(4)
 
 QUAD_VERTICES: Vectors = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float64)
 QUAD_FACES: Faces = np.array([[0, 1, 2], [2, 3, 0]], dtype=np.uint32)
@@ -40,7 +41,7 @@ CUBE_FACES: Faces = np.array(
 
 def place(vertices: Vectors, to_world: Vectors) -> Vectors:
     """Return the vertices in world space; raises ValueError if that exceeds what a float64 holds."""
-    if np.array_equal(to_world, np.eye(4)):
+    if (to_world == IDENTITY).all():
         return vertices
     with np.errstate(over="ignore", invalid="ignore"):
         placed = _times(vertices, to_world[:3, :3].T) + to_world[:3, 3]

@@ -245,10 +245,10 @@ class _Interpreter:
         What is wrong is reported; None if the element cannot be read because something is missing or undefined.
         """
         given, known = element.attributes, required + optional
-        for name in sorted(name for name in given if name not in known):
-            self._report.add(
-                element.place, f"unknown attribute '{name}' of <{element.tag}>{suggestion(name, {*known})}"
-            )
+        for name in sorted(given):
+            if name not in known:
+                near = suggestion(name, {*known})
+                self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{near}")
         missing = [name for name in required if name not in given]
         for name in missing:
             self._report.add(element.place, f"<{element.tag}> needs the attribute '{name}'")

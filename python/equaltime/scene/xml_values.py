@@ -26,6 +26,9 @@ Attributes = Mapping[str, str]
 T = TypeVar("T")
 Vec3 = tuple[float, float, float]
 
+_BETWEEN: Final = re.compile(r"[\s,]+")
+"""What separates numbers."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rule(Generic[T]):
@@ -39,30 +42,28 @@ class Rule(Generic[T]):
 def number(text: str) -> float:
     """Read a finite number."""
     try:
-        number = float(_without_underscores(text))
+        number = float(text)
     except ValueError:
         raise ValueError(f"expected a number, found {text!r}") from None
+    if "_" in text:  # which Python takes in numbers and Mitsuba does not
+        raise ValueError(f"expected a number, found {text!r}")
     if not math.isfinite(number):
         raise ValueError(f"expected a finite number, found {text!r}")
     return number
 
 
-def _without_underscores(text: str) -> str:
-    """Return `text`; raises ValueError for an underscore, which Python takes in numbers and Mitsuba does not."""
-    if "_" in text:
-        raise ValueError
-    return text
-
-
 def _numbers(text: str) -> list[float]:
-    return [number(word) for word in re.split(r"[\s,]+", text.strip(", \t\r\n"))]
+    return [number(word) for word in _BETWEEN.split(text.strip(", \t\r\n"))]
 
 
 def _integer(text: str) -> int:
     try:
-        return int(_without_underscores(text))
+        integer = int(text)
     except ValueError:
         raise ValueError(f"expected an integer, found {text!r}") from None
+    if "_" in text:
+        raise ValueError(f"expected an integer, found {text!r}")
+    return integer
 
 
 def _boolean(text: str) -> bool:

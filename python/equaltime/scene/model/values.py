@@ -186,16 +186,18 @@ def mirrors(matrix: NDArray[np.float64]) -> bool:
 
 def _volume(matrix: Sequence[Sequence[float]]) -> float:
     """Return the volume, negative if it mirrors, that the directions of a transform's axes span: 0 for a flat one."""
-    x, y, z = (_unit(column) for column in zip(*(row[:3] for row in matrix[:3]), strict=True))
-    return x[0] * (y[1] * z[2] - y[2] * z[1]) - y[0] * (x[1] * z[2] - x[2] * z[1]) + z[0] * (x[1] * y[2] - x[2] * y[1])
+    columns = list(zip(*matrix[:3], strict=True))
+    (a, b, c), (d, e, f), (g, h, i) = map(_unit, columns[:3])
+    return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e)
 
 
-def _unit(vector: Sequence[float]) -> list[float]:
+def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return a vector at unit length; one of zeros stays."""
-    largest = max(map(abs, vector)) or 1.0  # so that the length does not overflow
-    scaled = [x / largest for x in vector]
-    length = math.hypot(*scaled) or 1.0
-    return [x / length for x in scaled]
+    x, y, z = vector
+    largest = max(abs(x), abs(y), abs(z)) or 1.0  # so that the length does not overflow
+    x, y, z = x / largest, y / largest, z / largest
+    length = math.hypot(x, y, z) or 1.0
+    return x / length, y / length, z / length
 
 
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
