@@ -72,6 +72,22 @@ class Law:
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Estimate(stops[_DRAWS // 2], stops[1], stops[-2])
 
+    def samples_left(self, share: Estimate) -> Estimate:
+        """Return which fraction of the samples would reach the same error, were error² only this share of what it is.
+
+        With the interval of the share, and the doubt about the exponent; 0 where nothing would be left.
+        """
+        if not share.value > 0.0:
+            return Estimate(0.0, 0.0, math.inf)
+        power = 0.5 / self.exponent
+        value = share.value**power
+        by_exponent = _Z95 * power * math.log(share.value) * self.exponent_doubt / self.exponent
+        below, above = (
+            math.hypot(power * math.log(end / share.value), by_exponent) if end > 0.0 else math.inf
+            for end in (share.low, share.high)
+        )
+        return Estimate(value, value * math.exp(-below), value * math.exp(above))
+
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
         return _interval(max(1.0, seconds / self.seconds_per_sample), _SPEED_DOUBT)

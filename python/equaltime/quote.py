@@ -11,9 +11,10 @@ reckoning nine of ten would take a pilot of a third. Heavy tails leave more, and
 from __future__ import annotations
 
 import math
+import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.error_estimate import Estimate
@@ -25,12 +26,17 @@ from equaltime.scene import Scene
 from equaltime.session import Session
 from equaltime.strategy import Strategy
 
+if TYPE_CHECKING:
+    from equaltime.noise_light import NoiseLight
+
 __all__ = ["TARGETS", "Pilot", "Quote", "quote"]
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
 """Errors whose price every quote tells."""
 
 _PILOT_SHARE = 0.05
+_SHARE_FOR_LIGHT = 0.1
+"""Of the pilot, to take the light apart."""
 _BYTES_PER_PIXEL = 219
 
 
@@ -50,9 +56,11 @@ class Quote:
     prices: Mapping[float, Estimate]
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
-    """What the pilot took to render."""
+    """What the pilot took to render, and to take its light apart."""
     places: Places | None = None
     """Where on the picture the error is; None where a render quotes itself."""
+    light: NoiseLight | None = None
+    """Which light makes the noise; None if that was not asked for, or there was no room for it in the pilot."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""
@@ -65,6 +73,7 @@ class Quote:
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
             "pilot_seconds": self.pilot_seconds,
             **({} if self.places is None else {"places": self.places.as_dict()}),
+            **({} if self.light is None else {"light": self.light.as_dict()}),
         }
 
 
@@ -76,15 +85,20 @@ def quote(
     seed: int = 0,
     threads: int = 0,
     progress: ProgressCallback | None = None,
+    why: bool | None = None,
 ) -> Quote:
-    """Say what an error will cost, or what a time will buy.
+    """Say what an error will cost, or what a time will buy, and what limits it.
 
-    Renders a pilot of 8 samples a pixel, or of a twentieth of the work if that is more.
+    Renders a pilot of 8 samples a pixel, or of a twentieth of the work if that is more. Of the latter a tenth is kept
+    to tell which light makes the noise, on a small film (`equaltime.noise_light`).
 
     Parameters
     ----------
     error, time
         Exactly one: the relative error to reach (0.02 is 2 %), or the seconds to spend.
+    why
+        Tell which light makes the noise: if there is room for it in the pilot, or always, with as much work as the
+        pilot if need be (True), or never (False).
 
     Raises
     ------
@@ -97,15 +111,26 @@ def quote(
         raise ValueError("a quote takes an error or a time, one of them")
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     session = Session(scene, chosen, seed, threads, Limits(spp=FIRST_LOOK), progress)
-    pilot = Pilot(session, Limits(error=error, seconds=time))
+    pilot = Pilot(session, Limits(error=error, seconds=time), 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT)
     while True:
         for _ in session.passes:
             if (found := pilot.pass_ended()) is not None:
-                return replace(found, places=session.places())
+                found = replace(found, places=session.places())
+                return found if why is False else _with_light(found, scene, pilot, why is True, seed, threads)
         if session.passes.stopped_by == "interrupt":
             raise KeyboardInterrupt
         session.result("unfinished")  # raises if a sample went wrong
         session.passes.limits = Limits(spp=pilot.due)
+
+
+def _with_light(found: Quote, scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> Quote:
+    """Take the light apart by the work that the pilot left, or if need be by as much as it took."""
+    from equaltime.noise_light import LEAST_PATHS, noise_light  # here, since it measures by what measures renders
+
+    paths = max(pilot.left, LEAST_PATHS, pilot.taken) if always else pilot.left
+    begin = clock.perf_counter()
+    light = noise_light(scene, pilot.strategy, paths, seed, threads)
+    return replace(found, light=light, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
 
 
 class Pilot:
@@ -115,14 +140,33 @@ class Pilot:
     ----------
     limits
         What is asked for: the error, or else the seconds, is quoted.
+    share
+        Of the twentieth of the work, to be taken.
     """
 
-    def __init__(self, session: Session, limits: Limits) -> None:
-        self._session, self._limits = session, limits
+    def __init__(self, session: Session, limits: Limits, share: float = 1.0) -> None:
+        self._session, self._limits, self._share = session, limits, share
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
         self.due = FIRST_LOOK
         """Samples a pixel at which there may be a quote."""
+        self._work = 0.0
+
+    @property
+    def strategy(self) -> Strategy:
+        """Whose pilot it is."""
+        return self._session.strategy
+
+    @property
+    def taken(self) -> int:
+        """Samples of the image that the pilot has."""
+        return self._session.passes.samples * self._session.passes.pixels
+
+    @property
+    def left(self) -> float:
+        """Samples of the image that are left of what a pilot may take."""
+        most = max(FIRST_LOOK, _PILOT_SHARE * self._work)
+        return max(0.0, most * self._session.passes.pixels - self.taken)
 
     def pass_ended(self) -> Quote | None:
         """Return the quote, if that was the pass that made the pilot a twentieth of the work.
@@ -140,7 +184,8 @@ class Pilot:
         work = min(found.spp.value, self._limits.spp or math.inf)
         if self._limits.seconds is not None:
             work = min(work, found.law.samples_in(self._limits.seconds).value)
-        self.due = 2 * math.floor(0.5 * _PILOT_SHARE * work)
+        self._work = work
+        self.due = 2 * math.floor(0.5 * self._share * _PILOT_SHARE * work)
         return found if self.due <= samples else None
 
     def _quote(self) -> Quote:

@@ -15,7 +15,7 @@ from rich.table import Table
 from equaltime import images, preview
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.bench import share_bar
-from equaltime.cli.messages import percent, print_warnings
+from equaltime.cli.messages import WAYS, percent, print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
 from equaltime.cost.statistics import Interval
 from equaltime.effects import Price, PriceList
@@ -31,7 +31,6 @@ _SHARES = {
     "bsdf": "by the last surface that scattered it",
     "light": "by the light",
 }
-_WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
 
 
 def effects(
@@ -133,7 +132,7 @@ def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
     lengths = all(what.split()[0].isdigit() for what in shares)
     ordered = shares.items() if lengths else sorted(shares.items(), key=lambda item: -item[1].value)
     for what, share in ordered:
-        yield f"{_WAYS.get(what, what)} {_brief(share)}"
+        yield f"{WAYS.get(what, what)} {_brief(share)}"
 
 
 def _brief(interval: Interval | None) -> str:

@@ -8,7 +8,19 @@ from collections.abc import Sequence
 from equaltime.quote import Quote
 from equaltime.scene import Scene
 
-__all__ = ["duration", "percent", "print_error", "print_lines", "print_quote", "print_warning", "print_warnings"]
+__all__ = [
+    "WAYS",
+    "duration",
+    "percent",
+    "print_error",
+    "print_lines",
+    "print_quote",
+    "print_warning",
+    "print_warnings",
+]
+
+WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
+"""How light is found, in words."""
 
 
 def duration(seconds: float) -> str:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.messages import duration, percent, print_warnings
+from equaltime.cli.messages import WAYS, duration, percent, print_warnings
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -27,6 +28,8 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.error_estimate import Estimate
+from equaltime.law import Law
+from equaltime.noise_light import NoiseLight
 from equaltime.noise_places import Places
 from equaltime.quote import Quote
 from equaltime.quote import quote as quote_scene
@@ -36,7 +39,8 @@ __all__ = ["quote"]
 
 _WORTH_TELLING = 0.01
 """A share of error²."""
-_MOST_PIXELS = 3
+_MOST_PIXELS, _MOST_PARTS = 3, 4
+_KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was found"}
 
 
 def quote(
@@ -51,11 +55,21 @@ def quote(
     threads: Threads = 0,
     define: Define = None,
     substitute: Substitute = False,
+    why: Annotated[
+        bool | None,
+        typer.Option(
+            "--why/--no-why",
+            show_default=False,
+            help="Tell which light makes the noise, even if that takes a second pilot as long as the first; or never. "
+            "By default, if there is room for it in a twentieth of the work.",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
     """Tell what an error will cost, or what a time will buy, before it is rendered.
 
-    A pilot of 8 samples a pixel, or of a twentieth of the work, tells how fast the error falls.
+    A pilot of 8 samples a pixel, or of a twentieth of the work, tells how fast the error falls, where on the picture it
+    is, and which light makes it.
 
     For instance:
 
@@ -70,15 +84,15 @@ def quote(
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     with progress_bar(as_json) as progress:
-        found = quote_scene(loaded, error, time, strategy, seed, threads, progress)
+        found = quote_scene(loaded, error, time, strategy, seed, threads, progress, why)
     if as_json:
         print(json.dumps(found.as_dict(), indent=2))
     else:
-        _print(found)
+        _print(found, why)
     return 0
 
 
-def _print(found: Quote) -> None:
+def _print(found: Quote, why: bool | None) -> None:
     console = Console(highlight=False)
     law = found.law
     table = Table(show_header=False, box=None, pad_edge=False)
@@ -93,6 +107,10 @@ def _print(found: Quote) -> None:
     table.add_row("law", f"{percent(law.error)} at {law.samples} spp, falling as spp^-({exponent}); {speed} a sample")
     if found.places is not None:
         _add_places(table, found.places)
+    if found.light is not None:
+        _add_light(table, found.light, law)
+    elif why is None:
+        table.add_row("which light", "not asked, for want of time: --why tells")
     for target, seconds in found.prices.items():
         table.add_row(f"{percent(target)} would take", _range(seconds, duration))
     table.add_row("this quote took", duration(found.pilot_seconds))
@@ -116,6 +134,41 @@ def _add_places(table: Table, places: Places) -> None:
         at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
         more = "; …" if count > _MOST_PIXELS else ""
         table.add_row("", f"{words} {_share(places.single)} of error², far above those around: {at}{more}")
+
+
+def _add_light(table: Table, light: NoiseLight, law: Law) -> None:
+    if not light.direct.known:
+        table.add_row("which light", "no noise was seen by so few paths")
+        return
+    paths = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
+    table.add_row("which light", f"{_largest(paths)} of error²")
+    if _WORTH_TELLING < light.indirect.value < 1.0 - _WORTH_TELLING:
+        common = f"twice their covariance {_share(light.common)}"
+        alone = f"indirect alone would make {_share(light.indirect_alone)}, all other {_share(light.alone)}"
+        table.add_row("", f"{alone}, {common}")
+        without = f"without the noise of indirect light {_share(law.samples_left(light.alone))}"
+        other = f"without that of all other {_share(law.samples_left(light.indirect_alone))}"
+        table.add_row("", f"{without} of the samples would do, {other}")
+    for kind, title in _KINDS.items():
+        shares = {WAYS.get(what, what): share for what, share in light.kinds[kind].items()}
+        if sum(abs(share.value) >= _WORTH_TELLING for share in shares.values()) > 1:
+            table.add_row(title, _largest(shares))
+    if light.doubt:
+        table.add_row("", f"these shares are in doubt: {light.doubt}")
+    width, height = light.size
+    table.add_row(
+        "",
+        f"({light.repeats} repeats of {light.samples} spp at {width}x{height}; `equaltime effects` tells more)",
+    )
+
+
+def _largest(shares: Mapping[str, Estimate]) -> str:
+    """Write shares worth telling, the largest first, and how many there are beside these."""
+    ordered = sorted(shares.items(), key=lambda item: -item[1].value)
+    told = [(what, share) for what, share in ordered if abs(share.value) >= _WORTH_TELLING][:_MOST_PARTS]
+    words = "; ".join(f"{escape(what)} {_share(share)}" for what, share in told)
+    rest = sum(share.value for what, share in ordered if (what, share) not in told)
+    return f"{words}; {len(ordered) - len(told)} more {_whole(rest)} %" if abs(rest) >= _WORTH_TELLING else words
 
 
 def _share(share: Estimate) -> str:

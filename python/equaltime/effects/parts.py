@@ -9,7 +9,7 @@ that was asked for, summed over pixels, each over its denominator in the error's
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -25,7 +25,7 @@ from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import Directional, Point, Spot
 from equaltime.strategy import Strategy
 
-__all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts"]
+__all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts", "measure_parts_by"]
 
 Floats = NDArray[np.float64]
 
@@ -57,6 +57,21 @@ class Parts:
         numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
+    def apart(self, depth: int) -> tuple[Interval, Interval]:
+        """Return which share of the variance paths longer than this would make alone, and which all others."""
+        longer, crossed = self._longer(depth)
+        return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
+
+    def common(self, depth: int) -> Interval:
+        """Return twice the covariance of paths longer than this and all others: what is left of `apart`."""
+        longer, crossed = self._longer(depth)
+        return share_of(2.0 * (crossed - longer), self.whole)
+
+    def _longer(self, depth: int) -> tuple[Floats, Floats]:
+        """Return the products of what longer paths bring with itself, and with the whole; depth is below LONGEST."""
+        numbers = [i for i, (kind, what) in enumerate(self.names) if kind == "length" and int(what.split()[0]) > depth]
+        return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
+
     def truncated(self) -> dict[int, Interval]:
         """Return the error of cutting paths at each depth, as far as it is more than nothing."""
         return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
@@ -72,6 +87,20 @@ def measure_parts(
     progress: Callable[[float], object] | None = None,
 ) -> Parts:
     """Take ``repeats`` independent images of the scene apart; what paths bring is the same as in a render."""
+    return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
+
+
+def measure_parts_by(
+    scene: Scene,
+    strategy: Strategy,
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+    references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
+) -> Iterator[Parts]:
+    """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3)."""
     names: list[tuple[str, str]] = []
     images: list[Floats] = []
     for repeat in range(repeats):
@@ -82,15 +111,16 @@ def measure_parts(
     stack = np.stack(images, axis=1)  # (parts, K, H, W, 3)
     lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
     whole = stack[lengths].sum(axis=0)
-    denominator = Reference.of_images(whole).denominator
     tails = np.cumsum(stack[lengths][::-1], axis=0)[::-1]
     nothing = np.zeros((1, repeats, repeats))
-    return Parts(
-        names=tuple(_named(names, scene)),
-        with_whole=np.stack([products(part, whole, denominator) for part in stack]),
-        whole=products(whole, whole, denominator),
-        tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
-    )
+    for reference in references(whole):
+        denominator = reference.denominator
+        yield Parts(
+            names=tuple(_named(names, scene)),
+            with_whole=np.stack([products(part, whole, denominator) for part in stack]),
+            whole=products(whole, whole, denominator),
+            tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
+        )
 
 
 def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
