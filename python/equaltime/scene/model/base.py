@@ -66,10 +66,17 @@ class Plugin(BaseModel):
         kinds = {name: frozenset(_kinds(field.annotation)) for name, field in cls.model_fields.items()}
         return {name: found for name, found in kinds.items() if found and name not in by_kind}
 
+    @classmethod
+    @cache
+    def holders(cls) -> tuple[str, ...]:
+        """Return the fields that can hold other nodes."""
+        return tuple(name for name, field in cls.model_fields.items() if any(_kinds(field.annotation)))
+
     def nodes(self) -> Iterator[Plugin]:
         """Iterate over this and everything nested in it, depth first; what is used twice comes twice."""
         yield self
-        for value in vars(self).values():
+        for name in self.holders():
+            value = getattr(self, name)
             if isinstance(value, Plugin):
                 yield from value.nodes()
             elif isinstance(value, tuple):
