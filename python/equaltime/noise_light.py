@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -132,8 +132,8 @@ def noise_light(
         seen=told(lambda parts: parts.share("length", lambda what: _length(what) == 1)),
         direct=told(lambda parts: parts.share("length", lambda what: _length(what) == 2)),
         indirect=told(lambda parts: parts.share("length", lambda what: _length(what) > 2)),
-        alone=told(lambda parts: parts.apart(2)[1]),
-        indirect_alone=told(lambda parts: parts.apart(2)[0]),
+        alone=_positive(told(lambda parts: parts.apart(2)[1])),
+        indirect_alone=_positive(told(lambda parts: parts.apart(2)[0])),
         common=told(lambda parts: parts.common(2)),
         kinds={kind: _shares(*(parts.shares(kind) for parts in both)) for kind in KINDS_OF_PARTS},
         size=(width, height),
@@ -167,6 +167,11 @@ def _between(first: Interval, second: Interval) -> Estimate:
     doubts = [share.note or "no noise was seen" for share in (first, second) if not share.trusted]
     low, high = min(first.low, second.low), max(first.high, second.high)
     return Estimate(0.5 * (first.value + second.value), low, high, doubts[0] if doubts else "")
+
+
+def _positive(share: Estimate) -> Estimate:
+    """Return a share that cannot be negative, as none is of what is alone."""
+    return replace(share, low=max(share.low, 0.0))
 
 
 def _length(what: str) -> int:

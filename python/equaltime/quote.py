@@ -56,7 +56,7 @@ class Quote:
     prices: Mapping[float, Estimate]
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
-    """What the pilot took to render, and to take its light apart."""
+    """What the pilot took to render, and telling what limits it."""
     places: Places | None = None
     """Where on the picture the error is; None where a render quotes itself."""
     light: NoiseLight | None = None
@@ -115,22 +115,22 @@ def quote(
     while True:
         for _ in session.passes:
             if (found := pilot.pass_ended()) is not None:
-                found = replace(found, places=session.places())
-                return found if why is False else _with_light(found, scene, pilot, why is True, seed, threads)
+                begin = clock.perf_counter()
+                light = None if why is False else _light(scene, pilot, why is True, seed, threads)
+                found = replace(found, places=session.places(), light=light)
+                return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
         if session.passes.stopped_by == "interrupt":
             raise KeyboardInterrupt
         session.result("unfinished")  # raises if a sample went wrong
         session.passes.limits = Limits(spp=pilot.due)
 
 
-def _with_light(found: Quote, scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> Quote:
+def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:
     """Take the light apart by the work that the pilot left, or if need be by as much as it took."""
     from equaltime.noise_light import LEAST_PATHS, noise_light  # here, since it measures by what measures renders
 
     paths = max(pilot.left, LEAST_PATHS, pilot.taken) if always else pilot.left
-    begin = clock.perf_counter()
-    light = noise_light(scene, pilot.strategy, paths, seed, threads)
-    return replace(found, light=light, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
+    return noise_light(scene, pilot.strategy, paths, seed, threads)
 
 
 class Pilot:
