@@ -24,6 +24,7 @@ from equaltime.scene.digest import digest
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
+from equaltime.scene.merged import unmerged
 from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid
 from equaltime.scene.motion import closed_shutter, still
 from equaltime.scene.places import NOWHERE, Places
@@ -257,7 +258,7 @@ def _finish(
     done: tuple[Substitution, ...] = ()
     if root is not None and substitute:
         root, done = substituted(root)
-    resolved = Resolved(None, [], []) if root is None else resolve(root, report)
+    resolved = Resolved(None, [], []) if root is None else resolve(unmerged(root, report), report)
     warnings = (*report.notes, *map(str, done), *_check_files(resolved, assets, report))
     report.raise_if_any()
     assert resolved.model is not None, "a scene without problems has a model"
