@@ -196,6 +196,7 @@ void bind_builder(py::module_& m) {
       .def(
           "set_camera_medium", [](D& d, std::uint32_t medium) { d.camera_medium = medium; }, "medium"_a)
       .def("cross_freely", [](D& d) { d.crossings_are_vertices = false; })
+      .def("hide_emitters", [](D& d) { d.hides_emitters = true; })
       .def(
           "add_group",
           [](D& d, std::uint32_t first) {

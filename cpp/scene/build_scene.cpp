@@ -271,6 +271,7 @@ Scene Builder::build(Intersection mode) {
           std::move(media_.dense),
           std::move(nesting),
           description_.crossings_are_vertices,
+          description_.hides_emitters,
           std::move(lights),
           make_sensor(description_, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),

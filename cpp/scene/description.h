@@ -221,6 +221,7 @@ struct SceneDescription {
   std::vector<MediumDescription> media;
   std::optional<std::uint32_t> camera_medium;  // where the sensor stands; vacuum if not given
   bool crossings_are_vertices = true;          // of paths: going through a surface of nothing is as long as a bounce
+  bool hides_emitters = false;                 // from the camera: see transport/hidden.h
   SensorDescription sensor = PerspectiveDescription{};
   std::vector<MotionKey> sensor_keys;  // stand for the sensor's to_world, and make it move
   FilmDescription film;

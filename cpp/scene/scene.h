@@ -49,7 +49,8 @@ struct Scene {
   std::vector<Emitter> emitters;  // one an area light, or none if no texture emits
   std::vector<Medium> media;      // those with any extinction
   Nesting nesting;
-  bool crossings_are_vertices = true;  // see SceneDescription
+  bool crossings_are_vertices = true;  // see SceneDescription, as the next
+  bool hides_emitters = false;
   Lights lights;
   Sensor sensor;
   PixelFilter filter;

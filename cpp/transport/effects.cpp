@@ -40,6 +40,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.media = !scene.media.empty() || nests;
   e.specular = nests;  // where rough surfaces stand between equal indices
   e.motion = scene.moves() || scene.camera_motion;
+  e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();

@@ -17,14 +17,15 @@ struct Effects {
   bool principled = false;
   bool point_lights = false;  // and spots and directional lights: what no ray meets
   bool environment = false;
-  bool lens = false;         // the camera is no pinhole: a thin lens, or parallel rays
-  bool textures = false;     // parameters of BSDFs, and radiance, that vary over a surface
-  bool normal_maps = false;  // and bump maps
-  bool instances = false;    // groups of shapes that are seen more than once
-  bool masks = false;        // surfaces of several BSDFs or of none: masks, blends, nothing
-  bool media = false;        // what is between surfaces takes or scatters light, or bodies overlap by priority
-  bool forks = false;        // paths are split: no scene calls for it, but a strategy
-  bool motion = false;       // something is elsewhere when the shutter closes than when it opens
+  bool lens = false;             // the camera is no pinhole: a thin lens, or parallel rays
+  bool textures = false;         // parameters of BSDFs, and radiance, that vary over a surface
+  bool normal_maps = false;      // and bump maps
+  bool instances = false;        // groups of shapes that are seen more than once
+  bool masks = false;            // surfaces of several BSDFs or of none: masks, blends, nothing
+  bool media = false;            // what is between surfaces takes or scatters light, or bodies overlap by priority
+  bool forks = false;            // paths are split: no scene calls for it, but a strategy
+  bool motion = false;           // something is elsewhere when the shutter closes than when it opens
+  bool hidden_emitters = false;  // the camera does not see what shines
 
   constexpr bool operator==(const Effects&) const noexcept = default;
 
@@ -57,6 +58,7 @@ inline constexpr EffectField kEffectFields[] = {
     {&Effects::media, "media"},
     {&Effects::forks, "forks"},
     {&Effects::motion, "motion"},
+    {&Effects::hidden_emitters, "hidden_emitters"},
 };
 static_assert(sizeof(kEffectFields) / sizeof(EffectField) == sizeof(Effects), "an effect has no name");
 

@@ -46,8 +46,8 @@ constexpr Effects kAllButForks = without(kAllEffects, {&Effects::forks});
 constexpr Effects kAllButMediaAndMotion = without(kAllButForks, {&Effects::media, &Effects::motion});
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects =
-    without(kAllButMediaAndMotion,
-            {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens, &Effects::instances});
+    without(kAllButMediaAndMotion, {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens,
+                                    &Effects::instances, &Effects::hidden_emitters});
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "transport/forks.h"
+#include "transport/hidden.h"
 #include "transport/uncommon.h"
 
 namespace equaltime {
@@ -21,10 +22,12 @@ template <Effects E, class Probe>
   Surroundings<E> within(scene, probe.time);
   std::uint32_t crossed = 0;  // surfaces that are no vertices
   int depth = 1;
+  StraightAhead<E> straight(true);
   if constexpr (E.forks)
     if (const Departure<E>* copy = forks.taken()) {
       L = forks.gathered(), ray = copy->ray, made = copy->made, within = copy->within, sampler = copy->sampler;
       beta = copy->beta, radiance_scale = copy->radiance_scale, depth = copy->depth, crossed = copy->crossed;
+      straight = StraightAhead<E>(false);
       probe.scatters(forks.bsdf());
       if constexpr (Probe::listens) probe.note(event::Resumes{});
     }
@@ -37,8 +40,8 @@ template <Effects E, class Probe>
     auto it = probe.template intersect<E>(scene, ray);
     const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, it);
     if constexpr (Probe::listens) probe.note(event::Flies{it, phase != nullptr, beta});
-    if constexpr (E.media)
-      if (phase == nullptr && it && within.hides(scene, *it)) {
+    if constexpr (E.media || E.hidden_emitters)
+      if (phase == nullptr && it && (within.hides(scene, *it) || straight.looks_through(scene, *it, depth))) {
         ray = it->spawn(-it->wo, false);
         within.leave(scene, *it, false);
         --depth, ++crossed;
@@ -46,6 +49,7 @@ template <Effects E, class Probe>
       }
     std::uint32_t material = kNone;
     if (phase == nullptr) {
+      if (!it && straight.sees_no_environment(scene)) return L;
       if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
       L += probe.met(beta * emitted<E>(scene, settings, *it, made, probe), scene.light_of(*it), depth);
       material = scene.material(*it);
@@ -107,6 +111,7 @@ template <Effects E, class Probe>
     made.from = receiver_at<E>(*it, *bsdf), made.pdf = scattered->pdf, made.alone = scattered->delta;
     ray = it->spawn(scattered->wi, scattered->above);
     within.leave(scene, *it, scattered->above);
+    straight.scatters(*bsdf, scattered->above);
   }
 }
 

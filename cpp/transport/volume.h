@@ -42,6 +42,7 @@ class Surroundings {
     return nullptr;
   }
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
+  [[nodiscard]] static constexpr bool hides(const Scene&, const Interaction&) noexcept { return false; }
   [[nodiscard]] static const Bsdf& beside(const Scene&, const Interaction&, const Bsdf& bsdf,
                                           std::optional<Bsdf>&) noexcept {
     return bsdf;

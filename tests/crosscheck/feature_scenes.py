@@ -15,6 +15,7 @@ from .scene_parts import (
     floor,
     from_afar,
     glass,
+    hidden,
     icosahedron,
     lamp,
     light,
@@ -37,7 +38,14 @@ from .scene_parts import (
 
 __all__ = ["EVERYDAY", "OTHER_RULE", "SCENES", "lights"]
 
-EVERYDAY = ("cube lights", "many lights of unlike power", "rough metals, GGX 0.4", "a glass ball", "a crop")
+EVERYDAY = (
+    "cube lights",
+    "many lights of unlike power",
+    "rough metals, GGX 0.4",
+    "a glass ball",
+    "a crop",
+    "hidden emitters",
+)
 """The scenes of the everyday suite; the others are for ``-m slow``."""
 OTHER_RULE = ("a mesh turned over", "a smooth mesh of two sides", "a smooth mesh of glass")
 """Where interpolated and geometric normal see a direction on different sides, both sides of which scatter light: the
@@ -177,4 +185,5 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
     "parallel rays": lambda _: from_afar(towards((0.5, 1.5, 5), scale=[1.5, 1.5, 1])),
     "parallel rays, clipped": lambda _: from_afar(towards((0.5, 1.5, 5)), near_clip=4.9, far_clip=6.5),
     "a high film": lambda _: seen({"width": 32, "height": 40}),
+    "hidden emitters": lambda _: hidden(),
 }

@@ -124,6 +124,22 @@ def glass(**dielectric: Any) -> Dict:
     )
 
 
+def hidden() -> Dict:
+    """Flat lights and a sky that are not seen, behind panes of three kinds and beside them.
+
+    With ``volpath``: Mitsuba's ``path`` has another image of such a scene in each of its variants, and so have both of
+    spheres that shine.
+    """
+    kinds = ({"type": "thindielectric"}, {"type": "null"}, {"type": "mask", "opacity": 0.4, "bsdf": red_and_green()})
+    panes = [{"type": "rectangle", "to_world": at(0.9 * i - 0.8, 0.9, 2, 0.3), "bsdf": b} for i, b in enumerate(kinds)]
+    whole = scene(
+        *(floor(), ball({"type": "dielectric"}), {"type": "constant", "radiance": rgb(0.2, 0.3, 0.4)}, *panes),
+        light("disk", at(0, 0.8, 1.5, 0.4)),
+        light("rectangle", towards((1.2, 1, -1), (0.5, 1.5, 5), [0.4, 0.4, 1])),
+    )
+    return whole | {"integrator": {"type": "volpath", "max_depth": 5, "hide_emitters": True}}
+
+
 def icosahedron(path: Path, normals: bool = False, uvs: bool = False) -> Path:
     """Write a mesh, ascii PLY or OBJ by the name of the file, with the ball's normals and some parametrisation."""
     g = (1 + math.sqrt(5)) / 2

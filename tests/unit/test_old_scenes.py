@@ -131,3 +131,19 @@ def test_hair_and_rough_walls_of_old_are_refused_by_name_and_replaced_on_request
         assert f"the {what} is one of Mitsuba 0.6" in str(error.value)
     (shape,) = read(tmp_path, hair + wall, substitute=True).model.shapes
     assert shape.bsdf == model.Diffuse(reflectance=(0.3, 0.3, 0.3))  # type: ignore[union-attr]
+
+
+def test_parameters_that_mitsuba_3_has_no_more_are_refused_by_name_or_left_out_on_request(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    body = (
+        '<shape type="obj"><string name="filename" value="a.obj"/><float name="maxSmoothAngle" value="30"/>'
+        f'<bsdf type="diffuse"><texture type="bitmap" name="reflectance">{WOOD}<string name="channel" value="r"/>'
+        '<float name="gamma" value="2.2"/></texture></bsdf></shape>'
+    )
+    with pytest.raises(SceneError) as refused:
+        read(tmp_path, body)
+    words = "is one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not; --substitute leaves it out"
+    named = ("'channel' of 'bitmap'", "'gamma' of 'bitmap'", "'max_smooth_angle' of 'obj'")
+    assert sorted(problem.message for problem in refused.value.problems) == [f"{name} {words}" for name in named]
+    loaded = read(tmp_path, body, substitute=True)
+    assert sorted(done.what for done in loaded.substitutions) == [f"parameter {name}" for name in named]

@@ -282,10 +282,9 @@ def test_a_node_is_changed_by_making_another_one() -> None:
         sensor.replace(fov=0.0)
 
 
-def test_hiding_emitters_is_refused_by_name() -> None:
-    assert m.Path(hide_emitters=False)
-    with pytest.raises(ValidationError, match="hide_emitters is known to Mitsuba 3"):
-        m.Path(hide_emitters=True)
+def test_what_makes_the_image_says_whether_emitters_are_hidden() -> None:
+    assert m.Moment(integrators=(m.Path(hide_emitters=True),)).hides_emitters
+    assert not m.Aov(aovs="d:depth", hide_emitters=True, integrators=(m.Path(),)).hides_emitters
 
 
 def test_every_supported_plugin_but_our_own_is_one_that_mitsuba_knows_and_belongs_to_the_same_family() -> None:

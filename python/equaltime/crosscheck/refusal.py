@@ -24,6 +24,7 @@ def check(model: SceneModel) -> None:
     """Raise RenderError, with names, if there is anything in `model` that cannot be traced here."""
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
+    unknown |= {"'hide_emitters'"} if model.integrator.hides_emitters else set()
     if unknown:
         raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")
 

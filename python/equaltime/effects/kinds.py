@@ -26,6 +26,7 @@ from equaltime.scene.model import (
     Disk,
     EnvMap,
     Instance,
+    IntegratorPlugin,
     Mask,
     Medium,
     MeshFile,
@@ -82,6 +83,10 @@ def _is_animated(node: Plugin) -> bool:
     return deforms or isinstance(getattr(node, "to_world", None), Animation)
 
 
+def _hides(node: Plugin) -> bool:
+    return isinstance(node, IntegratorPlugin) and node.hides_emitters
+
+
 def _shines(node: Plugin) -> bool:
     return isinstance(node, Area | Point | Spot | Directional | Constant | EnvMap)
 
@@ -114,6 +119,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
         Kind("media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase",)),
         Kind("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
+        Kind("hidden_emitters", "lights that the camera does not see", _hides, "lights in sight"),
         Kind("many_lights", "a choice among lights", _shines),
         Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),

@@ -1,7 +1,8 @@
 """Leaving an effect out: the same scene with something plainer in its place. That is another image: biased, and named.
 
 Textures become their means, normal and bump maps nothing, masks opaque, the environment black, a lens a pinhole, media
-a vacuum, what moves stands where it is at the shutter's centre, and long paths are cut (`Strategy.truncate`).
+a vacuum, what moves stands where it is at the shutter's centre, hidden lights are in sight, and long paths are cut
+(`Strategy.truncate`).
 Everything else has no plainer stand-in.
 """
 
@@ -22,6 +23,7 @@ from equaltime.scene.model import (
     Bitmap,
     BumpMap,
     Checkerboard,
+    IntegratorPlugin,
     Mask,
     Medium,
     NormalMap,
@@ -203,6 +205,11 @@ def _without_motion(model: SceneModel, _: Assets) -> SceneModel:
     return still(model) if anything else model
 
 
+def _without_hiding(node: Plugin) -> Plugin:
+    hides = isinstance(node, IntegratorPlugin) and node.hide_emitters
+    return node.replace(hide_emitters=False) if hides else node
+
+
 STEPS: Final[Mapping[str, Callable[[SceneModel, Assets], SceneModel]]] = {
     "environment": _without_environment,
     "lens": _without_lens,
@@ -211,4 +218,5 @@ STEPS: Final[Mapping[str, Callable[[SceneModel, Assets], SceneModel]]] = {
     "masks": _everywhere(_without_masks),
     "media": _everywhere(_without_media),
     "motion": _without_motion,
+    "hidden_emitters": _everywhere(_without_hiding),
 }

@@ -47,6 +47,8 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
         add_emitter(builder, emitter, assets, textures)
     if isinstance(model.integrator, Aov) and any(what in LOOKS_AT_UV for _, what in model.integrator.channels):
         builder.keep_uvs()
+    if model.integrator.hides_emitters:
+        builder.hide_emitters()
     set_sensor(builder, model.sensor)
     media.surround(model.sensor)
     set_film(builder, model.sensor.film)

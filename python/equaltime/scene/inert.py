@@ -48,8 +48,9 @@ WHITE = (1.0, 1.0, 1.0)
 
 def shown(model: SceneModel) -> tuple[int, ...]:
     """Return which of the model's shapes are built: all that can change the image or are asked for by number."""
-    numbered = isinstance(model.integrator, Aov | Depth)
-    if numbered or not (model.integrator.max_depth == -1 or sees_media(model.integrator)):
+    integrator = model.integrator
+    counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters  # by outputs, or before what is hidden
+    if counted or not (integrator.max_depth == -1 or sees_media(integrator)):
         return tuple(range(len(model.shapes)))
     return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape))
 

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind, nearest, suggestion
 from equaltime.scene.model import (
+    NO_MORE,
     NOT_YET,
     PLUGINS,
     Area,
@@ -171,9 +172,7 @@ class _Resolver:
         if what != "plugin" and node.type in OLD.get(what, ()):
             steps = {*SUBSTITUTES.get(what, {}), *(OLD[what] if what in FALLBACKS else ())}
             hint = hint or ("; --substitute replaces it" if node.type in steps else "")
-            return (
-                f"the {what} '{node.type}'{origin} is one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not{hint}"
-            )
+            return f"the {what} '{node.type}'{origin} is {NO_MORE}{hint}"
         known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
         supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
         hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)

@@ -92,11 +92,10 @@ class _Replacer:
     def _parameters(self, node: Object) -> Object:
         """Leave out the parameters that are known and not supported."""
         plugin = PLUGINS.get(node.type)
-        gone = plugin.later if plugin is not None else frozenset[str]()
+        gone = plugin.later | plugin.old if plugin is not None else frozenset[str]()
         kept: list[Child] = []
         for child in node.children:
-            hidden = child.name == "hide_emitters" and isinstance(child.node, Value) and child.node.data is True
-            if hidden or child.name in gone:
+            if child.name in gone:
                 self.done.append(Substitution(str(child.node.place), f"parameter '{child.name}' of '{node.type}'", ""))
             else:
                 kept.append(child)

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from equaltime.scene.known import shortened, suggestion
-from equaltime.scene.model import NOT_YET, Animation, Plugin
+from equaltime.scene.model import NO_MORE, NOT_YET, Animation, Plugin
 
 __all__ = ["explain"]
 
@@ -37,7 +37,9 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
     title = plugin.model_fields["type"].default
     if kind == "extra_forbidden":
         if name in plugin.later:
-            return f"'{name}' of '{title}' is {NOT_YET}"
+            return f"'{name}' of '{title}' is {NOT_YET}; --substitute leaves it out"
+        if name in plugin.old:
+            return f"'{name}' of '{title}' is {NO_MORE}; --substitute leaves it out"
         known = {*plugin.model_fields, *plugin.later} - {"type"}
         return f"unknown parameter '{name}' of '{title}'{suggestion(name, known)}"
     if kind == "missing":

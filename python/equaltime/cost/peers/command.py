@@ -149,6 +149,8 @@ class CommandPeer:
         }
         if "{json}" in self.command:
             integrator = {"type": "path", "max_depth": scene.max_depth}
+            if scene.model.integrator.hides_emitters:
+                integrator["hide_emitters"] = True
             plain = mitsuba_dict(scene.model, scene.assets) | {"integrator": integrator}
             (folder / "scene.json").write_text(json.dumps(plain))
         filled = [_WORD.sub(lambda match: values[match[1]], part) for part in self._arguments]

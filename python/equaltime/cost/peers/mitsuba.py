@@ -119,12 +119,13 @@ class MitsubaPeer:
         return float(started["seconds"])
 
     def _integrator(self, scene: Scene) -> dict[str, object]:
+        hidden: dict[str, object] = {"hide_emitters": scene.model.integrator.hides_emitters}
         if self.integrator == "direct":
             if scene.max_depth != 2:
                 raise PeerError(f"{self.label}: the integrator 'direct' needs max_depth 2, found {scene.max_depth}")
-            return {"type": "direct"}
+            return {"type": "direct"} | hidden
         rr_depth = self.rr_depth or getattr(scene.model.integrator, "rr_depth", 5)
-        return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth}
+        return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth} | hidden
 
     def _render(self, seed: int, spp: int) -> tuple[Checkpoint, float]:
         """Return one render, and the seconds of one before it that had to compile."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from equaltime.scene.model.animation import Animation, Deformation, mesh_files, poses
-from equaltime.scene.model.base import NOT_YET, Kind, Plugin
+from equaltime.scene.model.base import NO_MORE, NOT_YET, Kind, Plugin
 from equaltime.scene.model.bsdfs import (
     BsdfPlugin,
     Conductor,
@@ -26,6 +26,7 @@ from equaltime.scene.model.integrators import (
     Depth,
     Direct,
     Integrator,
+    IntegratorPlugin,
     Moment,
     Path,
     VolPath,
@@ -86,6 +87,7 @@ __all__ = [
     "METALS",
     "MOST_SAMPLES",
     "NOT_YET",
+    "NO_MORE",
     "OUTPUTS",
     "OWN_OUTPUTS",
     "PLUGINS",
@@ -124,6 +126,7 @@ __all__ = [
     "Independent",
     "Instance",
     "Integrator",
+    "IntegratorPlugin",
     "Isotropic",
     "Kind",
     "Lanczos",

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["NOT_YET", "Kind", "Plugin"]
+__all__ = ["NOT_YET", "NO_MORE", "Kind", "Plugin"]
 
 Kind = Literal[
     "bsdf",
@@ -33,6 +33,7 @@ Kind = Literal[
 """Mitsuba's families of plugins, by their XML element names."""
 
 NOT_YET = "known to Mitsuba 3 but not supported by equaltime yet"
+NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not"
 
 
 class Plugin(BaseModel):
@@ -47,6 +48,8 @@ class Plugin(BaseModel):
     """Those of these fields that take several objects, in order."""
     later: ClassVar[frozenset[str]] = frozenset()
     """Parameters that Mitsuba 3 documents for this plugin and that are not supported yet."""
+    old: ClassVar[frozenset[str]] = frozenset()
+    """Parameters of Mitsuba 0.6 that changed the image, and that Mitsuba 3 has not."""
     hints: ClassVar[frozenset[str]] = frozenset()
     """Fields that cannot change the expected image, such as sampling hints and output formats; see `digest`."""
 

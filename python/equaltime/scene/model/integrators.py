@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import AfterValidator, Field, NonNegativeInt, PositiveInt, model_validator
 
 from equaltime.scene.known import suggestion
-from equaltime.scene.model.base import NOT_YET, Kind, Plugin
+from equaltime.scene.model.base import Kind, Plugin
 
 __all__ = [
     "LOOKS_AT_UV",
@@ -19,6 +19,7 @@ __all__ = [
     "Depth",
     "Direct",
     "Integrator",
+    "IntegratorPlugin",
     "Moment",
     "Path",
     "VolPath",
@@ -33,12 +34,6 @@ OUTPUTS: Final = {
 OWN_OUTPUTS: Final = {"rays": "N", "time_from_rays": "T", "bounces": ""}
 """The same of what Mitsuba does not know: see `equaltime.outputs`. The last has as many channels as it needs."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
-
-
-def _shown(hide: bool) -> bool:
-    if hide:
-        raise ValueError(f"hide_emitters is {NOT_YET}")
-    return hide
 
 
 def _sees_something(depth: int) -> int:
@@ -57,7 +52,13 @@ class IntegratorPlugin(Plugin):
     block_size: NonNegativeInt = 0
     """How Mitsuba divides the image; without effect, as the next."""
     samples_per_pass: PositiveInt | None = None
-    hide_emitters: Annotated[bool, AfterValidator(_shown)] = False
+    hide_emitters: bool = False
+    """The camera sees through shapes that emit, and black instead of light from all around, as in Mitsuba."""
+
+    @property
+    def hides_emitters(self) -> bool:
+        """Whether the image is made so."""
+        return self.hide_emitters
 
 
 class Path(IntegratorPlugin):
@@ -112,6 +113,11 @@ class Depth(IntegratorPlugin):
         return (("depth", "depth"),)
 
     @property
+    def hides_emitters(self) -> bool:
+        """Not here, whatever is asked, as in Mitsuba: they have a distance, too."""
+        return False
+
+    @property
     def max_depth(self) -> int:
         """Paths of one segment see what the distance is of."""
         return 1
@@ -133,6 +139,11 @@ class Containing(IntegratorPlugin):
     def max_depth(self) -> int:
         """That of the integrator inside; without one, what is seen directly."""
         return self.integrators[0].max_depth if self.integrators else 1
+
+    @property
+    def hides_emitters(self) -> bool:
+        """The word of the integrator inside, which makes the image."""
+        return bool(self.integrators) and self.integrators[0].hide_emitters
 
 
 class Moment(Containing):

@@ -111,6 +111,8 @@ class Cylinder(Solid):
 class MeshFile(Solid):
     """Base of the triangle meshes that are read from a file."""
 
+    old: ClassVar[frozenset[str]] = frozenset({"max_smooth_angle"})
+
     filename: MeshName
     """The file, relative to the scene file; an animation of files, an extension to Mitsuba, makes the mesh deform."""
     face_normals: bool = False

@@ -68,6 +68,7 @@ class Bitmap(OnUv):
 
     hints: ClassVar[frozenset[str]] = frozenset({"format", "accel"})
     later: ClassVar[frozenset[str]] = frozenset({"bitmap", "data"})
+    old: ClassVar[frozenset[str]] = frozenset({"channel", "gamma"})
 
 
 class Checkerboard(OnUv):
