@@ -7,8 +7,11 @@ own noise: the noisiest pixels are those whose neighbours are noisy, and the rec
 made larger by the choice. What is narrower than the neighbourhood of a pixel, 5x5, is blurred by it: shares are then
 smaller than of the pixels that are truly the noisiest. Single pixels far above their neighbours are told apart.
 
-Intervals, at 95 %, are those of the ratio F of two sums of squares, over the pixels within and without. Light that no
-sample has found has no part in any of this.
+Intervals, at 95 %, are those of the ratio F of two sums of squares, over the pixels within and without. They are of
+error² as the render itself sees it. Light that no sample has found has no part in any of this, and light that few have
+found moves shares by more than they say: of 100 pilots of 8 spp they held 87 to 92 times where noise is even (a room
+behind an opening), but 39 to 86 times in a Cornell box, by the edges of its lamp (of 10 % of the pixels 24 % are told
+on average, where 21 % are true).
 """
 
 from __future__ import annotations
