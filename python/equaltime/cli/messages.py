@@ -21,11 +21,14 @@ __all__ = [
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
 """How light is found, in words."""
+_UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
+"""Of time: name, seconds, and the seconds from which the next serves better."""
 
 
 def duration(seconds: float) -> str:
-    """Write a time for people: ``12.3 ms``, ``4.56 s``."""
-    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{1000 * seconds:.3g} ms"
+    """Write a time for people: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h``, ``456 days``."""
+    unit, size = next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
+    return f"{seconds / size:.3g} {unit}"
 
 
 def print_error(text: str) -> None:

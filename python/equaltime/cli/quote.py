@@ -104,7 +104,9 @@ def _print(found: Quote, why: bool | None) -> None:
     table.add_row("memory", f"{found.memory / 1e6:.3g} MB")
     speed = duration(law.seconds_per_sample)
     exponent = f"{law.exponent:.2f} ± {1.96 * law.exponent_doubt:.2f}"
-    table.add_row("law", f"{percent(law.error)} at {law.samples} spp, falling as spp^-({exponent}); {speed} a sample")
+    table.add_row(
+        "law", f"{percent(law.error)} at {law.samples} spp, falling as spp^-({exponent}); {speed} for one spp"
+    )
     if found.places is not None:
         _add_places(table, found.places)
     if found.light is not None:

@@ -1,0 +1,25 @@
+"""How the command line writes numbers."""
+
+import math
+
+import pytest
+
+from equaltime.cli.messages import duration
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0 ms"),
+        (0.01234, "12.3 ms"),
+        (0.9996, "1 s"),
+        (4.56, "4.56 s"),
+        (299.0, "299 s"),
+        (2040.0, "34 min"),
+        (18001.0, "5 h"),
+        (1e6, "11.6 days"),
+        (math.inf, "inf days"),
+    ],
+)
+def test_a_time_is_written_in_the_unit_that_people_would_use(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
