@@ -76,14 +76,17 @@ class Unseen:
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
         """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
         m = float(pixels.mean.mean())
-        black = ~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1))
+        black = np.asarray(~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1)))
         if m == 0.0 or not black.any():
             return 0.0
-        hidden = box_sum(np.where(black, 0.0, 1.0)[..., None])[..., 0] == 0.0
+        near = _reach(black, 1), _reach(black, 0)  # nothing beyond has a part in it
+        hidden = _around(~black[near]) == 0.0
         if not hidden.any():
             return 0.0
-        largest = _largest_around(self._find(black & (_around(hidden) > 0.0)))[hidden]
-        samples = box_sum(pixels.samples[..., None].astype(np.float64))[hidden]
+        asked = np.zeros_like(black)
+        asked[near] = black[near] & (_around(hidden) > 0.0)
+        largest = _largest_around(self._find(asked)[near])[hidden]
+        samples = _around(pixels.samples[near])[hidden, None]
         square = np.square(math.log(2.0 / (1.0 - level)) * largest / samples)
         return float((square / (square + (0.1 * m) ** 2)).sum()) / pixels.mean.size
 
@@ -99,8 +102,15 @@ class Unseen:
         return np.where(asked[..., None], np.nan_to_num(self._known), 0.0)
 
 
-def _around(mask: NDArray[np.bool_]) -> Floats:
-    return box_sum(mask[..., None].astype(np.float64))[..., 0]
+def _reach(mask: NDArray[np.bool_], axis: int) -> slice:
+    """Return from the first row or column with anything set to the last, and the neighbourhoods of both."""
+    where = np.flatnonzero(mask.any(axis=axis))
+    return slice(max(int(where[0]) - RADIUS, 0), int(where[-1]) + RADIUS + 1)
+
+
+def _around(values: NDArray[Any]) -> Floats:
+    """Return the sum over the 7x7 neighbourhood of each pixel."""
+    return box_sum(values[..., None].astype(np.float64))[..., 0]
 
 
 def _largest_around(values: Floats) -> Floats:
