@@ -11,7 +11,7 @@ Intervals, at 95 %, are those of the ratio F of two sums of squares, over the pi
 error² as the render itself sees it. Light that no sample has found has no part in any of this, and light that few have
 found moves shares by more than they say: of 100 pilots of 8 spp they held 87 to 92 times where noise is even (a room
 behind an opening), but 39 to 86 times in a Cornell box, by the edges of its lamp (of 10 % of the pixels 24 % are told
-on average, where 21 % are true).
+on average, where 21 % are true). So every share is in doubt, and quotes give it in words without an interval.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ FRACTIONS = (0.01, 0.1)
 OUTSTANDING = 25.0
 """Times the mean of the others in its 7x7 neighbourhood: five standard errors. Of even noise, one pixel in a hundred
 thousand has it."""
+DOUBT = "light that few samples have found moves the share by more than its interval says"
 _CELLS = 16
 # Times the square of a sum of parts over the sum of their squares, the degrees of freedom of the sum (Satterthwaite
 # 1946): 3 where the differences of two replicates are normal, 2 where they are as skewed as can be.
@@ -64,7 +65,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Places:
-    """Which part of error² comes from which pixels; shares are fractions of error² with their 95 % intervals."""
+    """Which part of error² comes from which pixels; shares are fractions of error², in doubt."""
 
     noisiest: Mapping[float, Estimate]
     """Of the pixels with the noisiest neighbours: by the fraction of all pixels that they are (`FRACTIONS`)."""
@@ -125,7 +126,7 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     share = float(parts[chosen].sum()) / total
     if not 0.0 < share < 1.0:  # nothing was met of what is outside, or within: the rule of three, of equal parts
         most = min(1.0, 3.0 * square / total**2)
-        return Estimate(share, 0.0, most) if share <= 0.0 else Estimate(1.0, 1.0 - most, 1.0)
+        return Estimate(share, 0.0, most, DOUBT) if share <= 0.0 else Estimate(1.0, 1.0 - most, 1.0, DOUBT)
     odds = share / (1.0 - share)
     degrees = [
         _DEGREES * float(side.sum()) ** 2 / float(np.square(side).sum()) for side in (parts[chosen], parts[~chosen])
@@ -133,7 +134,7 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     from scipy.special import fdtri  # here, since it takes a tenth of a second to load
 
     low, high = (odds / float(fdtri(*degrees, p)) for p in (0.975, 0.025))
-    return Estimate(share, low / (1.0 + low), high / (1.0 + high))
+    return Estimate(share, low / (1.0 + low), high / (1.0 + high), DOUBT)
 
 
 def _rectangle(parts: Floats, corner: tuple[int, int]) -> Rectangle:

@@ -174,9 +174,11 @@ def _largest(shares: Mapping[str, Estimate]) -> str:
 
 
 def _share(share: Estimate) -> str:
-    return (
-        rf"{_whole(share.value)} % \[{_whole(share.low)}, {_whole(share.high)}]" if share.known else "an unknown part"
-    )
+    if not share.known:
+        return "an unknown part"
+    if not share.trusted:
+        return f"about {_whole(share.value)} %"
+    return rf"{_whole(share.value)} % \[{_whole(share.low)}, {_whole(share.high)}]"
 
 
 def _whole(share: float) -> str:
