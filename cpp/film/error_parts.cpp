@@ -115,11 +115,11 @@ void pool(const Band& band, bool is_even, Scratch& s) {
   });
 }
 
-/// The reference R of a pixel, below. As Lee's filter does (Lee 1980), it weighs the pixel against the local mean by
-/// how much of the local scatter is more than the noise: at an edge the local mean is wrong by much, and the pixel by
-/// little once it has converged. Noise is skewed: a pixel that has met a rare bright path has a large variance and is
-/// itself too bright, and would excuse itself. So R leans from the pixel towards the darker of two replicates (which is
-/// its standard error below it), half way.
+/// The reference R of a pixel, by which its noise is measured. As Lee's filter does (Lee 1980), it weighs the pixel
+/// against the local mean by how much of the local scatter is more than the noise: at an edge the local mean is wrong
+/// by much, and the pixel by little once it has converged. Noise is skewed: a pixel that has met a rare bright path has
+/// a large variance and is itself too bright, and would excuse itself. So R leans from the pixel towards the darker of
+/// two replicates (which is its standard error below it), half way.
 struct Reference {
   double value, shared, lean;  // `shared`: the share of the local mean
 
