@@ -139,6 +139,12 @@ inline SceneDescription in_vacuum(SceneDescription d) {
   return d;
 }
 
+/// Without the camera seeing what shines.
+inline SceneDescription hiding(SceneDescription d) {
+  d.hides_emitters = true;
+  return d;
+}
+
 inline PerspectiveDescription& view_of(SceneDescription& d) { return std::get<PerspectiveDescription>(d.sensor); }
 
 /// Seen through a lens that is as large as a lamp.

@@ -72,7 +72,8 @@ TEST("every kernel that covers a scene gives the same bits") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
       for (const SceneDescription& description :
-           {room(), room_of_curves(), in_vacuum(full_room()), full_room(), in_motion(room()), in_motion(full_room())}) {
+           {room(), room_of_curves(), in_vacuum(full_room()), full_room(), in_motion(room()), in_motion(full_room()),
+            hiding(room()), hiding(in_vacuum(full_room())), hiding(in_motion(full_room()))}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
@@ -91,6 +92,11 @@ TEST("every kernel that covers a scene gives the same bits") {
       }
 }
 
+TEST("what shines is seen or not: bits tell") {
+  for (const SceneDescription& description : {room(), full_room()})
+    CHECK(!same_bits(rendered(built(hiding(description)), 2, deep()), rendered(built(description), 2, deep())));
+}
+
 /// What a path's vertices add, one after the other.
 Spectrum sum(const Replay& path) {
   Spectrum total;
@@ -105,7 +111,8 @@ Spectrum sum(const Replay& path) {
 TEST("replays of all samples are the film, bit by bit, and what they list sums up to each") {
   for (const LightSelection lights : {LightSelection::power, LightSelection::tree})
     for (const Technique technique : kTechniques)
-      for (const SceneDescription& description : {room(), room_of_curves(), full_room(), in_motion(full_room())}) {
+      for (const SceneDescription& description :
+           {room(), room_of_curves(), full_room(), in_motion(full_room()), hiding(in_motion(full_room()))}) {
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
