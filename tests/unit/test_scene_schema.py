@@ -12,6 +12,7 @@ import jsonschema
 import pytest
 
 from equaltime.cli import main
+from equaltime.scene import load
 from equaltime.scene.model import PLUGINS
 from equaltime.scene.schema import scene_schema
 
@@ -54,6 +55,9 @@ def test_scenes_agree_with_the_schema(name: str, validator: jsonschema.Draft2020
         {"a": {"type": "disk", "to_world": [{"turn": 3}]}},
         {"sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 0}}},
         {"include": 3},
+        {"m": {"type": "merge", "paint": {"type": "diffuse"}}},
+        {"m": {"type": "merge", "radius": 2}},
+        {"c": {"type": "cube", "interior": {"type": "homogeneous", "sigma_s": "thick"}}},
     ],
 )
 def test_mistakes_do_not(wrong: dict[str, Any], validator: jsonschema.Draft202012Validator) -> None:
@@ -64,6 +68,33 @@ def test_variables_and_names_may_stand_where_values_do(validator: jsonschema.Dra
     ball = {"type": "sphere", "radius": "$r", "bsdf": "red", "to_world": [{"scale": "$s"}]}
     assert validator.is_valid({"ball": ball, "red": {"type": "diffuse", "reflectance": "wood"}})
     assert validator.is_valid({"way": {"type": "$integrator"}})
+
+
+READ = {
+    "a merge": '[m]\ntype = "merge"\na = { type = "cube" }\nb = { type = "merge", all = [{ type = "disk" }] }',
+    "a merge of names": '[c]\ntype = "cube"\n[m]\ntype = "merge"\na = { type = "ref", id = "c" }',
+    "a merge in a group": '[g]\ntype = "shapegroup"\nshapes = [{ type = "merge", a = { type = "cube" } }]\n'
+    '[i]\ntype = "instance"\nshapegroup = "g"',
+    "a medium by its parts": '[c]\ntype = "cube"\n'
+    'interior = { type = "homogeneous", sigma_s = 1, sigma_a = [1, 2, 3] }',
+    "a grey where a number stands": '[c]\ntype = "cube"\n'
+    'bsdf = { type = "mask", opacity = { type = "rgb", value = [0.5, 0.5, 0.5] }, any = { type = "diffuse" } }',
+    "three numbers for one": '[c]\ntype = "cube"\n'
+    'bsdf = { type = "mask", opacity = [0.5, 0.5, 0.5], any = [{ type = "diffuse" }] }',
+    "a matrix of variables": '[default]\nx = 2\n[c]\ntype = "cube"\n'
+    'to_world = [["$x", 0, 0, 0], [0, "$x", 0, 0], [0, 0, "$x", 0], [0, 0, 0, 1]]',
+    "a place that is a variable": '[default]\np = [1, 2, 3]\n[l]\ntype = "point"\nposition = "$p"',
+    "objects in a list": '[[lights]]\ntype = "point"\n[[lights]]\ntype = "constant"',
+    "a name at the top": '[c]\ntype = "cube"\n[again]\ntype = "ref"\nid = "c"',
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_is_read_agrees_with_it(name: str, validator: jsonschema.Draft202012Validator, tmp_path: Path) -> None:
+    text = f'{READ[name]}\n[sensor]\ntype = "perspective"\n'
+    (tmp_path / "scene.toml").write_text(text)
+    assert load(tmp_path / "scene.toml").core.film_shape
+    assert [error.message for error in validator.iter_errors(tomllib.loads(text))] == []
 
 
 def test_every_plugin_and_parameter_has_words_and_a_place(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
 from typing import Any, Final, get_args, get_type_hints
@@ -28,6 +29,13 @@ VARIABLE: Final[Schema] = {"$ref": "#/$defs/variable"}
 NAME: Final[Schema] = {"type": "string", "description": "The name of an object."}
 COLOR: Final[Schema] = {"$ref": "#/$defs/color"}
 OBJECT: Final[Schema] = {"$ref": "#/$defs/object"}
+REFERENCE: Final[Schema] = {"$ref": "#/$defs/reference"}
+ANY: Final[Schema] = {"anyOf": [OBJECT, REFERENCE, {"type": "array", "items": {"anyOf": [OBJECT, REFERENCE]}}]}
+"""Objects, one or several, whatever the key is called."""
+MERGE: Final = "merge"
+"""A shape that stays in no model; see `equaltime.scene.merged`."""
+PARTS: Final = {"homogeneous": ("sigma_s", "sigma_a")}
+"""Coefficients that a plugin takes in place of its own."""
 
 
 def scene_schema() -> Schema:
@@ -45,8 +53,8 @@ def scene_schema() -> Schema:
             "path": {"anyOf": [_strings("Folders where files are looked for first."), OBJECT]},
             "alias": {"type": "object", "description": 'Further names of objects: new = "known".'},
         },
-        "additionalProperties": OBJECT,
-        "$defs": {**_shared(), **_families(), **plugins},
+        "additionalProperties": ANY,
+        "$defs": {**_shared(), **_families(), **plugins, f"shape.{MERGE}": _merge()},
     }
 
 
@@ -56,22 +64,20 @@ def _strings(description: str) -> Schema:
 
 def _families() -> dict[str, Schema]:
     """Return what an object may be, of any family and of each: its type says which plugin it must agree with."""
-    families: dict[str, list[str]] = {"object": []}
-    for name, plugin in PLUGINS.items():
-        for family in ("object", plugin.kind):
-            families.setdefault(family, []).append(name)
-    return {family: _one_of(names) for family, names in families.items()}
+    kinds: dict[str, str] = {name: plugin.kind for name, plugin in PLUGINS.items()}
+    kinds[MERGE] = "shape"
+    families = {family: [name for name, kind in kinds.items() if kind == family] for family in kinds.values()}
+    return {"object": _one_of(kinds)} | {
+        family: _one_of(dict.fromkeys(names, family)) for family, names in families.items()
+    }
 
 
-def _one_of(names: list[str]) -> Schema:
+def _one_of(kinds: Mapping[str, str]) -> Schema:
     cases = [
-        {
-            "if": {"properties": {"type": {"const": name}}},
-            "then": {"$ref": f"#/$defs/{PLUGINS[name].kind}.{name}"},
-        }
-        for name in names
+        {"if": {"properties": {"type": {"const": name}}}, "then": {"$ref": f"#/$defs/{kind}.{name}"}}
+        for name, kind in kinds.items()
     ]
-    types = {"anyOf": [{"enum": names}, VARIABLE]}
+    types = {"anyOf": [{"enum": list(kinds)}, VARIABLE]}
     return {"type": "object", "properties": {"type": types}, "required": ["type"], "allOf": cases}
 
 
@@ -99,9 +105,9 @@ def _shared() -> dict[str, Schema]:
             "required": ["type", "id"],
             "additionalProperties": False,
         },
-        "vector": _array(number, 3),
+        "vector": {"anyOf": [_array(number, 3), VARIABLE]},
         "color": {"anyOf": [number, _array(number, 3), *closed, *spectra], "description": "Grey, RGB or a spectrum."},
-        "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(NUMBER, 4, 3)]}}, VARIABLE]},
+        "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(number, 4, 3)]}}, VARIABLE]},
         "placement": {"anyOf": [{"$ref": "#/$defs/transform"}, _animation(number)]},
         "mesh": {"anyOf": [{"type": "string"}, _deformation(number)]},
     }
@@ -157,6 +163,7 @@ def _plugin(name: str, plugin: type[Plugin]) -> Schema:
         field: _field(plugin, field, hints[field]) | ({"description": meanings[field]} if field in meanings else {})
         for field in fields
     }
+    properties |= dict.fromkeys(PARTS.get(name, ()), COLOR)
     by_kind = set(plugin.roles.values())
     required = [field for field, info in fields.items() if info.is_required() and field not in by_kind]
     return {
@@ -164,7 +171,19 @@ def _plugin(name: str, plugin: type[Plugin]) -> Schema:
         "description": (plugin.__doc__ or "").split("\n")[0],
         "properties": {"type": {"const": name}, "id": {"type": "string"}, **properties},
         "required": ["type", *required],
-        "additionalProperties": {"anyOf": [OBJECT, {"$ref": "#/$defs/reference"}]} if plugin.roles else False,
+        "additionalProperties": ANY if plugin.roles else False,
+    }
+
+
+def _merge() -> Schema:
+    """Return the schema of shapes in one, of which each is a part of the scene."""
+    part: Schema = {"anyOf": [{"$ref": "#/$defs/shape"}, REFERENCE]}
+    return {
+        "type": "object",
+        "description": "Shapes, any number of them, each as if it stood in the place of all.",
+        "properties": {"type": {"const": MERGE}, "id": {"type": "string"}},
+        "required": ["type"],
+        "additionalProperties": {"anyOf": [part, {"type": "array", "items": part}]},
     }
 
 
@@ -192,7 +211,7 @@ def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
         kinds = [kind for kind, field in plugin.roles.items() if field == name]
         return _nested(kinds, many=name in plugin.lists)
     if found := plugin.slots().get(name):
-        constant: list[Schema] = [COLOR] if _holds(hint, Color) else [NUMBER, VARIABLE] if _holds(hint, float) else []
+        constant: list[Schema] = [COLOR] if _holds(hint, Color) or _holds(hint, float) else []
         return {"anyOf": [*constant, *_nested(sorted(found), many=False)["anyOf"]]}
     if _holds(hint, Animation):
         return {"$ref": "#/$defs/placement"}
@@ -216,7 +235,7 @@ LOOSE: Final = frozenset({"int_ior", "ext_ior", "focal_length", "material"})
 def _nested(kinds: list[Any], *, many: bool) -> Schema:
     """Return the schema of an object of one of these families, of its name, or of a list of such."""
     objects = [{"$ref": f"#/$defs/{kind}"} for kind in kinds]
-    one = [NAME, {"$ref": "#/$defs/reference"}, *objects]
+    one = [NAME, REFERENCE, *objects]
     return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}] if many else one}
 
 
