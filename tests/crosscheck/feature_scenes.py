@@ -140,6 +140,13 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
         {"type": "rectangle", "to_world": at(1.3, 0, 0, [0.5, 0.5, -0.5], 20), "bsdf": red_and_green()},
         {"type": "disk", "to_world": at(0.5, 1.1, 0, [-0.5, 0.5, 0.5], 20), "bsdf": red_and_green()},
     ),
+    "stretched shapes": lambda _: scene(
+        *(floor(), lamp(), window()),
+        {"type": "sphere", "to_world": at(-1.2, 0, 0, [0.6, 0.9, 0.2], 40), "bsdf": red_and_green()},
+        light("sphere", at(0.3, 1.2, -1, [-0.3, 0.9, 0.2], 70), 3, 4, 2, flip_normals=True),
+        {"type": "cylinder", "to_world": at(1.0, -0.5, 0, [0.3, 0.3, 1.5], 70), "bsdf": rough("ggx", 0.1, 0.4)},
+        light("cylinder", at(0, -0.8, 1.2, [0.1, 0.1, 0.6], 90), 4, 2, 1),
+    ),
     "a mesh without normals, PLY": lambda folder: mesh(icosahedron(folder / "mesh.ply")),
     "a mesh without normals, OBJ": lambda folder: mesh(icosahedron(folder / "mesh.obj")),
     "a mesh with normals, PLY": lambda folder: mesh(icosahedron(folder / "mesh.ply", normals=True)),

@@ -140,7 +140,7 @@ def test_an_animation_that_is_none_is_refused_at_its_place(keys: list[dict[str, 
 
 
 def test_what_cannot_move_says_so() -> None:
-    with pytest.raises(et.SceneError, match="of a sphere must scale all directions alike"):
+    with pytest.raises(et.SceneError, match="of a sphere that moves must scale all directions alike"):
         scene(it={"type": "sphere", "to_world": animated(KEYS)})
     with pytest.raises(et.SceneError, match="to_world: must keep lengths"):
         scene(sensor={"type": "perspective", "to_world": animated(ROUND)})

@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from equaltime.errors import SceneError
 from equaltime.scene import load_dict, meshes
-from equaltime.scene.geometry import DiskSurface, MeshSurface, QuadSurface, SphereSurface, Surface, surface
+from equaltime.scene.geometry import (
+    CylinderSurface,
+    DiskSurface,
+    MeshSurface,
+    QuadSurface,
+    SphereSurface,
+    Surface,
+    surface,
+)
 
 IDENTITY = np.eye(4)
 MIRROR_X, MIRROR_Z = np.diag([-1.0, 1.0, 1.0, 1.0]), np.diag([1.0, 1.0, -1.0, 1.0])
@@ -96,6 +105,41 @@ def test_a_sphere_is_moved_by_its_transform_after_its_own_center_and_radius() ->
     assert isinstance(sphere, SphereSurface)
     assert sphere.center == pytest.approx([1, 2, 0])
     assert sphere.radius == pytest.approx(6)
+
+
+def test_a_sphere_is_not_stretched_as_in_mitsuba() -> None:
+    steps = [{"scale": [2, 3, 5]}, {"rotate": {"axis": [1, 2, 3], "angle": 50}}, {"translate": [1, 0, 0]}]
+    sphere = place(type="sphere", radius=3, to_world=steps)
+    assert isinstance(sphere, SphereSurface)
+    assert sphere.center == pytest.approx([1, 0, 0])
+    assert sphere.radius == pytest.approx(6)
+    scene = load_dict({"type": "scene", "sensor": {"type": "perspective"}, "a": {"type": "sphere", "to_world": steps}})
+    assert scene.warnings == ("a: a sphere is not stretched, here as in Mitsuba: its radius is that along x, 2",)
+
+
+@pytest.mark.parametrize(
+    "bsdf",
+    [
+        {"type": "diffuse", "reflectance": {"type": "checkerboard"}},
+        {"type": "roughconductor", "alpha_u": 0.1, "alpha_v": 0.2},
+        {"type": "twosided", "it": {"type": "principled", "anisotropic": 0.5}},
+    ],
+)
+def test_a_stretched_sphere_that_looks_at_its_azimuth_is_refused(bsdf: dict[str, Any]) -> None:
+    with pytest.raises(SceneError, match="to_world of a sphere with textures or anisotropy must scale all directions"):
+        place(type="sphere", to_world=[{"scale": [1, 1, 2]}], bsdf=bsdf)
+
+
+def test_a_cylinder_may_be_stretched_along_its_axis() -> None:
+    steps = [{"scale": [2, 5, 2]}, {"rotate": {"axis": [1, 2, 3], "angle": 50}}]
+    tube = place(type="cylinder", p0=[0, 0, 0], p1=[0, 3, 0], radius=0.5, to_world=steps)
+    assert isinstance(tube, CylinderSurface)
+    assert tube.radius == pytest.approx(1)
+    assert np.linalg.norm(tube.end - tube.base) == pytest.approx(15)
+    with pytest.raises(SceneError, match="to_world of a cylinder must scale all directions across its axis alike"):
+        place(type="cylinder", p0=[0, 0, 0], p1=[0.01, 3, 0], to_world=steps)
+    with pytest.raises(SceneError, match="to_world of a cylinder must scale all directions across its axis alike"):
+        place(type="cylinder", p0=[0, 0, 0], p1=[1, 0, 0], to_world=steps)
 
 
 def test_a_disk_keeps_its_transform() -> None:

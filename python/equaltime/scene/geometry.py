@@ -184,19 +184,19 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
 
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     center = meshes.place(np.array([shape.center]), to_world)[0]
-    scale = linear_scale(poses(shape.to_world)[0]) or 1.0  # never None: the model refuses such a sphere
-    mirrored, axes = mirrors(to_world), to_world[:3, :3] / scale
+    scale = linear_scale(poses(shape.to_world)[0])
+    axes = np.eye(3) if scale is None else to_world[:3, :3] / scale  # nobody asks how a stretched one is turned
+    mirrored = mirrors(to_world)
     flipped = mirrored != shape.flip_normals
-    return SphereSurface(sides, center, scale * shape.radius, flipped, axes[:, 2], axes[:, 0], mirrored)
+    return SphereSurface(sides, center, shape.world_radius, flipped, axes[:, 2], axes[:, 0], mirrored)
 
 
 def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:
     base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
-    scale = linear_scale(poses(shape.to_world)[0]) or 1.0  # never None: the model refuses such a cylinder
     axis = np.subtract(shape.p1, shape.p0)
     meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / math.hypot(*axis)), mirrors(to_world)
     flipped = mirrored != shape.flip_normals
-    return CylinderSurface(sides, base, end, scale * shape.radius, flipped, meridian, mirrored)
+    return CylinderSurface(sides, base, end, shape.world_radius, flipped, meridian, mirrored)
 
 
 def _posed(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:

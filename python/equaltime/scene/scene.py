@@ -25,14 +25,14 @@ from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.merged import unmerged
-from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid
+from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid, Sphere
 from equaltime.scene.motion import closed_shutter, still
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.search import Search
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Object, Report
+from equaltime.scene.tree import Object, Place, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.xml_reader import read_xml
 
@@ -273,7 +273,7 @@ def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[st
     warnings: dict[str, None] = {}
     for node, part in resolved.parts:
         try:
-            warnings |= dict.fromkeys(_check_part(part, assets))
+            warnings |= dict.fromkeys(_check_part(node.place, part, assets))
         except Unsupported:
             continue  # it is refused when it is compiled; until then it can be looked at and converted
         except ValueError as error:
@@ -281,12 +281,15 @@ def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[st
     return tuple(warnings)
 
 
-def _check_part(part: Plugin, assets: Assets) -> Iterator[str]:
+def _check_part(place: Place, part: Plugin, assets: Assets) -> Iterator[str]:
     """Read the file that `part` names, if any, and iterate over its reader's warnings."""
     if isinstance(part, MeshFile):
         yield from deforming.check(part, assets)
     elif isinstance(part, Solid):
         geometry.surface(part, assets)
+        if isinstance(part, Sphere) and part.is_stretched:
+            along = f"its radius is that along x, {part.world_radius:g}"
+            yield f"{place}: a sphere is not stretched, here as in Mitsuba: {along}"
     elif isinstance(part, EnvMap):
         assets.image(part)
     elif isinstance(part, Bitmap):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -9,9 +10,12 @@ from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, mod
 
 from equaltime.scene.model.animation import Animation, MeshName, Placement, poses
 from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.bsdfs import RoughConductor, RoughDielectric
 from equaltime.scene.model.emitters import Area
 from equaltime.scene.model.media import Medium
-from equaltime.scene.model.values import IDENTITY, Vec3, linear_scale
+from equaltime.scene.model.principled import Principled
+from equaltime.scene.model.textures import TexturePlugin
+from equaltime.scene.model.values import IDENTITY, Vec3, linear_scale, scale_across
 from equaltime.scene.model.wrappers import Bsdf
 
 __all__ = [
@@ -86,9 +90,31 @@ class Sphere(Solid):
 
     @model_validator(mode="after")
     def _stays_a_sphere(self) -> Self:
-        if any(linear_scale(matrix) is None for matrix in poses(self.to_world)):
-            raise ValueError("to_world of a sphere must scale all directions alike, without shear")
+        if self.is_stretched and isinstance(self.to_world, Animation):
+            raise ValueError("to_world of a sphere that moves must scale all directions alike, without shear")
+        if self.is_stretched and any(map(_minds_azimuth, self.nodes())):
+            rule = "must scale all directions alike, without shear"
+            raise ValueError(f"to_world of a sphere with textures or anisotropy {rule}")
         return self
+
+    @property
+    def is_stretched(self) -> bool:
+        """Whether ``to_world`` would make something else of it; see `world_radius`."""
+        return any(linear_scale(matrix) is None for matrix in poses(self.to_world))
+
+    @property
+    def world_radius(self) -> float:
+        """The radius in the world, where the sphere is first: as in Mitsuba that along x, however it is stretched."""
+        matrix = poses(self.to_world)[0]
+        return self.radius * (linear_scale(matrix) or math.hypot(*(row[0] for row in matrix[:3])))
+
+
+def _minds_azimuth(node: Plugin) -> bool:
+    """Tell whether a node looks at how a surface is turned, which Mitsuba does not know of a stretched sphere."""
+    if isinstance(node, Principled):
+        return node.anisotropic != 0.0
+    alphas = node.alphas if isinstance(node, RoughConductor | RoughDielectric) else (0.0, 0.0)
+    return isinstance(node, TexturePlugin) or alphas[0] != alphas[1]
 
 
 class Cylinder(Solid):
@@ -103,9 +129,24 @@ class Cylinder(Solid):
     def _has_length(self) -> Self:
         if self.p0 == self.p1:
             raise ValueError("p0 and p1 are the same point: the cylinder has no length")
-        if any(linear_scale(matrix) is None for matrix in poses(self.to_world)):
-            raise ValueError("to_world of a cylinder must scale all directions alike, without shear")
+        if isinstance(self.to_world, Animation) and any(
+            linear_scale(matrix) is None for matrix in poses(self.to_world)
+        ):
+            raise ValueError("to_world of a cylinder that moves must scale all directions alike, without shear")
+        if self._scale is None:
+            raise ValueError("to_world of a cylinder must scale all directions across its axis alike, without shear")
         return self
+
+    @property
+    def _scale(self) -> float | None:
+        matrix = poses(self.to_world)[0]
+        axis = [b - a for a, b in zip(self.p0, self.p1, strict=True)]
+        return linear_scale(matrix) or scale_across(matrix, axis)
+
+    @property
+    def world_radius(self) -> float:
+        """The radius in the world, where the cylinder is first."""
+        return (self._scale or 1.0) * self.radius  # never None: the model refuses such a cylinder
 
 
 class MeshFile(Solid):

@@ -35,6 +35,7 @@ __all__ = [
     "as_reflectance",
     "linear_scale",
     "mirrors",
+    "scale_across",
 ]
 
 Color = tuple[float, float, float]
@@ -177,6 +178,19 @@ def linear_scale(matrix: Matrix) -> float | None:
     if np.abs(gram - square * np.eye(3)).max() > 2.0 * SHAPE_TOLERANCE * square:
         return None
     return math.sqrt(square) * largest
+
+
+def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
+    """Return the factor by which lengths across `axis` are scaled, or None unless it is one and right angles stay."""
+    along = np.array(_unit((axis[0], axis[1], axis[2])))
+    x = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
+    x /= np.linalg.norm(x)
+    turned = as_array(matrix)[:3, :3] @ np.column_stack([x, np.cross(along, x), along])
+    lengths = np.linalg.norm(turned, axis=0)
+    angles = (turned / lengths).T @ (turned / lengths) - np.eye(3)
+    if np.abs(angles).max() > SHAPE_TOLERANCE or abs(lengths[0] / lengths[1] - 1.0) > SHAPE_TOLERANCE:
+        return None
+    return float(lengths[:2].mean())
 
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
