@@ -181,6 +181,13 @@ void bind_builder(py::module_& m) {
           },
           "sigma_t"_a, "albedo"_a, "g"_a = 0.0)
       .def(
+          "blend_phase",
+          [](D& d, std::uint32_t medium, const std::vector<std::pair<double, std::optional<double>>>& lobes) {
+            if (medium >= d.media.size()) throw py::value_error("no such medium");
+            for (const auto& [weight, g] : lobes) d.media[medium].lobes.push_back({weight, g.value_or(0), !g});
+          },
+          "medium"_a, "lobes"_a, "Scatter by several laws, each of a weight, and a g or none, which is Rayleigh's.")
+      .def(
           "set_media",
           [](D& d, std::uint32_t shape, Index exterior, Index interior) {
             SurfaceDescription& s = solid(d, shape);

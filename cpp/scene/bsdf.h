@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "scene/blended_phase.h"
 #include "scene/conductor.h"
 #include "scene/dielectric.h"
 #include "scene/diffuse.h"
@@ -18,7 +19,7 @@
 namespace equaltime {
 
 using Bsdf = std::variant<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
-                          RoughDielectric, Principled, Phase>;
+                          RoughDielectric, Principled, Phase, BlendedPhase>;
 
 [[nodiscard]] Bsdf make_bsdf(const BsdfDescription& description);
 
@@ -38,6 +39,8 @@ template <auto E, class F>
   }
   if constexpr (E.media)
     if (const auto* model = std::get_if<Phase>(&bsdf)) return f(*model);
+  if constexpr (E.phase_blends)
+    if (const auto* model = std::get_if<BlendedPhase>(&bsdf)) return f(*model);
   if constexpr (E.principled)
     if (const auto* model = std::get_if<Principled>(&bsdf)) return f(*model);
   if constexpr (E.rough_dielectrics)

@@ -74,11 +74,18 @@ using BsdfDescription =
 
 // --- Media --------------------------------------------------------------------------------------------------------
 
-/// What is between surfaces, the same everywhere; scatters by Henyey and Greenstein's law.
+/// A part of a phase function: Henyey and Greenstein's law, or Rayleigh's.
+struct PhaseLobeDescription {
+  double weight = 1;  // over the sum of all
+  double g = 0;
+  bool rayleigh = false;  // instead of g's law
+};
+/// What is between surfaces, the same everywhere; scatters by Henyey and Greenstein's law if nothing else is said.
 struct MediumDescription {
-  Vec3d sigma_t{1, 1, 1};          // extinction per unit of length; where there is none, vacuum
-  Vec3d albedo{0.75, 0.75, 0.75};  // the part of it that is scattering
-  double g = 0;                    // mean cosine of the angle by which light is turned
+  Vec3d sigma_t{1, 1, 1};                        // extinction per unit of length; where there is none, vacuum
+  Vec3d albedo{0.75, 0.75, 0.75};                // the part of it that is scattering
+  double g = 0;                                  // mean cosine of the angle by which light is turned
+  std::vector<PhaseLobeDescription> lobes = {};  // in place of g's law, if there are any
 };
 
 // --- Shapes -------------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 #include "scene/medium.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -28,6 +29,39 @@ struct Colors {
 Spectrum quotients(const double (&numerators)[3], double denominator) noexcept {
   return {static_cast<float>(numerators[0] / denominator), static_cast<float>(numerators[1] / denominator),
           static_cast<float>(numerators[2] / denominator)};
+}
+
+/// The lobes that there are, each once; `fail` throws for numbers that make no sense.
+template <class Fail>
+std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fail& fail) {
+  if (d.lobes.empty()) return {{1, d.g, false}};
+  std::vector<PhaseLobeDescription> kept;
+  for (const PhaseLobeDescription& lobe : d.lobes) {
+    if (!(lobe.weight >= 0 && lobe.weight <= 1)) fail("the weight of a phase function lies in [0, 1]");
+    if (!(lobe.g > -1 && lobe.g < 1)) fail("g lies between -1 and 1");
+    if (!(lobe.weight > 0)) continue;
+    const auto same = std::ranges::find_if(kept, [&](const PhaseLobeDescription& other) {
+      return lobe.rayleigh == other.rayleigh && (lobe.rayleigh || lobe.g == other.g);
+    });
+    if (same == kept.end())
+      kept.push_back(lobe);
+    else
+      same->weight += lobe.weight;
+  }
+  if (kept.empty()) fail("one of the phase functions needs a weight above 0");
+  if (kept.size() > BlendedPhase::kMostLobes) fail("a blend has at most 8 phase functions");
+  return kept;
+}
+
+Bsdf make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
+  if (lobes.size() == 1 && !lobes[0].rayleigh) return Phase{static_cast<float>(lobes[0].g), albedo};
+  double total = 0;
+  for (const PhaseLobeDescription& lobe : lobes) total += lobe.weight;
+  BlendedPhase blend;
+  blend.single_albedo = albedo;
+  for (const PhaseLobeDescription& lobe : lobes)
+    blend.lobes[blend.count++] = {static_cast<float>(lobe.weight / total), static_cast<float>(lobe.g), lobe.rayleigh};
+  return blend;
 }
 
 }  // namespace
@@ -81,11 +115,12 @@ Media make_media(const std::vector<MediumDescription>& descriptions, const Norma
     };
     if (!in(d.sigma_t, std::numeric_limits<double>::max())) fail("extinction is finite and not negative");
     if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]");
-    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
     const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
+    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
     if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
+    const Bsdf phase = make_phase(distinct(d, fail), albedo);
     media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
-    if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo, Phase{static_cast<float>(d.g), albedo}});
+    if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo, phase});
   }
   return media;
 }

@@ -21,7 +21,7 @@ struct Flight {
 struct Medium {
   Spectrum sigma_t;  // extinction per unit of length
   Spectrum sigma_s;  // the part of it that is scattering
-  Bsdf phase;        // a Phase
+  Bsdf phase;        // a Phase or a BlendedPhase
 
   /// What is left of light after a distance, which may be infinite.
   [[nodiscard]] Spectrum transmittance(float distance) const noexcept;

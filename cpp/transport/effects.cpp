@@ -38,6 +38,8 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.instances = !scene.instances.empty();
   const bool nests = !scene.nesting.bodies.empty();
   e.media = !scene.media.empty() || nests;
+  e.phase_blends = std::any_of(scene.media.begin(), scene.media.end(),
+                               [](const Medium& medium) { return std::holds_alternative<BlendedPhase>(medium.phase); });
   e.specular = nests;  // where rough surfaces stand between equal indices
   e.motion = scene.moves() || scene.camera_motion;
   e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;

@@ -43,7 +43,8 @@ constexpr Effects forking(Effects e) noexcept { return with(e, {&Effects::forks}
 
 /// What no scene calls for, but a strategy, left out.
 constexpr Effects kAllButForks = without(kAllEffects, {&Effects::forks});
-constexpr Effects kAllButMediaAndMotion = without(kAllButForks, {&Effects::media, &Effects::motion});
+constexpr Effects kAllButMediaAndMotion =
+    without(kAllButForks, {&Effects::media, &Effects::phase_blends, &Effects::motion});
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects =
     without(kAllButMediaAndMotion, {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens,

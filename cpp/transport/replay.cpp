@@ -10,8 +10,9 @@ namespace equaltime {
 namespace {
 
 /// By the order of the variant.
-constexpr const char* kBsdfNames[] = {"diffuse", "roughconductor", "conductor",       "dielectric", "thindielectric",
-                                      "plastic", "roughplastic",   "roughdielectric", "principled", "phase"};
+constexpr const char* kBsdfNames[] = {"diffuse",        "roughconductor", "conductor",    "dielectric",
+                                      "thindielectric", "plastic",        "roughplastic", "roughdielectric",
+                                      "principled",     "phase",          "blendphase"};
 static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.

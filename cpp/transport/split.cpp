@@ -6,8 +6,8 @@
 #include <exception>
 #include <thread>
 
-#include "transport/sample_pixel.h"
 #include "math/threads.h"
+#include "transport/sample_pixel.h"
 
 namespace equaltime {
 
@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
 constexpr const char* kBsdfNames[SplitParts::kBsdfs] = {
     "none",    "diffuse",      "roughconductor",  "conductor",  "dielectric", "thindielectric",
-    "plastic", "roughplastic", "roughdielectric", "principled", "phase",
+    "plastic", "roughplastic", "roughdielectric", "principled", "phase",      "blendphase",
 };
 
 }  // namespace

@@ -11,6 +11,7 @@ _Floats = NDArray[np.float64]
 _Counts = NDArray[np.int64]
 _Named = dict[str, Any]
 _Vec3 = Sequence[float] | _Floats
+_Facets = Literal["ggx", "beckmann"]
 
 parts: Any  # a module of the estimator's pieces by themselves, over arrays: for tests
 
@@ -82,19 +83,13 @@ class SceneBuilder:
     def add_diffuse(self, reflectance: _Vec3) -> int: ...
     def add_conductor(self, eta: _Vec3, k: _Vec3, specular_reflectance: _Vec3) -> int: ...
     def add_rough_conductor(
-        self,
-        distribution: Literal["ggx", "beckmann"],
-        alpha_u: float,
-        alpha_v: float,
-        eta: _Vec3,
-        k: _Vec3,
-        specular_reflectance: _Vec3,
+        self, distribution: _Facets, alpha_u: float, alpha_v: float, eta: _Vec3, k: _Vec3, specular_reflectance: _Vec3
     ) -> int: ...
     def add_dielectric(self, ior: float, specular_reflectance: _Vec3, specular_transmittance: _Vec3) -> int: ...
     def add_thin_dielectric(self, ior: float, specular_reflectance: _Vec3, specular_transmittance: _Vec3) -> int: ...
     def add_rough_dielectric(
         self,
-        distribution: Literal["ggx", "beckmann"],
+        distribution: _Facets,
         alpha_u: float,
         alpha_v: float,
         ior: float,
@@ -122,7 +117,7 @@ class SceneBuilder:
     ) -> int: ...
     def add_rough_plastic(
         self,
-        distribution: Literal["ggx", "beckmann"],
+        distribution: _Facets,
         alpha: float,
         ior: float,
         diffuse_reflectance: _Vec3,
@@ -186,6 +181,7 @@ class SceneBuilder:
     def keep_uvs(self) -> None: ...
     def set_attribute(self, shape: int, texture: int, values: ArrayLike, *, per_face: bool) -> None: ...
     def add_medium(self, sigma_t: _Vec3, albedo: _Vec3, g: float = 0.0) -> int: ...
+    def blend_phase(self, medium: int, lobes: Sequence[tuple[float, float | None]]) -> None: ...
     def set_media(self, shape: int, *, exterior: int | None, interior: int | None) -> None: ...
     def set_priority(self, shape: int, priority: int) -> None: ...
     def set_camera_medium(self, medium: int) -> None: ...

@@ -15,8 +15,14 @@ from .scene_parts import Dict, at, ball, box, copies, floor, lamp, point, rgb, r
 
 __all__ = ["EVERYDAY_MEDIA", "MEDIA"]
 
-EVERYDAY_MEDIA = ("a ball of coloured fog",)
+EVERYDAY_MEDIA = ("a ball of coloured fog", "air and dust everywhere")
 NOTHING: Dict = {"type": "null"}
+DUSTY: Dict = {
+    "type": "blendphase",
+    "weight": 0.6,
+    "air": {"type": "rayleigh"},
+    "dust": {"type": "blendphase", "weight": 0.25, "fine": {"type": "hg", "g": 0.7}, "coarse": {"type": "isotropic"}},
+}
 GREY, RUST = 0.9, (0.9, 0.5, 0.2)
 
 
@@ -68,6 +74,8 @@ MEDIA: dict[str, Callable[[Path], Dict]] = {
     "jelly": lambda _: lit(
         ball({"type": "roughdielectric", "int_ior": 1.2, "alpha": 0.3}, interior=fog(0.3, (0.7,), RUST)), depth=6
     ),
+    "a ball of air": lambda _: lit(ball(NOTHING, interior=fog(sigma_t=(2.0,)) | {"phase": {"type": "rayleigh"}})),
+    "air and dust everywhere": lambda _: everywhere(fog(sigma_t=(0.3,)) | {"phase": DUSTY}),
     "fog everywhere": lambda _: everywhere(fog(0.5, sigma_t=(0.3,))),
     "fog in fog": lambda _: in_one_another(),
     "things in fog": lambda _: lit(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,13 +10,15 @@ import pytest
 import equaltime as et
 from equaltime.effects import derive
 from equaltime.errors import RenderError, SceneError
+from equaltime.scene.export import convert
+from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.scene.model import Homogeneous, Isotropic
 
 Dict = dict[str, Any]
 VOLPATH: Dict = {"type": "volpath", "max_depth": 5}
 
 
-def ball(inside: Dict | None = None, integrator: Dict = VOLPATH, **sensor: Any) -> et.Scene:
+def ball(inside: Dict | None = None, integrator: Dict = VOLPATH, lamp: Dict | None = None, **sensor: Any) -> et.Scene:
     film = {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}}
     shape = {"type": "sphere", "center": [0, 0, 4], "bsdf": {"type": "null"}}
     return et.load_dict(
@@ -25,6 +28,7 @@ def ball(inside: Dict | None = None, integrator: Dict = VOLPATH, **sensor: Any) 
             "sensor": {"type": "perspective", "fov": 10.0, "film": film, **sensor},
             "sky": {"type": "constant", "radiance": 1.0},
             "ball": shape | ({} if inside is None else {"interior": inside}),
+            **({} if lamp is None else {"lamp": lamp}),
         }
     )
 
@@ -77,6 +81,68 @@ def test_equal_media_are_one_however_they_are_called() -> None:
     assert scene.model.sensor.medium != scene.model.shapes[0].interior  # type: ignore[union-attr]
     assert Homogeneous().phase == Isotropic()
     assert scene.core.effects()["media"]
+
+
+AIR: Dict = {"type": "rayleigh"}
+DUST: Dict = {"type": "hg", "g": 0.7}
+
+
+def blend(weight: Any, first: Dict = AIR, second: Dict = DUST) -> Dict:
+    return {"type": "blendphase", "weight": weight, "first": first, "second": second}
+
+
+def pixels(phase: Dict) -> Any:
+    lamp = {"type": "point", "position": [1.0, 0.5, 2.5], "intensity": 3.0}
+    scene = ball(fog(phase=phase, albedo=1.0), {"type": "volpath", "max_depth": 3}, lamp=lamp)
+    return et.render(scene, spp=16, seed=3).image
+
+
+@pytest.mark.parametrize(
+    ("phase", "same"),
+    [
+        (blend(0.0, DUST, AIR), DUST),
+        (blend(1.0, AIR, DUST), DUST),
+        (blend(0.3, DUST, DUST), DUST),
+        (blend(0.5, blend(0.0, DUST), blend(0.25, DUST, DUST)), DUST),
+        (blend(0.5, {"type": "isotropic"}, {"type": "hg", "g": 0.0}), {"type": "isotropic"}),
+    ],
+)
+def test_a_blend_of_one_law_is_that_law(phase: Dict, same: Dict) -> None:
+    assert not ball(fog(phase=phase)).core.effects()["phase_blends"]
+    assert "phase_blends" not in derive(ball(fog(phase=phase)))
+    assert (pixels(phase) == pixels(same)).all()
+
+
+def test_a_blend_in_a_blend_is_one_of_all() -> None:
+    assert ball(fog(phase=blend(0.5))).core.effects()["phase_blends"]
+    assert [str(reason) for reason in derive(ball(fog(phase=AIR)))["phase_blends"]] == [
+        "ball.interior.phase: phase 'rayleigh'"
+    ]
+    nested = pixels(blend(0.5, blend(0.5, AIR, DUST), AIR))
+    assert (nested == pixels(blend(0.25, AIR, DUST))).all()
+    assert (nested != pixels(blend(0.3, AIR, DUST))).any(), "the twin"
+
+
+def test_too_many_laws_and_weights_that_are_none_are_refused_by_place() -> None:
+    many: Dict = AIR
+    for i in range(8):
+        many = blend(0.5, many, {"type": "hg", "g": 0.1 * i})
+    with pytest.raises(SceneError, match=r"ball\.interior\.phase: a blend of more than 8 phase functions"):
+        _ = ball(fog(phase=many)).core
+    with pytest.raises(SceneError, match=r"ball\.interior\.phase\.weight: must lie in \[0, 1\]; found 1\.5"):
+        ball(fog(phase=blend(1.5)))
+    with pytest.raises(SceneError, match=r"'blendphase' needs 'weight'"):
+        ball(fog(phase={"type": "blendphase", "first": AIR, "second": DUST}))
+    with pytest.raises(SceneError, match=r"ball\.interior\.phase"):
+        ball(fog(phase={"type": "blendphase", "weight": 0.5, "first": AIR}))
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".xml"])
+def test_blends_are_written_and_read_again(suffix: str, tmp_path: Path) -> None:
+    scene = ball(fog(phase=blend(0.25, blend(0.5, DUST, AIR), {"type": "isotropic"})))
+    convert(scene.model, scene.assets, tmp_path / f"scene{suffix}")
+    again = et.load(tmp_path / f"scene{suffix}")
+    assert mitsuba_dict(again.model, again.assets) == mitsuba_dict(scene.model, scene.assets)
 
 
 def test_a_replay_tells_what_a_medium_leaves_and_where_it_scatters() -> None:

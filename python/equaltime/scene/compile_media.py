@@ -8,17 +8,24 @@ from __future__ import annotations
 
 from equaltime.scene.builder import Builder
 from equaltime.scene.model import (
+    BlendPhase,
     HenyeyGreenstein,
     Integrator,
     Medium,
+    Phase,
+    Rayleigh,
     SceneModel,
     Sensor,
     Solid,
     VolPath,
     VolPathMis,
 )
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Media", "sees_media", "unseen_media"]
+
+MOST_LOBES = 8
+"""As many phase functions may be blended in the core."""
 
 
 def sees_media(integrator: Integrator) -> bool:
@@ -66,7 +73,23 @@ class Media:
             return None
         key = medium.model_copy(update={"id": None})
         if key not in self._known:
-            g = medium.phase.g if isinstance(medium.phase, HenyeyGreenstein) else 0.0
             sigma_t = tuple(medium.scale * sigma for sigma in medium.sigma_t)
-            self._known[key] = self._builder.add_medium(sigma_t, medium.albedo, g)
+            lobes = _lobes(medium.phase)
+            if len({g for _, g in lobes}) > MOST_LOBES:
+                message = f"a blend of more than {MOST_LOBES} phase functions that differ is not supported"
+                raise Unsupported(medium.phase, message)
+            self._known[key] = self._builder.add_medium(sigma_t, medium.albedo)
+            self._builder.blend_phase(self._known[key], lobes)
         return self._known[key]
+
+
+def _lobes(phase: Phase, share: float = 1.0) -> list[tuple[float, float | None]]:
+    """Return the parts of a phase function with their shares: each Henyey and Greenstein's g, or none for Rayleigh."""
+    if share == 0.0:
+        return []
+    if isinstance(phase, BlendPhase):
+        first, second = phase.phase
+        return _lobes(first, share * (1.0 - phase.weight)) + _lobes(second, share * phase.weight)
+    if isinstance(phase, Rayleigh):
+        return [(share, None)]
+    return [(share, phase.g if isinstance(phase, HenyeyGreenstein) else 0.0)]

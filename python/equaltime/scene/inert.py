@@ -18,6 +18,7 @@ from equaltime.scene.model import (
     Area,
     Bitmap,
     BlendBsdf,
+    BlendPhase,
     Bsdf,
     BumpMap,
     Checkerboard,
@@ -99,6 +100,8 @@ def is_inert(node: Plugin, assets: Assets) -> bool:
         return node.opacity == 1.0
     if isinstance(node, BlendBsdf):
         return node.weight in (0.0, 1.0) or node.bsdf[0] == node.bsdf[1]
+    if isinstance(node, BlendPhase):
+        return node.weight in (0.0, 1.0) or node.phase[0] == node.phase[1]
     if isinstance(node, BumpMap):
         height = node.texture  # squares have no slope, whatever their heights
         flat = isinstance(height, Checkerboard) or (isinstance(height, Bitmap) and _is_constant(height, assets))

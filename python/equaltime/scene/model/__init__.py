@@ -32,7 +32,7 @@ from equaltime.scene.model.integrators import (
     VolPath,
     VolPathMis,
 )
-from equaltime.scene.model.media import HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase
+from equaltime.scene.model.media import BlendPhase, HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase, Rayleigh
 from equaltime.scene.model.metals import METALS
 from equaltime.scene.model.principled import Principled
 from equaltime.scene.model.scene import SceneModel
@@ -96,6 +96,7 @@ __all__ = [
     "Area",
     "Bitmap",
     "BlendBsdf",
+    "BlendPhase",
     "Box",
     "Bsdf",
     "BsdfPlugin",
@@ -153,6 +154,7 @@ __all__ = [
     "Point",
     "Principled",
     "Projective",
+    "Rayleigh",
     "Rectangle",
     "RoughConductor",
     "RoughDielectric",
@@ -194,7 +196,7 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform),
         *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
         *(Area, Point, Spot, Directional, Constant, EnvMap),
-        *(Homogeneous, Isotropic, HenyeyGreenstein),
+        *(Homogeneous, Isotropic, HenyeyGreenstein, Rayleigh, BlendPhase),
         *(Perspective, ThinLens, Orthographic, Spherical),
         *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
         *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),

@@ -8,9 +8,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.values import Coefficient, Reflectance, as_coefficient
+from equaltime.scene.model.values import Coefficient, Reflectance, Share, as_coefficient
 
-__all__ = ["HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase"]
+__all__ = ["BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase", "Rayleigh"]
 
 
 class Isotropic(Plugin):
@@ -28,7 +28,27 @@ class HenyeyGreenstein(Plugin):
     g: Annotated[float, Field(gt=-1.0, lt=1.0)] = 0.8
 
 
-Phase = Annotated[Isotropic | HenyeyGreenstein, Field(discriminator="type")]
+class Rayleigh(Plugin):
+    """Scatters as what is much smaller than the light's waves, such as air: 3/(16 pi) (1 + cos^2)."""
+
+    kind: ClassVar[Kind] = "phase"
+    type: Literal["rayleigh"] = "rayleigh"
+
+
+class BlendPhase(Plugin):
+    """Two phase functions, mixed by a weight; each may be a blend."""
+
+    kind: ClassVar[Kind] = "phase"
+    roles: ClassVar[Mapping[Kind, str]] = {"phase": "phase"}
+    lists: ClassVar[frozenset[str]] = frozenset({"phase"})
+
+    type: Literal["blendphase"] = "blendphase"
+    weight: Share
+    """How much of the second there is: 0 is the first alone, 1 the second alone."""
+    phase: Annotated[tuple[Phase, ...], Field(min_length=2, max_length=2)]
+
+
+Phase = Annotated[Isotropic | HenyeyGreenstein | Rayleigh | BlendPhase, Field(discriminator="type")]
 """Any phase function."""
 
 
@@ -66,5 +86,6 @@ class Homogeneous(Plugin):
         return {k: v for k, v in given.items() if k not in parts} | {"sigma_t": sums, "albedo": albedo}
 
 
+BlendPhase.model_rebuild()
 Medium = Homogeneous
 """Any medium."""

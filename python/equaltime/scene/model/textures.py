@@ -21,6 +21,7 @@ from equaltime.scene.model.values import (
     as_number,
     as_radiance,
     as_reflectance,
+    as_share,
 )
 
 __all__ = [
@@ -114,19 +115,13 @@ def _roughness(value: object) -> float:
     return number
 
 
-def _unit(value: object) -> float:
-    if not 0.0 <= (number := as_number(value)) <= 1.0:
-        raise ValueError("must lie in [0, 1]")
-    return number
-
-
 ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
 """A factor in [0, 1] per channel, or a texture of such."""
 CoefficientTexture = Annotated[Texture | Color, _or_texture(as_coefficient)]
 """A non-negative number per channel, or a texture of such."""
 RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
 """Emission per channel, or a texture of such."""
-UnitTexture = Annotated[Texture | float, _or_texture(_unit)]
+UnitTexture = Annotated[Texture | float, _or_texture(as_share)]
 """A number in [0, 1], or a texture of such."""
 Roughness = Annotated[Texture | float, _or_texture(_roughness)]
 """A positive number, or a texture of such."""

@@ -26,6 +26,7 @@ __all__ = [
     "Radiance",
     "Reflectance",
     "RigidTransform",
+    "Share",
     "Transform",
     "Vec3",
     "as_array",
@@ -33,6 +34,7 @@ __all__ = [
     "as_number",
     "as_radiance",
     "as_reflectance",
+    "as_share",
     "linear_scale",
     "mirrors",
     "scale_across",
@@ -132,6 +134,13 @@ def as_number(value: object) -> float:
     return color[0]
 
 
+def as_share(value: object) -> float:
+    """Return `value` as one number in [0, 1]; raises ValueError if it is something else."""
+    if not 0.0 <= (number := as_number(value)) <= 1.0:
+        raise ValueError("must lie in [0, 1]")
+    return number
+
+
 def _finite(color: object) -> Color:
     assert isinstance(color, tuple)
     if not all(math.isfinite(c) for c in color):
@@ -220,6 +229,8 @@ Reflectance = Annotated[Color, BeforeValidator(as_reflectance)]
 """A dimensionless factor in [0, 1] per channel; a single number is grey."""
 Coefficient = Annotated[Color, BeforeValidator(as_coefficient)]
 """A non-negative number per channel, such as an index of refraction; a single number serves all three."""
+Share = Annotated[float, BeforeValidator(as_share)]
+"""A number in [0, 1]."""
 Radiance = Annotated[Color, BeforeValidator(as_radiance)]
 """Emission per channel in linear sRGB; a single number is white."""
 Transform = Annotated[Matrix, AfterValidator(_invertible), BeforeValidator(_as_matrix)]
