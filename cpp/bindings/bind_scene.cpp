@@ -236,6 +236,14 @@ void bind_builder(py::module_& m) {
           },
           "position"_a, "direction"_a, "intensity"_a, "cutoff_degrees"_a, "beam_degrees"_a)
       .def(
+          "project",
+          [](D& d, std::uint32_t spot, std::uint32_t texture, const Triple& u_axis, const Triple& v_axis) {
+            if (spot >= d.spot_lights.size()) throw py::value_error("no such spot light");
+            SpotLightDescription& s = d.spot_lights[spot];
+            s.texture = texture, s.u_axis = vec(u_axis), s.v_axis = vec(v_axis);
+          },
+          "spot"_a, "texture"_a, py::kw_only(), "u_axis"_a, "v_axis"_a)
+      .def(
           "add_directional_light",
           [](D& d, const Triple& direction, const Triple& irradiance) {
             return append(d.directional_lights, DirectionalLightDescription{vec(direction), vec(irradiance)});

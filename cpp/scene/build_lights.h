@@ -9,8 +9,9 @@
 
 namespace equaltime {
 
-/// Throws std::invalid_argument for a place that is not finite, no direction, or angles that are none.
+/// Throws std::invalid_argument for a place that is not finite, no direction, angles that are none, or no texture.
 [[nodiscard]] std::vector<DeltaLight> make_delta_lights(const SceneDescription& description,
+                                                        const std::vector<Texture>& textures,
                                                         const Normalization& normalization);
 /// None if it is black.
 [[nodiscard]] std::optional<Environment> make_environment(const SceneDescription& description,

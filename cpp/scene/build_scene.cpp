@@ -224,7 +224,7 @@ void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
 Lights Builder::make_lights() {
   const Bounds& bounds = normalization_.bounds();
   const double reach = bounds.empty() ? 0 : 0.5 * length(bounds.extent()), radius = reach > 0 ? reach : 1;
-  return Lights(std::move(area_lights_.lights), make_delta_lights(description_, normalization_),
+  return Lights(std::move(area_lights_.lights), make_delta_lights(description_, textures_, normalization_),
                 make_environment(description_, normalization_), radius, std::move(moving_lights_));
 }
 

@@ -159,6 +159,8 @@ struct SpotLightDescription {
   Vec3d position, direction;  // direction: of any length
   Vec3d intensity;            // power per solid angle along the direction
   double cutoff_degrees = 20, beam_degrees = 15;
+  std::optional<std::uint32_t> texture = {};  // of the textures: multiplies the intensity, see scene/spot_light.h
+  Vec3d u_axis{1, 0, 0}, v_axis{0, 1, 0};     // where it grows: of any length, across the direction
 };
 struct DirectionalLightDescription {
   Vec3d direction;   // in which light travels, of any length

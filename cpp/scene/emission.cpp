@@ -42,17 +42,6 @@ TexturePlace place_of(const Scene& scene, const Geometries& all, const Emitter& 
   return {{static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))}};
 }
 
-/// The mean of a texture over the unit square, roughly, and no less than a little: what shines at all must have a
-/// chance to be picked.
-Spectrum mean_over_square(const Texture& texture) noexcept {
-  Spectrum sum;
-  constexpr float kStep = 1.0F / kSquareSteps;
-  for (int i = 0; i < kSquareSteps; ++i)
-    for (int j = 0; j < kSquareSteps; ++j)
-      sum += eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
-  return sum * (kStep * kStep) + Spectrum(kLeast);
-}
-
 /// In the order that puts the front of the triangle's light to the side that it shines to.
 std::array<Vec3f, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle, bool flipped) noexcept {
   const auto& [a, b, c] = mesh.triangles[triangle];
@@ -68,6 +57,15 @@ double finest(const std::array<Vec3f, 3>& corners) noexcept {
 }
 
 }  // namespace
+
+Spectrum mean_over_square(const Texture& texture) noexcept {
+  Spectrum sum;
+  constexpr float kStep = 1.0F / kSquareSteps;
+  for (int i = 0; i < kSquareSteps; ++i)
+    for (int j = 0; j < kSquareSteps; ++j)
+      sum += eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
+  return sum * (kStep * kStep) + Spectrum(kLeast);
+}
 
 void AreaLights::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
   if (texture >= textures.size()) fail(shape, "no texture " + std::to_string(texture) + " to shine by");
@@ -145,9 +143,15 @@ const Emitter* Scene::pictured(const LightSample& sample) const noexcept {
   return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
 }
 
+Spectrum Scene::projected(const LightSample& sample) const noexcept {
+  const SpotLight* spot = lights.projector(sample);
+  if (spot == nullptr) return sample.radiance;
+  return sample.radiance * eval(textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
+}
+
 Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
   const Emitter* emitter = pictured(sample);
-  if (emitter == nullptr) return sample.radiance;
+  if (emitter == nullptr) return projected(sample);
   const Surface& surface = surfaces[emitter->shape];
   const TexturePlace place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
   return surface.radiance * eval(textures[surface.emission], place);

@@ -16,6 +16,10 @@ struct Emitter {
   std::uint32_t shape, primitive;
 };
 
+/// The mean of a texture over the unit square, roughly, and no less than a little: what shines at all must have a
+/// chance to be picked.
+[[nodiscard]] Spectrum mean_over_square(const Texture& texture) noexcept;
+
 struct AreaLights {
   const std::vector<Texture>& textures;
   std::vector<AreaLight> lights = {};

@@ -45,6 +45,13 @@ Lights::Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std:
   tables_[static_cast<std::size_t>(LightSelection::uniform)] = AliasTable(power);
 }
 
+bool Lights::any_projects() const noexcept {
+  return std::ranges::any_of(deltas_, [](const DeltaLight& light) {
+    const auto* spot = std::get_if<SpotLight>(&light);
+    return spot != nullptr && spot->slide();
+  });
+}
+
 Optional<LightSample> Lights::sample_delta(const LightPick& pick, Vec3f receiver) const noexcept {
   const DeltaLight& light = deltas_[pick.light - deltas_begin_];
   if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->sample(pick.pmf);

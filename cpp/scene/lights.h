@@ -65,6 +65,13 @@ class Lights {
     const MovingLights* lights = moving(light);
     return lights == nullptr ? nullptr : &lights->instance;
   }
+  /// The spot light of a sample if it projects a slide; null otherwise.
+  [[nodiscard]] const SpotLight* projector(const LightSample& sample) const noexcept {
+    if (!sample.delta || sample.infinite) return nullptr;
+    const auto* spot = std::get_if<SpotLight>(&deltas_[sample.light - deltas_begin_]);
+    return spot != nullptr && spot->slide() ? spot : nullptr;
+  }
+  [[nodiscard]] bool any_projects() const noexcept;
   [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

@@ -130,7 +130,9 @@ struct Scene {
       if (surface.emission != kNone) return surface.radiance * eval(textures[surface.emission], place(it));
     return surface.radiance;
   }
-  /// What an area light sends from a point of it.
+  /// What a light of no texture sends, or a spot light by its slide.
+  [[nodiscard]] Spectrum projected(const LightSample& sample) const noexcept;
+  /// What a light sends from a point of it.
   [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
   /// The same at a time, if it may move.
   [[nodiscard]] Spectrum radiance_of(const LightSample& sample, float time) const noexcept;

@@ -77,6 +77,7 @@ inline SceneDescription full_room() {
   d.shapes.emplace_back(InstanceDescription{0, placed({-0.25, 0, 0}, {0, 0.25, 0}, {0, 0, 0.5}, {-0.5, 1.25, 0.25})});
   d.point_lights = {{{-0.75, 1.5, 0.5}, {2, 1, 0.5}}};
   d.spot_lights = {{{0.5, 1.75, 0.75}, {-0.5, -1.5, -0.5}, {1, 2, 3}, 25, 10}};
+  d.spot_lights.push_back({{-0.5, 1.75, 0.5}, {0, -1, 0}, {2, 1, 1}, 40, 30, 0, {1, 0, 0}, {0, 0, 1}});
   d.directional_lights = {{{0.25, -1, -0.5}, {0.25, 0.125, 0.5}}, {{0, 0, -1}, {0.125, 0.125, 0}}};
   ImageEnvironmentDescription sky;
   sky.width = 8, sky.height = 5;

@@ -44,6 +44,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.motion = scene.moves() || scene.camera_motion;
   e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
+  e.textures = scene.lights.any_projects();
   for (const Surface& surface : scene.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();
     e.textures = e.textures || surface.emission != kNone;

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -47,6 +49,63 @@ def test_a_spot_is_even_within_its_beam_and_falls_linearly_to_its_cutoff(
     lit = angles < cutoff
     assert np.abs(drawn["wi"][lit] + places[lit] / distance).max() < 1e-6
     assert (drawn["pdf"][lit] == 1.0).all()
+
+
+def slide(cutoff: float, texture: Array, intensity: float = 2.0) -> Any:
+    """Return what adds a projector at the origin, of a picture of nearest texels."""
+
+    def add(b: _core.SceneBuilder) -> None:
+        spot = b.add_spot_light([0, 0, 0], 3 * AXIS, [intensity] * 3, cutoff, cutoff)
+        index = b.add_bitmap(texture.astype(np.float32), srgb=False, filter="nearest", wrap="clamp")
+        b.project(spot, index, u_axis=2 * TURN[:, 0], v_axis=TURN[:, 1])
+
+    return add
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 40.0, 85.0])
+def test_a_slide_is_as_wide_as_the_cone(cutoff: float) -> None:
+    picture = np.random.default_rng(4).uniform(0.1, 1.0, (5, 7, 3))
+    u, v = np.meshgrid((np.arange(7) + 0.4) / 7, (np.arange(5) + 0.6) / 5)
+    half = np.tan(np.radians(cutoff))
+    plane = np.stack([(2 * u - 1) * half, (2 * v - 1) * half, np.ones_like(u)], axis=-1)
+    inside = np.hypot(2 * u - 1, 2 * v - 1) < 1
+    places = (plane @ TURN.T)[inside]
+    drawn = parts.sample_lights(build(slide(cutoff, picture)), "power", places, 1)
+    assert drawn["valid"].all()
+    at_one = 2.0 / (plane[inside] ** 2).sum(axis=-1, keepdims=True)
+    np.testing.assert_allclose(drawn["radiance"], at_one * picture[inside], rtol=2e-6)
+    for other in (picture[:, ::-1], picture[::-1]):
+        assert (np.abs(drawn["radiance"] / (at_one * other[inside]) - 1) > 2e-6).any(axis=1).mean() > 0.5, "the twin"
+
+
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
+def test_a_slide_that_is_nearly_black_is_picked_all_the_same(lights: str) -> None:
+    """One texel of ten thousand shines, between those at which its mean is taken."""
+    picture = np.zeros((101, 101, 3))
+    picture[30, 60] = 1.0
+
+    def add(b: _core.SceneBuilder) -> None:
+        slide(40.0, picture, 1e4)(b)
+        b.add_point_light([9, 9, 9], [1.0] * 3)
+
+    half = np.tan(np.radians(40.0))
+    place = TURN @ [(2 * 60.5 / 101 - 1) * half, (2 * 30.5 / 101 - 1) * half, 1.0]
+    n = 1 << 15
+    drawn = parts.sample_lights(build(add), lights, np.broadcast_to(place, (n, 3)), 3)
+    value = np.where(drawn["valid"], drawn["radiance"][:, 0] / drawn["pdf"], 0.0)
+    exact = 1e4 / (place**2).sum() + 1.0 / ((place - 9) ** 2).sum()
+    error = value.std() / np.sqrt(n) + 1e-5 * exact
+    assert abs(value.mean() - exact) < 4 * error
+    assert abs(1.1 * value.mean() - exact) > 4 * error, "the twin"
+
+
+def test_a_slide_is_a_texture_that_is_there() -> None:
+    def add(b: _core.SceneBuilder) -> None:
+        spot = b.add_spot_light([0, 0, 0], [0, 0, 1], [1.0] * 3, 40, 40)
+        b.project(spot, b.add_mesh_attribute(), u_axis=[1, 0, 0], v_axis=[0, 1, 0])
+
+    with pytest.raises(ValueError, match="no texture 0 that a spot light could project"):
+        build(add)
 
 
 def test_a_directional_light_is_the_same_everywhere() -> None:

@@ -30,6 +30,7 @@ from .scene_parts import (
     scene,
     seen,
     sky,
+    slide,
     spot,
     towards,
     turned_tile,
@@ -76,6 +77,15 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
     "a spot light": lambda _: scene(
         *(floor(), box(), light("sphere", at(1, 3, -2, 0.5)), spot((1, 3, 2), (0, -0.5, 0))),
         spot((-2, 2, 1), (-1, -1, 0), cutoff_angle=30.0, beam_width=5.0),
+    ),
+    "a projector": lambda folder: scene(
+        *(floor(), box(), lamp(), spot((-2, 2, 1), (-1, -1, 0), cutoff_angle=30.0, beam_width=5.0)),
+        spot(
+            (1, 3, 2),
+            (0, -0.5, 0),
+            cutoff_angle=25.0,
+            texture={"type": "bitmap", "filename": slide(folder / "slide.exr")},
+        ),
     ),
     "directional lights": lambda _: scene(
         *(floor(), box(), {"type": "constant", "radiance": 0.1}),

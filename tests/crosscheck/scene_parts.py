@@ -209,6 +209,12 @@ def spot(origin: Any, target: Any, **extra: Any) -> Dict:
     return {"type": "spot", "to_world": towards(origin, target), "intensity": rgb(50, 40, 30), **extra}
 
 
+def slide(path: Path) -> str:
+    """Write a small picture of unlike texels, and return its name."""
+    mi.Bitmap(np.random.default_rng(2).uniform(0.1, 1.0, (5, 7, 3)).astype(np.float32)).write(str(path))
+    return str(path)
+
+
 def seen(film: Dict | None = None, **sensor: Any) -> Dict:
     """A scene that is about the camera."""
     return scene(floor(), lamp(), {"type": "constant", "radiance": 0.1}, box(), film=film, **sensor)

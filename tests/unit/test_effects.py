@@ -224,6 +224,21 @@ def test_a_lens_an_environment_and_long_paths_are_left_out_together() -> None:
     assert strategy.biased
 
 
+def test_a_slide_is_a_texture_and_left_out_it_is_its_mean() -> None:
+    lamp = {"type": "spot", "intensity": rgb(4, 2, 1), "to_world": [{"translate": [0, 0, -3]}]}
+    whole = scene(lamp=lamp | {"texture": SQUARES})
+    assert whole.core.effects()["textures"]
+    assert [str(reason) for reason in derive(whole)["textures"]] == ["lamp.texture: texture 'checkerboard'"]
+    (plain,) = leave_out(whole, et.Strategy(), ("textures",))[0].model.emitters
+    mean = np.mean([SQUARES["color0"], SQUARES["color1"]], axis=0)
+    assert plain.texture is None  # type: ignore[union-attr]
+    np.testing.assert_allclose(plain.intensity, mean * (4, 2, 1))  # type: ignore[union-attr]
+    even = scene(lamp=lamp | {"texture": {"type": "checkerboard", "color0": 0.5, "color1": 0.5}})
+    assert not even.core.effects()["textures"]
+    half = scene(lamp=lamp | {"intensity": rgb(2, 1, 0.5)})
+    assert (et.render(even, spp=2).image == et.render(half, spp=2).image).all()
+
+
 def test_what_a_scene_does_not_have_leaves_it_as_it_is() -> None:
     whole = scene()
     assert leave_out(whole, et.Strategy(), ("lens", "textures", "masks", "media"))[0] is whole

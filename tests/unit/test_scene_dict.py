@@ -175,6 +175,10 @@ def test_a_scene_that_is_none_is_refused(description: dict[str, Any], problem: s
         ({"type": "principled", "eta": 1.5, "specular": 0.5}, ": give either eta or specular, not both"),
         ({"type": "conductor", "material": "Au", "k": 1}, ": give either material or eta and k (found material and k)"),
         ({"type": "spot", "cutoff_angle": 20, "beam_width": 30}, ": beam_width (30) must not exceed cutoff_angle (20)"),
+        (
+            {"type": "spot", "to_world": [{"scale": [1, 2, 1]}]},
+            ": to_world of a spot light must scale all directions alike, without shear",
+        ),
         ({"type": "aov", "aovs": "d:deep"}, ": 'deep' cannot be written beside the image"),
         (
             {"type": "disk", "to_world": [{"scal": 2}]},

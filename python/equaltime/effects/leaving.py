@@ -43,7 +43,7 @@ __all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 SHORTEST: Final = 2
 """Where paths are cut if nothing else is said: after direct light."""
 LUMINANCE: Final = (0.212671, 0.715160, 0.072169)
-KEPT: Final = ((NormalMap, "normalmap"), (BumpMap, "texture"), (Mask, "opacity"), (Spot, "texture"))
+KEPT: Final = ((NormalMap, "normalmap"), (BumpMap, "texture"), (Mask, "opacity"))
 """Textures that belong to another effect."""
 NUMBERS: Final = frozenset(
     {"alpha", "alpha_u", "alpha_v", "weight", "roughness", "anisotropic", "metallic", "spec_trans", "spec_tint"}
@@ -145,6 +145,11 @@ def _without_textures(model: SceneModel, assets: Assets) -> SceneModel:
         }
         if not changes or isinstance(node, TexturePlugin):
             return node
+        if isinstance(node, Spot):
+            slide = changes["texture"]
+            return node.replace(
+                texture=None, intensity=tuple(a * b for a, b in zip(node.intensity, slide, strict=True))
+            )
         try:
             return node.replace(**changes)
         except ValidationError:  # texels beyond what a constant may be

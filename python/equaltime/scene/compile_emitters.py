@@ -5,7 +5,15 @@ from __future__ import annotations
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.model import Constant, Directional, FreeEmitter, Point, Spot, as_array
+from equaltime.scene.model import (
+    Constant,
+    Directional,
+    FreeEmitter,
+    MeshAttribute,
+    Point,
+    Spot,
+    as_array,
+)
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["add_emitter"]
@@ -17,7 +25,7 @@ def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures
         if any(emitter.intensity):
             builder.add_point_light(emitter.world_position, emitter.intensity)
     elif isinstance(emitter, Spot):
-        _add_spot(builder, emitter)
+        _add_spot(builder, emitter, textures)
     elif isinstance(emitter, Directional):
         if any(emitter.irradiance):
             builder.add_directional_light(emitter.world_direction, emitter.irradiance)
@@ -28,11 +36,12 @@ def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures
         builder.add_image_environment(pixels, emitter.scale, as_array(emitter.to_world))
 
 
-def _add_spot(builder: Builder, spot: Spot) -> None:
+def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
+    if isinstance(spot.texture, MeshAttribute):
+        raise Unsupported(spot.texture, "a spot light has no mesh whose attribute it could project")
+    if not any(spot.intensity):
+        return
+    x, y, z, position = as_array(spot.to_world)[:3].T.tolist()
+    index = builder.add_spot_light(position, z, spot.intensity, spot.cutoff_angle, spot.beam)
     if spot.texture is not None:
-        raise Unsupported(spot.texture, "a spot light with a texture is not supported yet")
-    to_world = as_array(spot.to_world)
-    if any(spot.intensity):
-        builder.add_spot_light(
-            to_world[:3, 3].tolist(), to_world[:3, 2].tolist(), spot.intensity, spot.cutoff_angle, spot.beam
-        )
+        builder.project(index, textures.index(spot.texture), u_axis=x, v_axis=y)

@@ -9,7 +9,7 @@ from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.textures import RadianceTexture, Texture
-from equaltime.scene.model.values import IDENTITY, Radiance, RigidTransform, Transform, Vec3
+from equaltime.scene.model.values import IDENTITY, Radiance, RigidTransform, Transform, Vec3, linear_scale
 
 __all__ = ["Area", "Constant", "Directional", "EnvMap", "FreeEmitter", "Point", "Spot"]
 
@@ -69,13 +69,19 @@ class Spot(EmitterPlugin):
     beam_width: NonNegativeFloat | None = None
     """Where the light begins to fall, in degrees; without it three quarters of ``cutoff_angle``. See `beam`."""
     texture: Texture | None = None
-    """An image that the light projects, as wide as the cone."""
+    """An image that the light projects: its unit square is as wide as the cone."""
     to_world: Transform = IDENTITY
 
     @model_validator(mode="after")
     def _beam_in_cone(self) -> Self:
         if self.beam > self.cutoff_angle:
             raise ValueError(f"beam_width ({self.beam:g}) must not exceed cutoff_angle ({self.cutoff_angle:g})")
+        return self
+
+    @model_validator(mode="after")
+    def _round_cone(self) -> Self:
+        if linear_scale(self.to_world) is None:
+            raise ValueError("to_world of a spot light must scale all directions alike, without shear")
         return self
 
     @property
