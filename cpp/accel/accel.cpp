@@ -224,8 +224,8 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
   std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
   impl_->walls = Walls(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
-  impl_->scene = impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances,
-                              true);
+  impl_->scene =
+      impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances, true);
 }
 Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;

@@ -13,8 +13,8 @@ constexpr float kTurn = 2 * kPi;
 
 /// How the point of a triangle moves with u and v; without usable uvs, what Frame makes of the normal, as long as the
 /// author's unit, as in Mitsuba.
-Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners,
-                    const Vec3d& n, double unit) noexcept {
+Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners, const Vec3d& n,
+                    double unit) noexcept {
   const auto& [a, b, c] = mesh.triangles[primitive];
   const Vec3d v0(corners[0]);
   const Vec3d e1 = Vec3d(corners[1]) - v0, e2 = Vec3d(corners[2]) - v0;

@@ -25,9 +25,9 @@ struct LightSample {
   Spectrum radiance;  // arriving, before occlusion; for a point light already divided by distance²
   float pdf;          // includes the pick; for a point light the pick alone
   float distance;
-  SurfaceAnchor target;   // its normal towards the receiver
-  bool infinite = false;  // the light is a direction: target has no meaning
-  bool delta = false;     // no other technique can find it
+  SurfaceAnchor target;     // its normal towards the receiver
+  bool infinite = false;    // the light is a direction: target has no meaning
+  bool delta = false;       // no other technique can find it
   std::uint32_t light = 0;  // its number, but for the environment
 };
 

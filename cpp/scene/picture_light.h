@@ -10,6 +10,12 @@
 
 namespace equaltime {
 
+/// A light that an instance may put elsewhere.
+template <class Flat>
+concept Movable = requires(const Flat& flat, const Placement& to) {
+  flat.placed(to);
+};
+
 template <class Flat>
 class PictureLight {
  public:
@@ -25,9 +31,7 @@ class PictureLight {
   [[nodiscard]] EmitterBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
   /// The same light, taken to where an instance puts it that mirrors nothing.
-  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept
-    requires requires(const Flat& flat) { flat.placed(to); }
-  {
+  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept requires(Movable<Flat>) {
     return {flat_.placed(to), picture_};
   }
   /// As if it shone evenly.

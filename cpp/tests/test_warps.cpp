@@ -14,8 +14,8 @@ namespace {
 using namespace equaltime;
 
 /// What samplers give at most is 1 - 2^-24.
-constexpr float kEnds[] = {0.0F,           0x1p-32F, 0x1.000002p-32F, 0x1p-24F,         0x1p-23F,
-                           0.5F - 0x1p-25F, 0.5F,     0.5F + 0x1p-24F, 1.0F - 0x1p-23F, 1.0F - 0x1p-24F};
+constexpr float kEnds[] = {0.0F, 0x1p-32F,        0x1.000002p-32F, 0x1p-24F,       0x1p-23F, 0.5F - 0x1p-25F,
+                           0.5F, 0.5F + 0x1p-24F, 1.0F - 0x1p-23F, 1.0F - 0x1p-24F};
 
 template <class Each>
 void at_all_ends(Each&& each) {

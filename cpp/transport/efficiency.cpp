@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "transport/sample_pixel.h"
 #include "math/threads.h"
+#include "transport/sample_pixel.h"
 
 namespace equaltime {
 

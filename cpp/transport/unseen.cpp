@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
-#include "transport/sample_pixel.h"
 #include "math/threads.h"
+#include "transport/sample_pixel.h"
 
 namespace equaltime {
 

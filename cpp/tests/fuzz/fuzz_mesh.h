@@ -73,8 +73,7 @@ inline void watch_allocation(const volatile void*, std::size_t) {
 template <class Read>
 int fuzz_reader(const std::uint8_t* data, std::size_t size, Read&& read) {
   static const InputFile file;
-  static const int watching =
-      __sanitizer_install_malloc_and_free_hooks(watch_allocation, [](const volatile void*) {});
+  static const int watching = __sanitizer_install_malloc_and_free_hooks(watch_allocation, [](const volatile void*) {});
   require(watching != 0, "allocations are watched");
   const std::filesystem::path path = file.hold(data, size);
   allowed_bytes() = __sanitizer_get_current_allocated_bytes() + limit_of(size);
