@@ -191,7 +191,7 @@ std::optional<TextureLattice> Bitmap::lattice() const noexcept {
 Checkerboard::Checkerboard(const CheckerboardDescription& d) noexcept
     : to_uv_(d.to_uv),
       colors_{spectrum(d.color0), spectrum(d.color1)},
-      numbers_{colors_[0].mean(), colors_[1].mean()} {}
+      numbers_{colors_[1].mean(), colors_[0].mean()} {}
 
 std::size_t Checkerboard::square_at(Point2f uv) const noexcept {
   const Point2f place = to_uv_(uv);

@@ -110,7 +110,8 @@ class Checkerboard {
       : to_uv_(kSameUv), colors_{color, color}, numbers_{number, number} {}
 
   [[nodiscard]] Spectrum eval(const TexturePlace& at) const noexcept { return colors_[square_at(at.uv)]; }
-  /// One number for a colour: its mean, as Mitsuba has it here.
+  /// One number for a colour: its mean, as Mitsuba has it here. As there, it is that of the other colour: where a
+  /// checkerboard gives a weight, an opacity or a roughness, its squares have changed places.
   [[nodiscard]] float number(const TexturePlace& at) const noexcept { return numbers_[square_at(at.uv)]; }
   [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;

@@ -122,6 +122,19 @@ def test_a_checkerboard_has_its_first_colour_where_both_halves_are_alike() -> No
         np.testing.assert_allclose(seen(board, (x, y, 0.0), (x, y, 1.0)), expected, rtol=1e-6)
 
 
+def test_as_a_number_the_squares_of_a_checkerboard_have_changed_places_as_in_mitsuba() -> None:
+    def blend(b: _core.SceneBuilder) -> None:
+        index = b.add_mixture(b.add_diffuse([0.8, 0.1, 0.1]), b.add_diffuse([0.1, 0.1, 0.6]), 0.5)
+        b.bind(index, "weight", b.add_checkerboard([0, 0, 0], [1, 1, 1], to_uv=[[2, 0, 0], [0, 3, 0]]))
+        b.add_rectangle(np.eye(4), flip_normals=False, front=index, back=None, radiance=None)
+
+    for x, y in PLACES:
+        u, v = x + 1.0, 1.5 * (y + 1.0)
+        alike = (u % 1.0 > 0.5) == (v % 1.0 > 0.5)  # where a colour would be the first
+        expected = [0.1, 0.1, 0.6] if alike else [0.8, 0.1, 0.1]
+        np.testing.assert_allclose(seen(blend, (x, y, 0.0), (x, y, 1.0)), expected, rtol=1e-6)
+
+
 RAMP = np.stack(np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(256) + 0.5) / 256), axis=-1)
 RAMP = np.concatenate([RAMP, np.zeros((256, 256, 1))], axis=-1).astype(np.float32)
 """Whose colour at (u, v) is (u, v, 0), but for the outermost half texel."""

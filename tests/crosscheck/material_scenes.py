@@ -223,6 +223,7 @@ MATERIALS: dict[str, Callable[[Path], Dict]] = {
     "a mask": lambda _: curtain(masked(0.3)),
     "a mask of a bitmap": lambda folder: curtain(masked(bitmap(picture(folder / "grey.png", channels=1), raw=True))),
     "a mask of a coloured bitmap": lambda folder: curtain(masked(bitmap(picture(folder / "picture.png")))),
+    "a mask of a checkerboard": lambda _: curtain(masked(board())),
     "a mask of one side": lambda _: curtain(masked(0.6, red())),
     "a mask of a mirror": lambda _: curtain(masked(0.5, {"type": "twosided", "bsdf": metal()})),
     "a mask of glass": lambda _: curtain(masked(0.5, {"type": "dielectric"})),

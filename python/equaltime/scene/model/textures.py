@@ -73,7 +73,10 @@ class Bitmap(OnUv):
 
 
 class Checkerboard(OnUv):
-    """Two colours in squares of half a unit of u and v."""
+    """Two colours in squares of half a unit of u and v.
+
+    As a number, such as a weight, an opacity or a roughness, the squares have changed places, as in Mitsuba 3.
+    """
 
     type: Literal["checkerboard"] = "checkerboard"
     color0: CoefficientTexture = (0.4, 0.4, 0.4)
