@@ -23,6 +23,7 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
   e.anisotropy = e.anisotropy || material.anisotropic;
   e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
                std::holds_alternative<ThinDielectric>(bsdf);
+  if (!scene.crossings_are_vertices && std::holds_alternative<ThinDielectric>(bsdf)) e.masks = true;
   e.rough_dielectrics = e.rough_dielectrics || std::holds_alternative<RoughDielectric>(bsdf);
   e.principled = e.principled || std::holds_alternative<Principled>(bsdf);
   e.layered = e.layered || std::holds_alternative<Plastic>(bsdf) || std::holds_alternative<RoughPlastic>(bsdf);

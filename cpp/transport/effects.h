@@ -21,7 +21,7 @@ struct Effects {
   bool textures = false;         // parameters of BSDFs, and radiance, that vary over a surface
   bool normal_maps = false;      // and bump maps
   bool instances = false;        // groups of shapes that are seen more than once
-  bool masks = false;            // surfaces of several BSDFs or of none: masks, blends, nothing
+  bool masks = false;            // surfaces of several BSDFs or of none, or that are crossed for nothing
   bool media = false;            // what is between surfaces takes or scatters light, or bodies overlap by priority
   bool phase_blends = false;     // media scatter by Rayleigh's law, or by several
   bool forks = false;            // paths are split: no scene calls for it, but a strategy

@@ -65,11 +65,12 @@ template <Effects E, class Probe>
         if (!scene.crossings_are_vertices) --depth, ++crossed;
         continue;
       }
-      if (depth >= settings.max_depth) return L;
     }
     std::optional<Bsdf> own;
     const Bsdf* bsdf =
         phase != nullptr ? phase : &within.beside(scene, *it, scene.bsdf<E>(material, *it, own, probe.time), own);
+    const bool may_cross = crosses && std::holds_alternative<ThinDielectric>(*bsdf);  // and is a vertex if it reflects
+    if (E.masks && depth >= settings.max_depth && !may_cross) return L;
     probe.scatters(*bsdf);
     Optional<Scattering> scattered;
     if (is_delta<E>(*bsdf)) {
@@ -96,6 +97,8 @@ template <Effects E, class Probe>
     }
     if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
     if (!scattered) return L;
+    if (may_cross && !scattered->above) --depth, ++crossed;
+    if (E.masks && depth >= settings.max_depth) return L;
     beta *= scattered->weight;
     radiance_scale *= scattered->radiance_scale;
     if (beta.is_black()) return L;

@@ -87,6 +87,12 @@ MEDIA: dict[str, Callable[[Path], Dict]] = {
         {"type": "disk", "to_world": at(0.5, 0, 0, 0.8, 20), "bsdf": half_there(0.6)},
         depth=3,
     ),
+    "thin glass that is crossed for nothing": lambda _: volume(
+        *(floor(), {"type": "constant", "radiance": rgb(0.5, 0.4, 0.3)}),
+        {"type": "rectangle", "to_world": at(0, 0, 1, 0.8, 30), "bsdf": {"type": "thindielectric"}},
+        {"type": "sphere", "to_world": at(0.8, 0, 0, 0.6), "bsdf": {"type": "thindielectric"}, "interior": fog()},
+        depth=2,
+    ),
     "fog in instances": lambda _: (
         copies(
             *(at(-1.2, 0, 0, 0.7, 30), at(0.8, 0.2, 0.5, [0.9, 0.5, 0.6], 60)),

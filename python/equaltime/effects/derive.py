@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from equaltime.effects.kinds import KINDS, Kind, kind_of
 from equaltime.scene import Scene
+from equaltime.scene.compile_media import sees_media
 from equaltime.scene.inert import is_inert, shown
-from equaltime.scene.model import Plugin
+from equaltime.scene.model import Plugin, ThinDielectric
 from equaltime.scene.motion import moves
 
 __all__ = ["Reason", "derive"]
@@ -71,5 +72,7 @@ def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
 def _reasons(scene: Scene, kind: Kind, nodes: list[Plugin]) -> Iterator[Reason]:
     for node in nodes:
         rests = kind.name == "motion" and not moves(node, scene.model.sensor)
+        if kind.name == "masks" and isinstance(node, ThinDielectric):  # which is a vertex unless media are looked for
+            rests = not sees_media(scene.model.integrator)
         if kind.calls(node) and not rests and not is_inert(node, scene.assets):
             yield Reason(scene.place_of(node), f"{node.kind} '{node.title}'")

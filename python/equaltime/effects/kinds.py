@@ -46,6 +46,7 @@ from equaltime.scene.model import (
     Spherical,
     Spot,
     TexturePlugin,
+    ThinDielectric,
     ThinLens,
 )
 
@@ -118,7 +119,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         Kind("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
         Kind("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
         Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
-        Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null), "opaque"),
+        Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
         Kind("media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase", "blendphase")),
         Kind("phase_blends", "air's way to scatter, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)),
         Kind("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
