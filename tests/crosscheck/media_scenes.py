@@ -23,6 +23,7 @@ DUSTY: Dict = {
     "air": {"type": "rayleigh"},
     "dust": {"type": "blendphase", "weight": 0.25, "fine": {"type": "hg", "g": 0.7}, "coarse": {"type": "isotropic"}},
 }
+DUSTY_BY_VOLUME = DUSTY | {"weight": {"type": "constvolume", "value": 0.6}}
 GREY, RUST = 0.9, (0.9, 0.5, 0.2)
 
 
@@ -33,6 +34,10 @@ def color(*values: float) -> Any:
 def fog(g: float = 0.0, albedo: tuple[float, ...] = (GREY,), sigma_t: tuple[float, ...] = (0.4,), **more: Any) -> Dict:
     phase: Dict = {"type": "hg", "g": g} if g else {"type": "isotropic"}
     return {"type": "homogeneous", "albedo": color(*albedo), "sigma_t": color(*sigma_t), "phase": phase, **more}
+
+
+def even(value: Any) -> Dict:
+    return {"type": "constvolume", "value": value}
 
 
 def volume(*objects: Dict, depth: int = 5, medium: Dict | None = None, integrator: str = "volpath") -> Dict:
@@ -76,6 +81,9 @@ MEDIA: dict[str, Callable[[Path], Dict]] = {
     ),
     "a ball of air": lambda _: lit(ball(NOTHING, interior=fog(sigma_t=(2.0,)) | {"phase": {"type": "rayleigh"}})),
     "air and dust everywhere": lambda _: everywhere(fog(sigma_t=(0.3,)) | {"phase": DUSTY}),
+    "fog of volumes": lambda _: lit(
+        ball(NOTHING, interior=fog() | {"albedo": even(rgb(*RUST)), "sigma_t": even(2.0), "phase": DUSTY_BY_VOLUME})
+    ),
     "fog everywhere": lambda _: everywhere(fog(0.5, sigma_t=(0.3,))),
     "fog in fog": lambda _: in_one_another(),
     "things in fog": lambda _: lit(

@@ -83,6 +83,55 @@ def test_equal_media_are_one_however_they_are_called() -> None:
     assert scene.core.effects()["media"]
 
 
+def even(value: Any, **more: Any) -> Dict:
+    return {"type": "constvolume", "value": value, **more}
+
+
+@pytest.mark.parametrize(
+    ("volume", "value"),
+    [
+        (even(0.5), 0.5),
+        (even({"type": "rgb", "value": [0.1, 0.2, 0.3]}), [0.1, 0.2, 0.3]),
+        (even({"type": "uniform", "value": 0.25}), 0.25),
+        (even(0.5, to_world=[{"scale": 3}]), 0.5),
+        ({"type": "constvolume"}, 1.0),
+    ],
+)
+def test_a_volume_of_one_value_is_that_value(volume: Dict, value: Any) -> None:
+    medium = ball(fog(albedo=volume, sigma_t=volume)).model.shapes[0].interior  # type: ignore[union-attr]
+    assert medium == ball(fog(albedo=value, sigma_t=value)).model.shapes[0].interior  # type: ignore[union-attr]
+
+
+def test_a_volume_stands_in_media_alone_and_one_of_a_grid_is_refused_by_name() -> None:
+    bsdf = {"type": "diffuse", "reflectance": even(0.5)}
+    with pytest.raises(SceneError, match=r"it\.bsdf\.reflectance: 'diffuse' cannot contain a volume \('constvolume'\)"):
+        et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "it": {"type": "cube", "bsdf": bsdf}})
+    with pytest.raises(
+        SceneError, match=r"ball\.interior\.albedo: the volume 'gridvolume' is known to Mitsuba 3 but not"
+    ):
+        ball(fog(albedo={"type": "gridvolume", "filename": "smoke.vol"}))
+    with pytest.raises(SceneError, match=r"ball\.interior\.albedo: must lie in \[0, 1\]"):
+        ball(fog(albedo=even(2.0)))
+    with pytest.raises(
+        SceneError, match=r"ball\.interior\.sigma_t\.values: unknown parameter 'values' of 'constvolume'"
+    ):
+        ball(fog(sigma_t={"type": "constvolume", "values": 2.0}))
+
+
+def test_volumes_are_read_from_xml(tmp_path: Path) -> None:
+    text = (
+        '<scene version="3.0.0"><sensor type="perspective"/><integrator type="volpath"/><shape type="sphere">'
+        '<bsdf type="null"/><medium type="homogeneous" name="interior">'
+        '<volume type="constvolume" name="albedo"><rgb name="value" value="0.1 0.2 0.3"/></volume>'
+        '<volume type="constvolume" name="sigma_t"><float name="value" value="2"/></volume>'
+        '<phase type="blendphase"><volume type="constvolume" name="weight"><float name="value" value="0.25"/></volume>'
+        '<phase type="hg"/><phase type="rayleigh"/></phase></medium></shape></scene>'
+    )
+    (tmp_path / "scene.xml").write_text(text)
+    medium = et.load(tmp_path / "scene.xml").model.shapes[0].interior  # type: ignore[union-attr]
+    assert (medium.albedo, medium.sigma_t, medium.phase.weight) == ((0.1, 0.2, 0.3), (2.0, 2.0, 2.0), 0.25)
+
+
 AIR: Dict = {"type": "rayleigh"}
 DUST: Dict = {"type": "hg", "g": 0.7}
 

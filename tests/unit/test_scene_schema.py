@@ -55,6 +55,7 @@ def test_scenes_agree_with_the_schema(name: str, validator: jsonschema.Draft2020
         {"a": {"type": "disk", "to_world": [{"turn": 3}]}},
         {"sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 0}}},
         {"include": 3},
+        {"a": {"type": "diffuse", "reflectance": {"type": "constvolume", "value": 0.5}}},
         {"m": {"type": "merge", "paint": {"type": "diffuse"}}},
         {"m": {"type": "merge", "radius": 2}},
         {"c": {"type": "cube", "interior": {"type": "homogeneous", "sigma_s": "thick"}}},
@@ -77,6 +78,11 @@ READ = {
     '[i]\ntype = "instance"\nshapegroup = "g"',
     "a medium by its parts": '[c]\ntype = "cube"\n'
     'interior = { type = "homogeneous", sigma_s = 1, sigma_a = [1, 2, 3] }',
+    "a medium of volumes": '[v]\ntype = "constvolume"\nvalue = 0.5\n'
+    '[c]\ntype = "cube"\n[c.interior]\ntype = "homogeneous"\nalbedo = { type = "ref", id = "v" }\n'
+    'sigma_t = { type = "constvolume", value = { type = "rgb", value = [1, 2, 3] } }\n'
+    'phase = { type = "blendphase", weight = { type = "constvolume", value = 0.5 }, a = { type = "hg" }, '
+    'b = { type = "rayleigh" } }',
     "a grey where a number stands": '[c]\ntype = "cube"\n'
     'bsdf = { type = "mask", opacity = { type = "rgb", value = [0.5, 0.5, 0.5] }, any = { type = "diffuse" } }',
     "three numbers for one": '[c]\ntype = "cube"\n'

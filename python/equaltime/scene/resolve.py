@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from pydantic import ValidationError
 
@@ -25,7 +25,10 @@ from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
 from equaltime.scene.tree import Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
-__all__ = ["Resolved", "resolve"]
+__all__ = ["VOLUMETRIC", "Resolved", "resolve"]
+
+VOLUMETRIC: Final = ("medium", "phase")
+"""The families whose parameters may be volumes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +206,7 @@ class _Resolver:
                 role = plugin.roles.get(kind) if target is not None and (kind := self._kind(target)) else None
                 slot = child.name if child.name in plugin.slots() else role
                 result.failed |= {slot} if slot else {*plugin.roles.values(), child.name or ""}
-            elif isinstance(nested, SpectrumPlugin):
+            elif isinstance(nested, SpectrumPlugin) and (nested.kind == "texture" or plugin.kind in VOLUMETRIC):
                 self._set_value(result, plugin, child.name or "", Value(child.node.place, nested.meaning))
             else:
                 self._used.add(target)

@@ -18,6 +18,7 @@ from pydantic import TypeAdapter
 from equaltime.scene.export.plain import VECTORS
 from equaltime.scene.model import PLUGINS, Animation, Color, Deformation, Matrix, Plugin
 from equaltime.scene.model.textures import TexturePlugin
+from equaltime.scene.resolve import VOLUMETRIC
 from equaltime.scene.transforms import STEPS
 
 __all__ = ["scene_schema"]
@@ -210,6 +211,8 @@ def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
     if name in plugin.roles.values():
         kinds = [kind for kind, field in plugin.roles.items() if field == name]
         return _nested(kinds, many=name in plugin.lists)
+    if plugin.kind in VOLUMETRIC and (_holds(hint, Color) or name == "weight"):
+        return {"anyOf": [COLOR, REFERENCE, {"$ref": "#/$defs/volume"}]}
     if found := plugin.slots().get(name):
         constant: list[Schema] = [COLOR] if _holds(hint, Color) or _holds(hint, float) else []
         return {"anyOf": [*constant, *_nested(sorted(found), many=False)["anyOf"]]}

@@ -71,6 +71,7 @@ from equaltime.scene.model.spectra import Curve, Spectrum
 from equaltime.scene.model.spectral import (
     D65,
     Blackbody,
+    ConstVolume,
     Irregular,
     RawConstant,
     Regular,
@@ -193,7 +194,7 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Diffuse, Conductor, RoughConductor, Dielectric, ThinDielectric, RoughDielectric, Plastic, RoughPlastic),
         *(Principled, Null, TwoSided, BlendBsdf, Mask, BumpMap, NormalMap),
         *(Bitmap, Checkerboard, MeshAttribute),
-        *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform),
+        *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform, ConstVolume),
         *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
         *(Area, Point, Spot, Directional, Constant, EnvMap),
         *(Homogeneous, Isotropic, HenyeyGreenstein, Rayleigh, BlendPhase),

@@ -1,4 +1,7 @@
-"""Mitsuba's spectra as plugins. None of them stays in a model: each is a colour, found when the scene is read."""
+"""Mitsuba's spectra as plugins, and its volume of one value.
+
+None of them stays in a model: each is a colour, found when the scene is read.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,11 @@ from pydantic import BeforeValidator, NonNegativeFloat, PositiveFloat, model_val
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.spectra import Curve, blackbody
-from equaltime.scene.model.values import Coefficient, Color
+from equaltime.scene.model.values import IDENTITY, Coefficient, Color, Transform
 
-__all__ = ["D65", "Blackbody", "Irregular", "RawConstant", "Regular", "SpectrumPlugin", "Srgb", "Uniform"]
+__all__ = [
+    *("D65", "Blackbody", "ConstVolume", "Irregular", "RawConstant", "Regular", "SpectrumPlugin", "Srgb", "Uniform"),
+]
 
 
 def _as_numbers(value: object) -> object:
@@ -146,3 +151,21 @@ class Blackbody(SpectrumPlugin):
         ]
         wavelengths, powers = zip(*inside, strict=True) if inside else ((), ())
         return Curve(wavelengths, powers)
+
+
+class ConstVolume(SpectrumPlugin):
+    """The same value everywhere, for parameters of media and of phase functions."""
+
+    kind: ClassVar[Kind] = "volume"
+    hints: ClassVar[frozenset[str]] = frozenset({"to_world"})
+
+    type: Literal["constvolume"] = "constvolume"
+    value: Coefficient = (1.0, 1.0, 1.0)
+    """A number, a colour or a spectrum."""
+    to_world: Transform = IDENTITY
+    """Without effect: it is the same wherever it stands."""
+
+    @property
+    def meaning(self) -> Color:
+        """As given."""
+        return self.value
