@@ -203,4 +203,8 @@ SCENES: dict[str, Callable[[Path], Dict]] = {
     "parallel rays, clipped": lambda _: from_afar(towards((0.5, 1.5, 5)), near_clip=4.9, far_clip=6.5),
     "a high film": lambda _: seen({"width": 32, "height": 40}),
     "hidden emitters": lambda _: hidden(),
+    "a hidden sky, direct light": lambda _: (
+        scene(*(floor(), ball({"type": "dielectric"}), box(), point(1, 2, 3)), {"type": "constant", "radiance": 0.3})
+        | {"integrator": {"type": "direct", "hide_emitters": True}}
+    ),
 }

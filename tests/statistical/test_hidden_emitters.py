@@ -108,6 +108,31 @@ def test_a_light_behind_nothing_is_seen_where_crossings_are_vertices_as_in_mitsu
     assert np.allclose(image[3:5, 3:5], seen)
 
 
+@pytest.mark.parametrize(
+    "bsdf",
+    [
+        {"type": "null"},
+        {"type": "thindielectric"},
+        {"type": "blendbsdf", "weight": 0.5, "one": {"type": "null"}, "other": {"type": "diffuse"}},
+    ],
+)
+def test_direct_light_is_refused_where_mitsuba_hides_in_another_way(bsdf: Dict) -> None:
+    refused = r"integrator: hide_emitters of 'direct' is not supported where "
+    with pytest.raises(et.SceneError, match=refused + r"'constant' behind '\w+' would be seen"):
+        _ = scene(pane(**bsdf), sky=SKY, integrator="direct").core
+    with pytest.raises(et.SceneError, match=refused + "'area' would be seen"):
+        _ = scene(WALL, lamp(1.0), sky=SKY, integrator="direct").core
+    assert not scene(pane(**bsdf), lamp(1.0), sky=SKY, hide=False, integrator="direct").core.effects()[
+        "hidden_emitters"
+    ]
+
+
+def test_direct_light_hides_what_is_all_around_as_paths_of_two_segments_do() -> None:
+    direct = et.render(scene(WALL, sky=SKY, integrator="direct"), spp=4).image
+    assert not direct[0, 0].any()
+    assert np.array_equal(direct, et.render(scene(WALL, sky=SKY).with_(max_depth=2), spp=4).image)
+
+
 def test_thin_glass_reflects_what_is_all_around_and_shows_none_of_it() -> None:
     """A sheet of index 1.5 reflects 0.077 head on: 2 R / (1 + R) with R = 0.04."""
     value, error = middle(scene(pane(type="thindielectric", int_ior=1.5, ext_ior=1.0), sky=SKY), spp=4096)

@@ -24,9 +24,21 @@ from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
-from equaltime.scene.inert import shown
-from equaltime.scene.model import LOOKS_AT_UV, Aov, SceneModel
+from equaltime.scene.inert import is_inert, shown
+from equaltime.scene.model import (
+    LOOKS_AT_UV,
+    Aov,
+    Area,
+    Constant,
+    Direct,
+    EnvMap,
+    Mask,
+    Null,
+    SceneModel,
+    ThinDielectric,
+)
 from equaltime.scene.motion import in_shutters
+from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["compile_scene"]
 
@@ -36,6 +48,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
 
     Raises ValueError if a file or the scene cannot be used, and `Unsupported`, one of them, for a node that cannot.
     """
+    _refuse_other_images(model, assets)
     model = in_shutters(model)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
@@ -53,3 +66,21 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     media.surround(model.sensor)
     set_film(builder, model.sensor.film)
     return builder.build()
+
+
+def _refuse_other_images(model: SceneModel, assets: Assets) -> None:
+    """Raise `Unsupported` where Mitsuba's ``direct`` hides emitters in another way than its other integrators.
+
+    It shows behind a pane what it hides beside it, and does not look through shapes that emit.
+    """
+    direct = next((node for node in model.integrator.nodes() if isinstance(node, Direct)), None)
+    if direct is None or not model.integrator.hides_emitters:
+        return
+    lights = [node for node in model.nodes() if isinstance(node, Area | Constant | EnvMap)]
+    seen = next((node for node in lights if not is_inert(node, assets)), None)
+    panes = (node for node in model.nodes() if isinstance(node, Null | Mask | ThinDielectric))
+    pane = next((node for node in panes if not is_inert(node, assets)), None)
+    if seen is not None and (isinstance(seen, Area) or pane is not None):
+        behind = "" if pane is None or isinstance(seen, Area) else f" behind '{pane.title}'"
+        message = f"hide_emitters of 'direct' is not supported where '{seen.title}'{behind} would be seen"
+        raise Unsupported(direct, f"{message}: Mitsuba hides it in another way there; 'volpath' hides it")
