@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.scene.export import PlainWriter
 from equaltime.scene.mitsuba_dict import mitsuba_dict, with_transforms
 
 mi = pytest.importorskip("mitsuba")
@@ -38,7 +39,7 @@ def scalar() -> Iterator[None]:
 
 def as_mitsuba(scene: et.Scene) -> Any:
     plain = json.loads(json.dumps(mitsuba_dict(scene.model, scene.assets)))
-    integrator = {"type": "path", "max_depth": scene.max_depth}
+    integrator = PlainWriter(str).node(scene.model.integrator)
     return mi.load_dict(with_transforms(plain, mi.ScalarTransform4f) | {"integrator": integrator})
 
 
