@@ -1,7 +1,8 @@
 """Parses XML into elements that know their lines.
 
-Document types and entities are refused: a scene has no use for them, and they are how XML files read other files or
-grow without bound.
+Declarations within the file, of entities above all, are refused: a scene has no use for them, and they are how XML
+files read other files or grow without bound. A document type elsewhere is never looked for. Text between elements
+means nothing, as in Mitsuba, and is told of.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ class _RefusedError(Exception):
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
     """Return the root element of `content`; what makes it unreadable is reported, and None is returned."""
     parser = expat.ParserCreate()
+    parser.buffer_text = True
     top = Element("", {}, Place(file), [])
     open_elements = [top]
 
@@ -51,10 +53,11 @@ def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
 
     def text(data: str) -> None:
         if data.strip():
-            report.add(here(), f"unexpected text {data.strip()[:40]!r}: values belong into attributes")
+            report.note(f"{here()}: the text {data.strip()[:40]!r} is passed over: values belong into attributes")
 
-    def doctype(*_: object) -> None:
-        raise _RefusedError(here(), "document types and entities are not allowed in a scene file")
+    def doctype(_name: str, _system: str | None, _public: str | None, declares: bool) -> None:
+        if declares:
+            raise _RefusedError(here(), "declarations of elements and entities are not allowed in a scene file")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = text, doctype
