@@ -63,6 +63,7 @@ class _Resolver:
         self._used: set[Object] = set()
         self._top = {child.node: child.name for child in root.children if isinstance(child.node, Object)}
         self._by_id: dict[str, Object] = {}
+        self._mentioned = root.mentioned()
         for node in root.objects():
             for name in dict.fromkeys((self._top.get(node), node.id)):
                 if name is not None and (first := self._by_id.setdefault(name, node)) is not node:
@@ -89,7 +90,7 @@ class _Resolver:
         parts: dict[Kind, list[tuple[Object, Any]]] = {}
         for child in self._root.children:
             node = self._target(child, self._root)
-            if node is not None and (part := self.plugin(node)) is not None:
+            if node is not None and not self._is_idle(node) and (part := self.plugin(node)) is not None:
                 parts.setdefault(part.kind, []).append((node, part))
         shapes = [(node, part) for node, part in parts.get("shape", []) if not isinstance(part, ShapeGroup)]
         emitters = self._free(parts.get("emitter", []))
@@ -117,6 +118,16 @@ class _Resolver:
             if kind == "sensor" and not nodes:
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
+
+    def _is_idle(self, node: Object) -> bool:
+        """Tell whether `node` cannot be rendered and need not be, since nothing refers to it; that is noted."""
+        helps = self._kind(node) in ("bsdf", "texture", "medium", "phase", "volume")
+        if not helps or node.id is None or {node.id, self._top.get(node)} & self._mentioned:
+            return False
+        unknown = next((n for n in node.objects() if n.type not in PLUGINS and mitsuba_kind(n.type)), None)
+        if unknown is not None:
+            self._report.note(f"{unknown.place}: nothing refers to '{unknown.type}', which is {NOT_YET}: passed over")
+        return unknown is not None
 
     def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
         """Return the emitters that stand on their own, with one environment at most; report those that cannot."""

@@ -120,6 +120,12 @@ class Object:
             if isinstance(child.node, Object):
                 yield from child.node.objects()
 
+    def mentioned(self) -> set[str]:
+        """Return the names that references in here, aliases, and words that stand where objects may, can mean."""
+        nodes = [child.node for inner in self.objects() for child in inner.children]
+        words = {node.data for node in nodes if isinstance(node, Value) and isinstance(node.data, str)}
+        return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
+
     def place_of(self, name: str) -> Place:
         """Return the place of the child `name`, or of the object itself if it has none."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
