@@ -9,8 +9,14 @@ from pydantic import BeforeValidator, PositiveFloat, model_validator
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.ior import as_ior
 from equaltime.scene.model.metals import METALS, Metal, as_metal
-from equaltime.scene.model.textures import CoefficientTexture, ReflectanceTexture, Roughness, Texture
-from equaltime.scene.model.values import Color
+from equaltime.scene.model.textures import (
+    CoefficientTexture,
+    ConstantRoughness,
+    ReflectanceTexture,
+    Roughness,
+    Texture,
+)
+from equaltime.scene.model.values import Color, as_lower
 
 __all__ = [
     *("BsdfPlugin", "Conductor", "Dielectric", "Diffuse", "Null", "Plastic"),
@@ -19,7 +25,7 @@ __all__ = [
 
 Ior = Annotated[PositiveFloat, BeforeValidator(as_ior)]
 """An index of refraction: a positive number or one of Mitsuba's names."""
-Distribution = Literal["beckmann", "ggx"]
+Distribution = Annotated[Literal["beckmann", "ggx"], BeforeValidator(as_lower)]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
@@ -147,7 +153,7 @@ class RoughPlastic(Plastic):
 
     type: Literal["roughplastic"] = "roughplastic"  # type: ignore[assignment]  # narrows the tag of Plastic
     distribution: Distribution = "beckmann"
-    alpha: PositiveFloat = 0.1
+    alpha: ConstantRoughness = 0.1
     """Root mean square slope."""
     sample_visible: bool = True
     """A sampling hint of Mitsuba; visible normals are always sampled here."""

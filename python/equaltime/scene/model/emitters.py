@@ -124,10 +124,13 @@ class Constant(EmitterPlugin):
     """The same radiance from every direction."""
 
     surrounds: ClassVar[bool] = True
+    hints: ClassVar[frozenset[str]] = EmitterPlugin.hints | {"to_world"}
 
     type: Literal["constant"] = "constant"
     radiance: Radiance = (1.0, 1.0, 1.0)
     """W/(m^2 sr) per channel."""
+    to_world: Transform = IDENTITY
+    """Without effect: it is the same all around."""
 
 
 class EnvMap(EmitterPlugin):

@@ -16,6 +16,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
+from equaltime.scene.model.values import as_lower
 
 __all__ = ["Box", "CatmullRom", "Filter", "Gaussian", "HdrFilm", "Lanczos", "Mitchell", "Tent"]
 
@@ -79,10 +80,6 @@ Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Fiel
 """Any reconstruction filter."""
 
 
-def _lower(value: object) -> object:
-    return value.lower() if isinstance(value, str) else value
-
-
 class HdrFilm(Plugin):
     """The image: its size, the part of it to render, and how samples become pixels.
 
@@ -103,11 +100,11 @@ class HdrFilm(Plugin):
     crop_width: PositiveInt | None = None
     crop_height: PositiveInt | None = None
     rfilter: Filter = Gaussian()
-    file_format: Annotated[Literal["openexr", "exr", "rgbe", "pfm"], BeforeValidator(_lower)] = "openexr"
+    file_format: Annotated[Literal["openexr", "exr", "rgbe", "pfm"], BeforeValidator(as_lower)] = "openexr"
     pixel_format: Annotated[
-        Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(_lower)
+        Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(as_lower)
     ] = "rgb"
-    component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(_lower)] = "float16"
+    component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(as_lower)] = "float16"
     sample_border: bool = False
     """Without effect: every pixel gets its whole filter, at the border too."""
     compensate: bool = False

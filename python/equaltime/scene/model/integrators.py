@@ -46,12 +46,13 @@ class IntegratorPlugin(Plugin):
     """Base of the integrators."""
 
     kind: ClassVar[Kind] = "integrator"
-    hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass"})
-    later: ClassVar[frozenset[str]] = frozenset({"timeout"})
+    hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass", "timeout"})
 
     block_size: NonNegativeInt = 0
     """How Mitsuba divides the image; without effect, as the next."""
     samples_per_pass: PositiveInt | None = None
+    timeout: float = -1.0
+    """When Mitsuba stops, in seconds; without effect: each render is told its own limit."""
     hide_emitters: bool = False
     """The camera sees through shapes that emit, and black instead of light from all around, as in Mitsuba."""
 

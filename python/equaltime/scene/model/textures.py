@@ -26,8 +26,12 @@ from equaltime.scene.model.values import (
 
 __all__ = [
     *("Bitmap", "Checkerboard", "MeshAttribute", "Texture", "TexturePlugin"),
-    *("CoefficientTexture", "RadianceTexture", "ReflectanceTexture", "Roughness", "UnitTexture"),
+    *("CoefficientTexture", "ConstantRoughness", "RadianceTexture", "ReflectanceTexture", "Roughness", "UnitTexture"),
 ]
+
+
+SMALLEST_ROUGHNESS = 1e-4
+"""What a roughness of 0 stands for, as in Mitsuba and in textures."""
 
 
 class TexturePlugin(Plugin):
@@ -113,9 +117,9 @@ def _or_texture(constant: Callable[[Any], object]) -> BeforeValidator:
 
 
 def _roughness(value: object) -> float:
-    if (number := as_number(value)) <= 0.0:
-        raise ValueError("must be more than 0")
-    return number
+    if (number := as_number(value)) < 0.0:
+        raise ValueError("must not be negative")
+    return number or SMALLEST_ROUGHNESS
 
 
 ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
@@ -127,5 +131,7 @@ RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
 UnitTexture = Annotated[Texture | float, _or_texture(as_share)]
 """A number in [0, 1], or a texture of such."""
 Roughness = Annotated[Texture | float, _or_texture(_roughness)]
-"""A positive number, or a texture of such."""
+"""A positive number, or a texture of such; 0 stands for the smallest."""
+ConstantRoughness = Annotated[float, BeforeValidator(_roughness)]
+"""The same without textures."""
 Checkerboard.model_rebuild()

@@ -31,6 +31,7 @@ __all__ = [
     "Vec3",
     "as_array",
     "as_coefficient",
+    "as_lower",
     "as_number",
     "as_radiance",
     "as_reflectance",
@@ -127,11 +128,14 @@ def as_radiance(value: object) -> Color:
 
 
 def as_number(value: object) -> float:
-    """Return `value` as one finite number, be it one or a grey; raises ValueError if it is something else."""
+    """Return `value` as one finite number, that of a colour being its mean, as in Mitsuba; raises ValueError else."""
     color = _finite(_as_color(value))
-    if len(set(color)) > 1:
-        raise ValueError("expected one number, not a colour")
-    return color[0]
+    return color[0] if len(set(color)) == 1 else sum(color) / 3.0
+
+
+def as_lower(value: object) -> object:
+    """Return a word in small letters, and anything else as it is."""
+    return value.lower() if isinstance(value, str) else value
 
 
 def as_share(value: object) -> float:
