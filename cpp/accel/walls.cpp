@@ -29,14 +29,22 @@ Walls::Walls(const std::vector<SphereGeometry>& spheres, const std::vector<Trian
   std::iota(order.begin(), order.end(), 0U);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return spheres[a].radius < spheres[b].radius; });
+  std::vector<std::uint32_t> walls;
   for (const std::uint32_t i : order) {
     const Bounds box = box_of(spheres[i]);
     if (!smaller.empty() && holds(box, smaller))
-      walls_.push_back({spheres[i], i});
+      walls.push_back(i);
     else
       smaller.include(box);
   }
-  std::sort(walls_.begin(), walls_.end(), [](const Wall& a, const Wall& b) { return a.number < b.number; });
+  std::sort(walls.begin(), walls.end());
+  if (walls.size() % 2 == 1) walls.push_back(walls.back());
+  for (std::size_t i = 0; i < walls.size(); i += 2) {
+    const SphereGeometry &a = spheres[walls[i]], &b = spheres[walls[i + 1]];
+    const Vec3<Lanes> center(Lanes{a.center.x, b.center.x}, Lanes{a.center.y, b.center.y},
+                             Lanes{a.center.z, b.center.z});
+    pairs_.push_back({center, Lanes{a.radius, b.radius}, {walls[i], walls[i + 1]}});
+  }
 }
 
 }  // namespace equaltime
