@@ -16,9 +16,9 @@ namespace equaltime {
   const float b = 2 * u.y - 1;
   if (a == 0 && b == 0) return {0, 0};
   const bool wide = std::abs(a) > std::abs(b);
-  const float r = wide ? a : b;
-  const auto [sine, cosine] = sin_cos_octant((kPi / 4) * ((wide ? b : a) / r));
-  return {r * (wide ? cosine : sine), r * (wide ? sine : cosine)};
+  const float r = select(wide, a, b);
+  const auto [sine, cosine] = sin_cos_octant((kPi / 4) * (select(wide, b, a) / r));
+  return {r * select(wide, cosine, sine), r * select(wide, sine, cosine)};
 }
 
 /// Uniform point of the regular polygon of n corners on the unit circle, one of them at an angle, in radians; its area
@@ -44,14 +44,14 @@ namespace equaltime {
 [[nodiscard]] inline Vec3f square_to_uniform_sphere(Point2f u) noexcept {
   const float z = 1 - 2 * u.x;
   const float r = safe_sqrt(4 * u.x * (1 - u.x));
-  const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+  const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {r * cos_phi, r * sin_phi, z};
 }
 inline constexpr float kUniformSpherePdf = kInvPi / 4;
 
 [[nodiscard]] inline Vec3f square_to_uniform_hemisphere(Point2f u) noexcept {
   const float r = safe_sqrt(u.x * (2 - u.x));
-  const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+  const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {r * cos_phi, r * sin_phi, 1 - u.x};
 }
 inline constexpr float kUniformHemispherePdf = kInvPi / 2;
@@ -60,7 +60,7 @@ inline constexpr float kUniformHemispherePdf = kInvPi / 2;
 [[nodiscard]] inline Vec3f square_to_uniform_cone(Point2f u, float one_minus_cos_max) noexcept {
   const float one_minus_cos = u.x * one_minus_cos_max;
   const float sin_theta = safe_sqrt(one_minus_cos * (2 - one_minus_cos));
-  const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+  const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {sin_theta * cos_phi, sin_theta * sin_phi, 1 - one_minus_cos};
 }
 [[nodiscard]] constexpr float uniform_cone_pdf(float one_minus_cos_max) noexcept {

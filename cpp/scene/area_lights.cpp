@@ -177,9 +177,9 @@ namespace {
 
 /// 1 - cosθ of the cone that a sphere fills from a distance, without cancellation however small or near it is.
 double one_minus_cos_max(double distance, double radius) noexcept {
-  const double sin2 = square(radius / distance);
-  const double cos2 = (distance - radius) * (distance + radius) / (distance * distance);
-  return sin2 / (1 + std::sqrt(cos2));
+  const double inverse = 1 / distance;
+  const double cos2 = (distance - radius) * inverse * ((distance + radius) * inverse);
+  return square(radius * inverse) / (1 + std::sqrt(cos2));
 }
 
 }  // namespace
@@ -208,17 +208,17 @@ Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u, float pmf) 
     const double range = one_minus_cos_max(distance, radius_);
     const double one_minus_cos = static_cast<double>(u.x) * range;
     const double sin2 = one_minus_cos * (2 - one_minus_cos);
-    const double phi = 2 * std::numbers::pi * static_cast<double>(u.y);
-    local = {std::sqrt(sin2) * std::cos(phi), std::sqrt(sin2) * std::sin(phi), 1 - one_minus_cos};
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);  // the azimuth alone: float32 is enough
+    const double sine = std::sqrt(sin2);
+    local = {sine * static_cast<double>(cos_phi), sine * static_cast<double>(sin_phi), 1 - one_minus_cos};
     const double half_chord = std::sqrt(std::max(0.0, square(radius_) - square(distance) * sin2));
     along = distance * local.z - half_chord;
     pdf = static_cast<float>(1 / (2 * std::numbers::pi * range));
   }
-  const FrameD frame = FrameD::from_normal(distance > 0 ? to_center / distance : Vec3d{0, 0, 1});
+  const FrameD frame = FrameD::from_normal(distance > 0 ? to_center * (1 / distance) : Vec3d{0, 0, 1});
   const Vec3d direction = frame.to_world(local);
-  const Vec3d from_center = direction * along - to_center;
-  const Vec3f normal(normalize(from_center) * (inward_ ? -1.0 : 1.0));
-  const Vec3f point(center_ + normalize(from_center) * radius_);
+  const Vec3d outward = normalize(direction * along - to_center);
+  const Vec3f normal(outward * (inward_ ? -1.0 : 1.0)), point(center_ + outward * radius_);
   return LightSample{
       Vec3f(direction), radiance_, pdf * pmf, static_cast<float>(along), {point, normal, point_offset(point, normal)}};
 }

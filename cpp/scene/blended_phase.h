@@ -57,7 +57,7 @@ struct BlendedPhase {
     const double root = std::cbrt(z + std::sqrt(z * z + 1));
     const double cosine = std::clamp(root - 1 / root, -1.0, 1.0);
     const auto sine = static_cast<float>(std::sqrt((1 - cosine) * (1 + cosine)));
-    const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
     return {sine * cos_phi, sine * sin_phi, static_cast<float>(cosine)};
   }
 };

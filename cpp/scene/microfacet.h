@@ -80,7 +80,7 @@ class Microfacet {
     const Vec3f w = normalize(Vec3f{alpha_u_ * wo.x, alpha_v_ * wo.y, wo.z});
     const float z = (1 - u.y) * (1 + w.z) - w.z;
     const float r = safe_sqrt((1 - z) * (1 + z));
-    const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.x);
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.x);
     return normalize(Vec3f{alpha_u_ * (r * cos_phi + w.x), alpha_v_ * (r * sin_phi + w.y), std::max(0.0F, z + w.z)});
   }
   [[nodiscard]] Vec3f sample_beckmann(const Vec3f& wo, Point2f u) const noexcept;

@@ -36,7 +36,7 @@ struct Phase {
     const double numerator = s + h * (0.5 * (s * s + 3) + h * (s + 0.5 * h * (s * s - 1)));
     const double cosine = std::clamp(numerator / (q * q), -1.0, 1.0);
     const auto sine = static_cast<float>(std::sqrt((1 - cosine) * (1 + cosine)));
-    const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.y);
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
     const Vec3f wi{sine * cos_phi, sine * sin_phi, static_cast<float>(-cosine)};
     return BsdfSample{wi, Spectrum(1), eval(wo, wi, front).pdf};
   }

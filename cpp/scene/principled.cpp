@@ -24,7 +24,7 @@ struct CoatDistribution {
   }
   [[nodiscard]] Vec3f sample(Point2f u) const noexcept {
     const float sine2 = (std::pow(alpha2, 1 - u.y) - alpha2) / (1 - alpha2);
-    const auto [sin_phi, cos_phi] = sin_cos(kTwoPi * u.x);
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.x);
     const float sine = safe_sqrt(sine2);
     return {sine * cos_phi, sine * sin_phi, safe_sqrt(1 - sine2)};
   }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -79,6 +80,21 @@ TEST("the octant's sine is right to half a unit in the last place of 1, its cosi
   for (int i = -200000; i <= 200000; ++i) compare(end * (static_cast<float>(i) / 200000));
   for (float x = end; x > 1e-30F; x *= 0.9F) compare(x);
   CHECK(sine < 0.5 * kUlp && cosine < kUlp);
+}
+
+TEST("sine and cosine of a part of a turn are right to two units in the last place of 1") {
+  double worst = 0;
+  const auto compare = [&](float u) {
+    const SinCos value = sin_cos_turn(u);
+    const double angle = 2 * std::numbers::pi * static_cast<double>(u);
+    worst = std::max({worst, std::abs(static_cast<double>(value.sin) - std::sin(angle)),
+                      std::abs(static_cast<double>(value.cos) - std::cos(angle))});
+  };
+  for (int i = 0; i <= 800000; ++i) compare(static_cast<float>(i) / 800000);
+  for (const float edge : {0.125F, 0.25F, 0.375F, 0.5F, 0.625F, 0.75F, 0.875F})
+    for (const float u : {std::nextafter(edge, 0.0F), edge, std::nextafter(edge, 1.0F)}) compare(u);
+  for (const float u : {0x1p-32F, 0x1p-24F, kOneMinusEpsilon, 1.0F}) compare(u);
+  CHECK(worst < 2 * kUlp);
 }
 
 TEST("a difference of products keeps its digits when the products cancel") {
