@@ -74,7 +74,9 @@ struct RoughPlastic {
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
     const float entering = transmittance_(wo.z), mirrors = share(entering);
-    const float reflectance = fresnel_dielectric(std::min(1.0F, dot(wo, m)), ior).reflectance;
+    // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
+    // reflectance is so steep that the rounding of wo·m and wi·m would tell.
+    const float reflectance = fresnel_dielectric(std::min(1.0F, 0.5F * length(wo + wi)), ior).reflectance;
     const FacetLobe mirror = mirrored(distribution, wo, wi, m);
     const float cosine = cosine_hemisphere_pdf(wi.z);
     return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * transmittance_(wi.z)),
