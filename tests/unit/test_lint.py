@@ -275,3 +275,23 @@ def test_a_quick_look_leaves_large_meshes_alone_and_raises_no_false_alarm(obj: C
     begin = time.perf_counter()
     assert lint(subject, fast=True) == ()
     assert time.perf_counter() - begin < 0.05
+
+
+@pytest.mark.parametrize("body", ["a sphere", "a cube", "a mesh"])
+def test_a_camera_in_a_medium_that_it_does_not_name_is_told(obj: Callable[..., dict[str, Any]], body: str) -> None:
+    fog = {"type": "homogeneous", "sigma_t": 0.5}
+    filled = {"bsdf": {"type": "null"}, "interior": fog}
+    shapes = {
+        "a sphere": {"type": "sphere", "radius": 3.0, **filled},
+        "a cube": {"type": "cube", "to_world": np.diag([3.0, 3.0, 3.0, 1.0]).tolist(), **filled},
+        "a mesh": obj(moved(CUBE, size=3.0), SIDES, **filled),
+    }
+    volpath = {"integrator": {"type": "volpath"}, "body": shapes[body]}
+    finding = found(scene(camera=2.0, **volpath))["camera-in-medium"]
+    assert finding.severity == "note"
+    assert "body" in finding.where[0]
+    assert "camera-in-medium" not in found(scene(camera=3.5, **volpath)), "outside"
+    assert "camera-in-medium" not in found(scene(camera=2.0, **{**volpath, "integrator": {"type": "path"}})), "unseen"
+    named = scene(camera=2.0, **volpath).to_dict()
+    named["view"]["medium"] = fog
+    assert "camera-in-medium" not in found(et.load_dict(named)), "named"

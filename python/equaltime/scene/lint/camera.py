@@ -1,0 +1,57 @@
+"""Hazards of where the camera stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.compile_media import sees_media
+from equaltime.scene.geometry import MeshSurface, SphereSurface
+from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.parts import Part, World
+
+__all__ = ["check_camera"]
+
+Array = NDArray[np.float64]
+
+
+def check_camera(world: World) -> Iterator[Finding]:
+    """Look for what fills the place of a camera that names no medium."""
+    model = world.scene.model
+    if model.sensor.medium is not None or not sees_media(model.integrator):
+        return
+    filled = [part for part in world.parts if part.shape.interior is not None and _holds(part, world.camera)]
+    if filled:
+        yield Finding(
+            "camera-in-medium",
+            "note",
+            f"shapes with a medium in them that the camera stands in, and whose medium it does not name: {len(filled)}",
+            first_places(part.name for part in filled),
+            len(filled),
+            "begins paths in the medium; Mitsuba begins them in vacuum, and its image is another",
+            "name the medium in the sensor: then all begin in it",
+        )
+
+
+def _holds(part: Part, point: Array) -> bool:
+    """Tell whether a point is within a closed surface."""
+    if part.grouped:  # which stands in a space of its own
+        return False
+    if isinstance(part.surface, SphereSurface):
+        return bool(np.linalg.norm(point - part.surface.center) < part.surface.radius)
+    return isinstance(part.surface, MeshSurface) and abs(_winding(part.surface, point)) > 0.5
+
+
+def _winding(mesh: MeshSurface, point: Array) -> float:
+    """Return how often a mesh winds round a point: its solid angle from there over that of the sphere.
+
+    By van Oosterom & Strackee (1983), triangle by triangle.
+    """
+    corners = mesh.vertices[mesh.faces] - point
+    a, b, c = np.moveaxis(corners, 1, 0)
+    la, lb, lc = np.linalg.norm(corners, axis=2).T
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    around = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    return float(np.arctan2(volume, around).sum() / (2.0 * np.pi))
