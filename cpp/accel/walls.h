@@ -1,6 +1,6 @@
 // Walls: spheres so large that their boxes hold all that is smaller, such as the sides of a room whose walls are balls.
-// In a tree every ray would visit them; beside it they are met one after the other, without its steps and calls back,
-// two at a time. The nearest is so by float64, the first of those that are equally near.
+// In a tree every ray would visit them; beside it they are met two at a time, without its steps and calls back. The
+// nearest is so by float64, the first of those that are equally near.
 #pragma once
 
 #include <algorithm>
