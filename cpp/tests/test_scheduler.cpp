@@ -221,6 +221,26 @@ TEST("what poll throws reaches the caller, and the renderer can be used on") {
   CHECK(same_bits(renderer.film().moments(), rendered(scene(), samples, shallow(), {.seed = 3, .threads = 2})));
 }
 
+TEST("what poll throws is never lost, not even where it is asked between two passes") {
+  // A large and a small block for two threads: the one that asks waits in half of the passes for the other.
+  Renderer renderer(scene(), shallow(), {.seed = 3, .threads = 2, .tile = 26});
+  int asked = 0, caught = 0;
+  const auto poll = [&]() -> bool {
+    ++asked;
+    throw std::runtime_error("stop here");
+  };
+  std::uint64_t samples = 0;
+  while (asked < 24) {
+    samples += 1 << 20;  // more than it can do before it asks
+    try {
+      renderer.advance(samples, {}, poll);
+    } catch (const std::runtime_error&) {
+      ++caught;
+    }
+  }
+  CHECK(asked == caught);
+}
+
 TEST("renderers at work at the same time on one scene do not disturb each other") {
   std::atomic<int> same{0};
   std::vector<std::thread> threads;

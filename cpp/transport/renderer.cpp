@@ -131,11 +131,14 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
   while (at_.done < samples) {
     if (at_.target <= at_.done) at_.target = std::min(samples, at_.done + pass);
     run_pass(stop);
+    const bool complete = at_.next_block == blocks_.size() && again_.empty();
+    if (complete) {
+      at_.done = at_.target;
+      at_.next_block = 0;
+    }
+    const bool stopped = stop.now();
     if (stop.error) std::rethrow_exception(stop.error);
-    if (at_.next_block < blocks_.size() || !again_.empty()) return false;
-    at_.done = at_.target;
-    at_.next_block = 0;
-    if (stop.now() && at_.done < samples) return false;
+    if (!complete || (stopped && at_.done < samples)) return false;
   }
   return true;
 }
