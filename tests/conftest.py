@@ -35,3 +35,10 @@ class _Watched(_core.Renderer):
 def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--traps"):
         setattr(_core, "Renderer", _Watched)  # noqa: B010 -- the name is a type elsewhere
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--traps"):
+        for item in items:
+            if item.path.name == "test_core_stub.py":
+                item.add_marker(pytest.mark.skip("describes the renderer that is not watched, and renders nothing"))

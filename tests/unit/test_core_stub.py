@@ -90,6 +90,6 @@ def test_a_function_takes_what_the_stub_says(name: str) -> None:
     assert bound_parameters(getattr(_core, name)) == stub_parameters(FUNCTIONS[name])
 
 
-@pytest.mark.parametrize("name", CLASSES.keys() | FUNCTIONS.keys())
+@pytest.mark.parametrize("name", [*CLASSES, *FUNCTIONS])
 def test_everything_in_the_module_is_documented(name: str) -> None:
     assert inspect.getdoc(getattr(_core, name))
