@@ -3,6 +3,7 @@
 #include <atomic>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <thread>
 
 #include "tests/check.h"
@@ -225,15 +226,10 @@ TEST("what poll throws is never lost, not even where it is asked between two pas
   // A large and a small block for two threads: the one that asks waits in half of the passes for the other.
   Renderer renderer(scene(), shallow(), {.seed = 3, .threads = 2, .tile = 26});
   int asked = 0, caught = 0;
-  const auto poll = [&]() -> bool {
-    ++asked;
-    throw std::runtime_error("stop here");
-  };
-  std::uint64_t samples = 0;
+  const auto poll = [&]() -> bool { throw std::runtime_error("stop " + std::to_string(++asked)); };
   while (asked < 24) {
-    samples += 1 << 20;  // more than it can do before it asks
     try {
-      renderer.advance(samples, {}, poll);
+      renderer.advance(std::uint64_t{1} << 40, {}, poll);  // more than it can do before it asks
     } catch (const std::runtime_error&) {
       ++caught;
     }
