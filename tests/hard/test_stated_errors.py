@@ -88,7 +88,7 @@ def within_the_sequence(result: et.Result) -> Array:
     return np.sqrt(spread / of_all)
 
 
-@pytest.mark.parametrize("spp", [16, 64])
+@pytest.mark.parametrize("spp", [16, pytest.param(64, marks=pytest.mark.slow)])
 def test_E08_errors_of_nets_are_those_between_replicates_and_not_within_them(spp: int) -> None:  # noqa: N802
     """By render and by pixel. Where points are independent, s²/n is right; of a net's it is some times too large."""
     nets, numbers = (rendered(sheltered(), spp, f"best,sampler={sampler}") for sampler in ("sobol", "independent"))
