@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.agreement import equality_test
+from equaltime.cost.agreement import equality_test, near_normal
 from equaltime.cost.metrics import Reference
 from equaltime.cost.tails import MOST_RATIO, Tail, squared_errors, tail_of
 
@@ -30,6 +30,13 @@ def noisy_images(index: float | None, repeats: int = 8, size: int = 64) -> Array
     shape = (repeats, 16, size, size, 1)
     samples = rng.standard_normal(shape) if index is None else rng.pareto(index, shape) - 1.0 / (index - 1.0)
     images: Array = 1.0 + 0.1 * place * samples.mean(axis=1) * np.ones(3)
+    return images
+
+
+def sparks(seed: int, rate: float) -> Array:
+    """Return six images in which light is found by chance alone, `rate` times a pixel; its expectation is 1."""
+    rng = np.random.default_rng(seed)
+    images: Array = rng.poisson(rate, (6, 48, 48, 1)) / rate * np.ones(3)
     return images
 
 
@@ -98,3 +105,25 @@ def test_equal_expectations_pass_and_a_small_bias_does_not() -> None:
     first, second = (1.0 + 0.1 * rng.standard_normal((8, 64, 64, 3)) for _ in range(2))
     assert equality_test(first, second) > 0.01
     assert equality_test(first, 1.005 * second) < 1e-6
+
+
+def test_blocks_are_compared_where_they_hold_enough_rare_events_and_only_there() -> None:
+    """A false alarm at 0.001 once in 1000 pairs: none is expected in 40. The rule's twin, small blocks, has many."""
+    exact = 1.0 + 0.01 * np.random.default_rng(5).standard_normal((6, 48, 48, 3))
+    pairs = [(sparks(seed, 0.01), exact) for seed in range(40)]
+    assert not any(near_normal(*pair, 4) for pair in pairs)
+    assert sum(equality_test(*pair, 4) < 0.001 for pair in pairs) > 5
+    common = [(sparks(seed, 0.5), exact) for seed in range(40)]
+    trusted = [pair for pair in common if near_normal(*pair, 12)]
+    assert len(trusted) > 30
+    assert not any(equality_test(*pair, 12) < 0.001 for pair in trusted)
+    assert all(equality_test(1.2 * first, second, 12) < 0.001 for first, second in trusted)
+
+
+def test_blocks_in_which_one_side_found_nothing_are_not_compared() -> None:
+    first, second = (1.0 + 0.1 * np.random.default_rng(seed).standard_normal((6, 48, 48, 3)) for seed in (1, 2))
+    assert near_normal(first, second, 8)
+    first[:, :8, :8] = 0.0
+    assert not near_normal(first, second, 8)
+    assert near_normal(first, second, 12)
+    assert near_normal(np.ones_like(first), second, 8)

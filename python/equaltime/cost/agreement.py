@@ -34,6 +34,7 @@ __all__ = [
     "block_means",
     "compare",
     "equality_test",
+    "near_normal",
     "share",
     "sidak",
 ]
@@ -44,6 +45,10 @@ LEVEL = 0.001
 """The false-alarm rate of a whole family of comparisons."""
 ROUNDING = 2e-6
 """What float32 may do to a mean that has no noise, relative."""
+MOST_SKEWNESS = 0.1
+"""Of a block's mean over all repeats. By simulation with six repeats of sums of 20 to 130 rare events, Welch's p-values
+of 0.001 to 1e-5 are then true within a third; where there are ten events, p-values of 1e-5 come a thousand times as
+often as they should."""
 
 
 def sidak(p: float, looks: int) -> float:
@@ -165,6 +170,30 @@ def _look(channels: list[Array]) -> dict[str, float]:
         "squares": sidak(min(float(stats.chi2.sf(c @ c, c.size)) for c in channels), parts),
         "shape": sidak(min(anderson_darling(c) for c in channels), parts),
     }
+
+
+def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
+    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal to be compared.
+
+    Not so where a block's noise is made by few pixels, or one set has found none of the light that the other has noise
+    of: then the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
+    """
+    both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
+    if any(skewed.any() for _, skewed in both):
+        return False
+    without = [variance == 0.0 for variance, _ in both]
+    return any(none.all() for none in without) or bool((without[0] == without[1]).all())
+
+
+def _skewed(images: Array, block: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the variances of block sums over all images, and where these are too skewed; pixels are independent."""
+    count = len(images)
+    if count < 3:
+        raise ValueError(f"skewness needs 3 images, not {count}")
+    deviations = images - images.mean(axis=0)
+    variance = block_means((deviations**2).sum(axis=0), block) * block**2 * count / (count - 1)
+    third = block_means((deviations**3).sum(axis=0), block) * block**2 * count**2 / ((count - 1) * (count - 2))
+    return variance, np.abs(third) > MOST_SKEWNESS * variance**1.5
 
 
 def anderson_darling(z: Array) -> float:

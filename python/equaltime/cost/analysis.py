@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.cost.agreement import LEVEL, equality_test, share
+from equaltime.cost.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.cost.curves import Runs, error_at, error_curve, second_curve, slope, time_to_error
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
@@ -126,7 +126,8 @@ class _Scene:
         runs, parts, equality = strategy.runs, strategy.parts, None
         if standard_images is not None and strategy.label != standard and self._can_be_tested(strategy):
             images = strategy.images()
-            equality = None if images is None else _equality(images, standard_images)
+            careful = self.experiment.question != "bias" and not runs.biased
+            equality = None if images is None else _equality(images, standard_images, careful)
         targets = self.experiment.targets
         same = strategy.label == baseline.label
         first, last = strategy.rows[0], strategy.last
@@ -199,9 +200,17 @@ def _own(rows: Sequence[Row]) -> Interval:
     return Interval(value, low, high)
 
 
-def _equality(images: Floats, others: Floats) -> float | None:
-    """Return the p-value of equal expectations, by blocks that leave enough of them in small images."""
+def _equality(images: Floats, others: Floats, careful: bool) -> float | None:
+    """Return the p-value of equal expectations, by blocks that leave enough of them in small images.
+
+    Who is ``careful`` takes larger blocks, where few pixels make the noise of small ones, and None if all are so.
+    """
     if min(len(images), len(others)) < FEWEST_REPEATS or images.shape[1:] != others.shape[1:]:
         return None
-    block = max(1, min(8, min(images.shape[1:3]) // 4))
-    return equality_test(images, others, block)
+    largest = max(1, min(images.shape[1:3]) // 4)
+    blocks = [min(8, largest)]
+    while careful and not near_normal(images, others, blocks[-1]):
+        if blocks[-1] == largest:
+            return None
+        blocks.append(min(2 * blocks[-1], largest))
+    return equality_test(images, others, blocks[-1])
