@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,27 @@ def test_an_experiment_ends_with_the_verdict(
     assert "10" not in lines[0]  # nothing is known of it
     assert lines[-2] == f"wrote {folder}/report.html and {folder}/records.csv"
     assert len(load(folder / "records.csv")) == 8
+
+
+@pytest.mark.usefixtures("quickly")
+def test_a_time_that_was_not_measured_is_marked(
+    experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def far(*arguments: Any) -> Summary:
+        summary = stub(*arguments)
+        bsdf, best = summary.scenes[0].strategies
+        said = {**bsdf.time_to, 0.02: Interval(500.0, 400.0, 600.0, note="extrapolated 9 times")}
+        best = replace(best, time_to={**best.time_to, 0.01: Interval(math.inf, 1.0, math.inf)})
+        return replace(summary, scenes=(replace(summary.scenes[0], strategies=(replace(bsdf, time_to=said), best)),))
+
+    monkeypatch.setattr(analysis, "summarise", far)
+    assert main(["cost", str(experiment), "-o", str(folder)]) == 0
+    table, end = capsys.readouterr().out.split("* extrapolated beyond the runs")
+    assert "time to 1" not in table  # one of them does not reach it
+    first, second = table.splitlines()[1:3]
+    assert first.rstrip().endswith("*")
+    assert "*" not in second
+    assert end
 
 
 @pytest.mark.usefixtures("quickly")

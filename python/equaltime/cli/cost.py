@@ -19,6 +19,7 @@ from equaltime.cli.messages import print_error
 from equaltime.cli.options import Substitute
 from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
+from equaltime.cost.statistics import Interval
 from equaltime.cost.summary import SceneResult, Summary
 from equaltime.render import MOST_THREADS
 
@@ -26,6 +27,7 @@ __all__ = ["cost"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
+_EXTRAPOLATED = " *"
 
 
 def cost(
@@ -179,23 +181,30 @@ def _print(summary: Summary, folder: Path) -> None:
     for scene in summary.scenes:
         if len(summary.scenes) > 1:
             console.print(scene.name, style="bold", markup=False)
-        console.print(_table(scene, summary.targets))
+        console.print(table := _table(scene, summary.targets))
+        if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
+            console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
     console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True, markup=False)
     print(summary.verdict)
 
 
 def _table(scene: SceneResult, targets: tuple[float, ...]) -> Table:
-    """Return what fits a line: errors at equal time, and times to the smallest errors of which something is known."""
+    """Return what fits a line: errors at equal time, and times to the smallest errors of which most is known."""
     from equaltime.cost.report.words import error_cell, percent, seconds, seconds_cell
 
     cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
-    known = [target for target in targets if any(cell.state == "trusted" for cell in cells[target])][-_MOST_TARGETS:]
+    counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
+    known = [target for target in targets if counts[target] == max(counts.values()) > 0][-_MOST_TARGETS:]
     table = Table(box=None, pad_edge=False)
     table.add_column("strategy", overflow="fold", min_width=12)
     table.add_column(f"error in {seconds(scene.budget_s)}", justify="right", no_wrap=True)
     for target in known:
         table.add_column(f"time to {percent(target)}", justify="right", no_wrap=True)
     for number, result in enumerate(scene.strategies):
-        times = (str(cells[target][number]) for target in known)
+        times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         table.add_row(result.label, str(error_cell(result.error_at_budget)), *times)
     return table
+
+
+def _marked(cell: object, time: Interval) -> str:
+    return f"{cell}{_EXTRAPOLATED}" if "extrapolated" in time.note and time.trusted else str(cell)
