@@ -76,6 +76,7 @@ def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[
 
 def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
     """Choose the clearest words for a file that OpenImageIO would not read."""
+    said = complaint(speaker)  # what is not asked for, OpenImageIO prints when the process ends
     if not Path(path).exists():
         return "no such file"
-    return complaint(speaker) or "not an image that can be read"
+    return said or "not an image that can be read"

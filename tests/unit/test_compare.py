@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -168,6 +170,13 @@ def test_the_command_gives_json(files: tuple[Path, Path, Path], capsys: pytest.C
     assert found == et.compare(*files).as_dict()
     assert found["images"][0]["metrics"]["mse"]["value"] == pytest.approx(0.05**2, rel=0.05)
     assert found["ratio"]["low"] < 0.5 < found["ratio"]["high"]
+
+
+def test_of_a_missing_file_one_line_is_said(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "equaltime", "compare", "none.exr", "none.exr"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines() == ["error: none.exr: no such file"]
 
 
 def test_the_command_refuses_bad_input_with_code_2(
