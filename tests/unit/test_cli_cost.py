@@ -125,6 +125,19 @@ def test_a_time_that_was_not_measured_is_marked(
 
 
 @pytest.mark.usefixtures("quickly")
+@pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("40", 0)])
+def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
+    experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any, columns: str, times: int
+) -> None:
+    if columns:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+        monkeypatch.setenv("COLUMNS", columns)
+    assert main(["cost", str(experiment), "-o", str(folder)]) == 0
+    head, row = capsys.readouterr().out.splitlines()[:2]
+    assert (head.count("time to"), row.count("["), row.count("]")) == (times, 1 + times, 1 + times)
+
+
+@pytest.mark.usefixtures("quickly")
 def test_the_command_line_is_kept_with_the_runs_that_it_made(experiment: Path, folder: Path) -> None:
     arguments = ["cost", str(experiment), "-o", str(folder), "--repeats", "1"]
     for count in ("1", "2", "2"):

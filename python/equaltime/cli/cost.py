@@ -28,6 +28,7 @@ __all__ = ["cost"]
 _REPORT = "report.html"
 _MOST_TARGETS = 2
 _EXTRAPOLATED = " *"
+_ANY_WIDTH = 1000
 
 
 def cost(
@@ -178,23 +179,36 @@ def cost(
 
 def _print(summary: Summary, folder: Path) -> None:
     console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = _ANY_WIDTH
     for scene in summary.scenes:
         if len(summary.scenes) > 1:
             console.print(scene.name, style="bold", markup=False)
-        console.print(table := _table(scene, summary.targets))
+        console.print(table := _fitting(scene, summary.targets, console.width))
         if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
             console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
     console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True, markup=False)
     print(summary.verdict)
 
 
-def _table(scene: SceneResult, targets: tuple[float, ...]) -> Table:
-    """Return what fits a line: errors at equal time, and times to the smallest errors of which most is known."""
+def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Table:
+    """Return the table with as many times as there is room for: half a number would mislead."""
+    anywhere = Console(width=_ANY_WIDTH)
+    for most in range(_MOST_TARGETS, 0, -1):
+        table = _table(scene, targets, most)
+        if anywhere.measure(table).maximum <= width:
+            return table
+    return _table(scene, targets, 0)
+
+
+def _table(scene: SceneResult, targets: tuple[float, ...], most: int) -> Table:
+    """Return errors at equal time, and times to the smallest errors of which most is known."""
     from equaltime.cost.report.words import error_cell, percent, seconds, seconds_cell
 
     cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
-    known = [target for target in targets if counts[target] == max(counts.values()) > 0][-_MOST_TARGETS:]
+    known = [target for target in targets if counts[target] == max(counts.values()) > 0]
+    known = known[max(0, len(known) - most) :]
     table = Table(box=None, pad_edge=False)
     table.add_column("strategy", overflow="fold", min_width=12)
     table.add_column(f"error in {seconds(scene.budget_s)}", justify="right", no_wrap=True)
