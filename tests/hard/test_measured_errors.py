@@ -5,13 +5,14 @@ Z-tests at 4 standard errors: false alarms once in 15,787. Seeds are fixed.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.cost.metrics import Reference, measure
-from equaltime.selftest.cases import scenes_folder
 from equaltime.selftest.units import in_units
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ TARGET = 0.1
 
 
 def lit(light: float) -> et.Result:
-    scene = et.load(scenes_folder() / "cornell-box.toml").with_(size=(32, 32), max_depth=4)
+    scene = et.load(Path(__file__).parents[2] / "scenes" / "cornell-box.toml").with_(size=(32, 32), max_depth=4)
     return et.render(in_units(scene, 1.0, light), error=TARGET, strategy="best,adaptive=error")
 
 

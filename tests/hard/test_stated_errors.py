@@ -8,6 +8,7 @@ truth is the mean of all of them, whose own noise is taken off. If intervals hol
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,9 +16,9 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.selftest.cases import scenes_folder
 
 Array = NDArray[np.float64]
+SHIPPED = Path(__file__).parents[2] / "scenes"
 RENDERS = 200
 WITHIN = range(184, 197)
 Z95 = 1.96
@@ -107,6 +108,6 @@ def test_E08_errors_of_nets_are_those_between_replicates_and_not_within_them(spp
 def test_E09_intervals_of_renders_hold_the_error_of_each(name: str) -> None:  # noqa: N802
     """Where few samples make most of the error, as of a caustic, intervals are wide, and nearly all say why."""
     size = 16 if name == "ball" else 24
-    found = rendered(et.load(scenes_folder() / SCENES[name]).with_(size=(size, size)), 16)
+    found = rendered(et.load(SHIPPED / SCENES[name]).with_(size=(size, size)), 16)
     assert found.held() in WITHIN
     assert found.held(narrow=0.5) not in WITHIN, "the twin"
