@@ -19,6 +19,7 @@ from equaltime import _core
 from equaltime._core import parts
 
 from ..statistical.worlds import build
+from .ground import ground
 
 Array = NDArray[np.float64]
 LEVEL = 1e-3
@@ -123,15 +124,8 @@ def test_S22_the_light_of_the_dim_ones_adds_up_however_they_are_picked(lights: s
 
 def over_ground(lamps: int, radiance: float) -> et.Scene:
     """Return ground under a ball that shines, and as many lamps of four kinds beside it."""
-    view = {"look_at": {"origin": [0, -2, 3], "target": [0, 0, 0], "up": [0, 0, 1]}}
-    film = {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}}
-    scene: dict[str, Any] = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 4},
-        "sensor": {"type": "perspective", "fov": 40.0, "to_world": [view], "film": film},
-        "ground": {"type": "rectangle", "bsdf": {"type": "diffuse"}},
-        "ball": {"type": "sphere", "center": [1, 1, 2], "radius": 0.5, "emitter": {"type": "area", "radiance": 5}},
-    }
+    ball = {"type": "sphere", "center": [1, 1, 2], "radius": 0.5, "emitter": {"type": "area", "radiance": 5}}
+    scene = ground(8, 8, 4, ball=ball)
     for i in range(lamps):
         at = [i % 100, i // 100, 5]
         kinds: list[dict[str, Any]] = [

@@ -17,20 +17,15 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.scene.compile_textures import color as right
 
+from .ground import ground
+
 Moments = NDArray[Any]
 PIXEL, SAMPLE, SEED, SPP = (5, 7), 3, 3, 4
 """All samples of the first pass: what comes after the bad one's is not rendered."""
 MARKED = 0.123
 """The albedo that the core is told to be none."""
-VIEW = {"look_at": {"origin": [0, -2, 3], "target": [0, 0, 0], "up": [0, 0, 1]}}
-FILM = {"type": "hdrfilm", "width": 16, "height": 12, "rfilter": {"type": "box"}}
-GROUND: dict[str, Any] = {
-    "type": "scene",
-    "integrator": {"type": "path", "max_depth": 4},
-    "sensor": {"type": "perspective", "fov": 40.0, "to_world": [VIEW], "film": FILM},
-    "ground": {"type": "rectangle", "to_world": [{"scale": 5}], "bsdf": {"type": "diffuse"}},
-    "lamp": {"type": "sphere", "center": [1, 1, 2], "radius": 0.5, "emitter": {"type": "area", "radiance": 5}},
-}
+LAMP = {"type": "sphere", "center": [1, 1, 2], "radius": 0.5, "emitter": {"type": "area", "radiance": 5}}
+GROUND = ground(16, 12, 4, lamp=LAMP)
 
 
 def patched(at: Sequence[float]) -> et.Scene:

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 import equaltime as et
 
+from .ground import ground
+
 Array = NDArray[np.float64]
 SHIPPED = Path(__file__).parents[2] / "scenes"
 RENDERS = 200
@@ -64,18 +66,9 @@ def rendered(scene: et.Scene, spp: int, strategy: str = "best") -> Rendered:
 
 def sheltered() -> et.Scene:
     """Return ground under a lamp that is out of sight, without shadows: light that nets of points integrate well."""
-    view = {"look_at": {"origin": [0, -2, 3], "target": [0, 0, 0], "up": [0, 0, 1]}}
-    film = {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"}}
-    lamp = {"look_at": {"origin": [2, 2, 4], "target": [0, 0, 0], "up": [0, 1, 0]}}
-    return et.load_dict(
-        {
-            "type": "scene",
-            "integrator": {"type": "path", "max_depth": 2},
-            "sensor": {"type": "perspective", "fov": 40.0, "to_world": [view], "film": film},
-            "ground": {"type": "rectangle", "to_world": [{"scale": 5}], "bsdf": {"type": "diffuse"}},
-            "lamp": {"type": "rectangle", "to_world": [lamp], "emitter": {"type": "area", "radiance": 5}},
-        }
-    )
+    place = {"look_at": {"origin": [2, 2, 4], "target": [0, 0, 0], "up": [0, 1, 0]}}
+    lamp = {"type": "rectangle", "to_world": [place], "emitter": {"type": "area", "radiance": 5}}
+    return et.load_dict(ground(16, 16, 2, lamp=lamp))
 
 
 def within_the_sequence(result: et.Result) -> Array:
