@@ -135,6 +135,8 @@ def test_beyond_the_runs_the_time_is_extrapolated_and_says_so() -> None:
     assert close(found, 320.0, 0.5)
     assert found.trusted
     assert "times beyond the longest run by the fitted slope" in found.note
+    assert found.reach == pytest.approx(5.0, rel=0.1)
+    assert time_to_error(power_law(power=-0.75), 32.0**-0.75).reach == 1.0
 
 
 def test_a_fitted_slope_is_doubted_far_out_and_refused_farther_out() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,9 +14,10 @@ from equaltime.cost.verdict import pick_standard, product_mean, verdict
 from .fake_summary import curve
 
 TARGETS = (0.1, 0.05)
-TIME, FAR = Interval(0.5, 0.4, 0.6), Interval(2.0, 1.5, 2.5).noted("extrapolated 3 times beyond the longest run")
+TIME = Interval(0.5, 0.4, 0.6)
+FAR = Interval(2.0, 1.5, 2.5, reach=3.0).noted("extrapolated 3 times beyond the longest run")
 RATIO = Interval(30.0, 25.0, 36.0)
-FAR_RATIO = RATIO.noted("baseline: extrapolated 900 times beyond the longest run by slope -1/2")
+FAR_RATIO = replace(RATIO, reach=900.0).noted("baseline: extrapolated 900 times beyond the longest run by slope -1/2")
 AT_LEAST = FAR_RATIO.bounded("low", "baseline: heavy tail")
 
 
@@ -59,14 +61,16 @@ def test_the_smallest_error_within_the_runs_comes_first() -> None:
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:
     sentence = said((TIME, FAR), (FAR_RATIO, RATIO))
     assert sentence.startswith("best: 10 % in 0.5 s")
-    assert sentence.endswith("faster than naive; naive is extrapolated")
-    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith("; partly extrapolated")
+    assert sentence.endswith("faster than naive; naive is extrapolated, 900\N{MULTIPLICATION SIGN} beyond the runs")
+    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(
+        "; partly extrapolated, 3\N{MULTIPLICATION SIGN} beyond the runs"
+    )
 
 
 def test_of_a_baseline_with_a_heavy_tail_the_lower_end_is_said() -> None:
     sentence = said((TIME, UNKNOWN), (AT_LEAST, UNKNOWN))
     assert "at least 25\N{MULTIPLICATION SIGN} faster than naive" in sentence
-    assert sentence.endswith("naive is extrapolated, and its heavy tail leaves open how much more")
+    assert sentence.endswith("beyond the runs, and its heavy tail leaves open how much more")
     assert "30" not in sentence
 
 

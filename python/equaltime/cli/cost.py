@@ -7,28 +7,20 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from equaltime import cost as measure_cost
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
+from equaltime.cli.cost_table import print_summary
 from equaltime.cli.messages import print_error
 from equaltime.cli.options import Substitute
 from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
-from equaltime.cost.statistics import Interval
-from equaltime.cost.summary import SceneResult, Summary
 from equaltime.render import MOST_THREADS
 
 __all__ = ["cost"]
-
-_REPORT = "report.html"
-_MOST_TARGETS = 2
-_EXTRAPOLATED = " *"
-_ANY_WIDTH = 1000
 
 
 def cost(
@@ -173,52 +165,5 @@ def cost(
     if as_json:
         print(json.dumps(as_data(summary), indent=2, allow_nan=False))
     else:
-        _print(summary, output)
+        print_summary(summary, output)
     return 0
-
-
-def _print(summary: Summary, folder: Path) -> None:
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = _ANY_WIDTH
-    for scene in summary.scenes:
-        if len(summary.scenes) > 1:
-            console.print(scene.name, style="bold", markup=False)
-        console.print(table := _fitting(scene, summary.targets, console.width))
-        if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
-            console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
-    console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True, markup=False)
-    print(summary.verdict)
-
-
-def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Table:
-    """Return the table with as many times as there is room for: half a number would mislead."""
-    anywhere = Console(width=_ANY_WIDTH)
-    for most in range(_MOST_TARGETS, 0, -1):
-        table = _table(scene, targets, most)
-        if anywhere.measure(table).maximum <= width:
-            return table
-    return _table(scene, targets, 0)
-
-
-def _table(scene: SceneResult, targets: tuple[float, ...], most: int) -> Table:
-    """Return errors at equal time, and times to the smallest errors of which most is known."""
-    from equaltime.cost.report.words import error_cell, percent, seconds, seconds_cell
-
-    cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
-    counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
-    known = [target for target in targets if counts[target] == max(counts.values()) > 0]
-    known = known[max(0, len(known) - most) :]
-    table = Table(box=None, pad_edge=False)
-    table.add_column("strategy", overflow="fold", min_width=12)
-    table.add_column(f"error in {seconds(scene.budget_s)}", justify="right", no_wrap=True)
-    for target in known:
-        table.add_column(f"time to {percent(target)}", justify="right", no_wrap=True)
-    for number, result in enumerate(scene.strategies):
-        times = (_marked(cells[target][number], result.time_to[target]) for target in known)
-        table.add_row(result.label, str(error_cell(result.error_at_budget)), *times)
-    return table
-
-
-def _marked(cell: object, time: Interval) -> str:
-    return f"{cell}{_EXTRAPOLATED}" if "extrapolated" in time.note and time.trusted else str(cell)

@@ -180,7 +180,7 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, indepen
         return found
     side = "beyond the longest run" if value > end else "before the first checkpoint"
     by = "by slope -1/2" if independent else "by the fitted slope"
-    noted = found.noted(f"extrapolated {reach:.3g} times {side} {by}")
+    noted = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {side} {by}")
     if independent or reach <= (TRUSTED_REACH if value > end else 2.0):
         return noted
     return noted.doubted("a fitted slope may not hold so far")

@@ -43,7 +43,7 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
         ratio = ratio.bounded("low", note) if slow.bound else ratio.doubted(note)
     if not fast.trusted:
         ratio = ratio.bounded("high", note) if fast.bound else ratio.doubted(note)
-    return ratio.noted(note)
+    return replace(ratio, reach=max(slow.reach, fast.reach)).noted(note)
 
 
 def efficiency(baseline: Runs, runs: Runs) -> Interval:

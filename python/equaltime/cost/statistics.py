@@ -55,6 +55,8 @@ class Interval:
     """What must be said beside the number: why it cannot be trusted, or that it is extrapolated."""
     bound: Literal["", "low", "high"] = ""
     """Of an interval that is not trusted: which end holds nevertheless, with 97.5 % confidence."""
+    reach: float = 1.0
+    """How many times farther than what was measured it lies: above 1 it is extrapolated."""
 
     @property
     def known(self) -> bool:

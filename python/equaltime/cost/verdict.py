@@ -95,14 +95,18 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
     time, ratio = product_mean(times), product_mean(ratios)
     where = f" (geometric means of {len(found)} of {count} scenes)" if count > 1 else ""
     said = ""
-    if any(i.note for i in times):
-        said = "; partly extrapolated"
-    elif any("extrapolated" in i.note for i in ratios):
-        said = f"; {baseline} is extrapolated"
+    if (reach := max(i.reach for i in times)) > 1.0:
+        said = f"; partly extrapolated, {_farthest(reach, count)}"
+    elif (reach := max(i.reach for i in ratios)) > 1.0:
+        said = f"; {baseline} is extrapolated, {_farthest(reach, count)}"
     if not ratio.trusted:
         said += ", and its heavy tail leaves open how much more" if said else "; a heavy tail leaves open how much more"
     labels = _joined(strategy.label for _, strategy in found)
     return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+
+
+def _farthest(reach: float, scenes: int) -> str:
+    return f"{'up to ' if scenes > 1 else ''}{reach:.3g}{_TIMES} beyond the runs"
 
 
 def _faster(ratio: Interval) -> str:

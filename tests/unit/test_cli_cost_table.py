@@ -1,0 +1,58 @@
+"""The table that ``equaltime cost`` prints in a terminal: nothing by half, nothing without its reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from equaltime.cli.cost_table import print_summary
+from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.summary import StrategyResult, Summary
+
+from .fake_summary import summary
+
+HUGE = Interval(500.0, 400.0, 600.0, note="extrapolated 9 times", reach=9.0)
+
+
+def changed(found: Summary, label: str, change: Callable[[StrategyResult], StrategyResult]) -> Summary:
+    strategies = (change(one) if one.label == label else one for one in found.scenes[0].strategies)
+    return replace(found, scenes=(replace(found.scenes[0], strategies=tuple(strategies)),))
+
+
+def printed(found: Summary, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    print_summary(found, folder)
+    return capsys.readouterr().out.splitlines()
+
+
+def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
+    never = Interval(math.inf, 1.0, math.inf)
+    far = changed(far, "best", lambda one: replace(one, time_to={**one.time_to, 0.01: never}))
+    head, naive, cut, best, below = printed(far, tmp_path, capsys)[:5]
+    assert "time to 1 %" not in head  # one of them does not reach it
+    assert naive.rstrip().endswith("*")
+    assert "*" not in cut + best
+    assert below == "* extrapolated beyond the runs"
+
+
+def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nothing = UNKNOWN.doubted("the error is below what the reference can show")
+    found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
+    below = printed(found, tmp_path, capsys)[4:]
+    assert below[0] == "best: the error is below what the reference can show"
+    assert below[1].startswith("wrote ")
+
+
+@pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
+def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, columns: str, times: int
+) -> None:
+    if columns:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+        monkeypatch.setenv("COLUMNS", columns)
+    head, row = printed(summary(tmp_path), tmp_path, capsys)[:2]
+    assert (head.count("time to"), row.count("["), row.count("]")) == (times, 1 + times, 1 + times)
