@@ -19,7 +19,7 @@ from equaltime.cost.record import load
 from equaltime.cost.reference import REFERENCE_STRATEGY
 from equaltime.cost.runner import RunProgress, run
 from equaltime.cost.subject import Checkpoint, RendererKind
-from equaltime.errors import ExperimentError, NonFiniteSample, RenderError
+from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
@@ -207,6 +207,18 @@ def test_a_subject_without_an_image_is_an_error(
 ) -> None:
     monkeypatch.setattr(Clockwork, "run", lambda *arguments: iter(()))
     with pytest.raises(RenderError, match="bsdf: gave no image"):
+        run(experiment(), folder)
+
+
+@pytest.mark.parametrize("name", ["prepare", "run"])
+def test_a_failure_of_another_renderer_names_the_scene(
+    folder: Path, clockworks: list[Clockwork], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def fail(*arguments: object) -> None:
+        raise PeerError("bsdf: its process ended")
+
+    monkeypatch.setattr(Clockwork, name, fail)
+    with pytest.raises(PeerError, match=r"^box: bsdf: its process ended"):
         run(experiment(), folder)
 
 

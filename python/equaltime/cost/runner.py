@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,7 +28,7 @@ from equaltime.cost.record import Key, Recorder
 from equaltime.cost.single_run import SingleRun, now
 from equaltime.cost.subject import Checkpoint, Subject
 from equaltime.cost.subjects import close_subjects, make_subjects, scenes_of
-from equaltime.errors import ExperimentError, Problem
+from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
@@ -92,6 +93,15 @@ def run(
             _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
     finally:
         close_subjects(subjects)
+
+
+@contextmanager
+def _told_on(scene: str) -> Iterator[None]:
+    """Let errors of other renderers say on which scene they failed."""
+    try:
+        yield
+    except PeerError as error:
+        raise PeerError(f"{scene}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -170,7 +180,8 @@ class _Session:
             known = references.read(own).reference
         begin = time.perf_counter()
         single = SingleRun(turn.key, scene, turn.subject, known, self.threads, machine, build)
-        self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
+        with _told_on(turn.key[0]):
+            self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
         self._seconds[turn.key[:2]] = time.perf_counter() - begin
         self._done.add(turn.key)
 
@@ -198,7 +209,8 @@ class _Session:
         """Let every subject see every scene, before hours have passed."""
         for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
             self._tell("setup", turn, 0.0, None)
-            turn.subject.prepare(self.scenes[turn.number], self.threads)
+            with _told_on(turn.key[0]):
+                turn.subject.prepare(self.scenes[turn.number], self.threads)
 
     def _pass_gates(self) -> None:
         """Hold every peer against equaltime on every scene."""
@@ -208,7 +220,8 @@ class _Session:
         for number, entry in enumerate(self.experiment.scenes):
             told = partial(self._tell_agreement, number)
             scene, wish = self.scenes[number], self.experiment.reference
-            pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
+            with _told_on(entry.name):
+                pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
 
     def _reference(self, number: int) -> Reference:
         """Return the scene's reference: what the folder has counts, even if a better one could be had."""
