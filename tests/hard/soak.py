@@ -1,8 +1,9 @@
-"""Soak: a great many samples of the shipped scenes, hard ones first of all: python -m tests.hard.soak [--samples 1e9].
+"""Soak: a great many samples of scenes: python -m tests.hard.soak [--samples 1e9] [SCENE ...].
 
-Each scene is rendered again and again with other seeds, all for about as long. Of all samples none may be NaN or
-infinite; memory may not grow after the first quarter; and the mean of the second half of the renders is that of the
-first, by Welch's test at one level of 0.1 % over all scenes. Ends with 1 if anything of this fails.
+Where none is named, those that are shipped are taken, hard ones first. Each is rendered again and again with other
+seeds, all for about as long. Of all samples none may be NaN or infinite; memory may not grow after the first quarter;
+and the mean of the second half of the renders is that of the first, by Welch's test at one level of 0.1 % over all
+scenes. Ends with 1 if anything of this fails.
 """
 
 from __future__ import annotations
@@ -57,6 +58,11 @@ def shipped() -> Iterator[Path]:
         for path in sorted((SCENES / folder).rglob("*.toml")):
             if "experiments" not in path.parts and (folder == "hard") == (path.parent.name == "hard"):
                 yield path
+
+
+def shown(path: Path) -> str:
+    """Return a scene's place as it is printed."""
+    return str(path.relative_to(SCENES) if path.is_relative_to(SCENES) else path)
 
 
 def drift(means: Sequence[float]) -> float:
@@ -115,10 +121,11 @@ def soak(path: Path, samples: int, threads: int = 0) -> Soaked:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", type=Path, help="files of scenes [all that are shipped]")
     parser.add_argument("--samples", type=float, default=1e9, help="in all [%(default)g]")
     parser.add_argument("--threads", type=int, default=0, help="worker threads; 0: one a processor [%(default)s]")
     options = parser.parse_args()
-    paths = list(shipped())
+    paths = options.scenes or list(shipped())
     speeds = [speed(path) for path in paths]
     total, failed = 0, 0
     for path, fast in zip(paths, speeds, strict=True):
@@ -126,7 +133,7 @@ def main() -> int:
         total += found.samples
         failed += not (good := found.passes(LEVEL / len(paths)))
         print(
-            f"{path.relative_to(SCENES)!s:34} {found.samples / 1e6:8.1f} M samples, {found.nonfinite} not finite, "
+            f"{shown(path):34} {found.samples / 1e6:8.1f} M samples, {found.nonfinite} not finite, "
             f"{found.growth / 2**20:5.1f} MiB more, p {found.p_value:.3g}, {found.seconds:6.1f} s"
             f"{'' if good else '   FAILED'}",
             flush=True,
