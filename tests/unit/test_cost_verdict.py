@@ -74,6 +74,16 @@ def test_of_a_baseline_with_a_heavy_tail_the_lower_end_is_said() -> None:
     assert "30" not in sentence
 
 
+def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_named() -> None:
+    known, unknown = scene((TIME, TIME), (FAR_RATIO, FAR_RATIO)), scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
+    one = verdict([known, unknown], TARGETS)
+    assert " faster than naive on box (1 of 2 scenes); " in one
+    assert one.endswith("extrapolated, 900\N{MULTIPLICATION SIGN} beyond the runs")
+    two = verdict([known, known, unknown], TARGETS)
+    assert " (geometric means of 2 of 3 scenes); " in two
+    assert two.endswith(" up to 900\N{MULTIPLICATION SIGN} beyond the runs")
+
+
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
     assert "[25, 36]" in said((FAR, TIME), (FAR_RATIO, AT_LEAST))
 

@@ -93,16 +93,26 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
     ratios = [strategy.ratio[target] for _, strategy in found]
     baseline = _joined(scene.baseline for scene, _ in found)
     time, ratio = product_mean(times), product_mean(ratios)
-    where = f" (geometric means of {len(found)} of {count} scenes)" if count > 1 else ""
-    said = ""
+    where, said = _where([scene.name for scene, _ in found], count), ""
     if (reach := max(i.reach for i in times)) > 1.0:
-        said = f"; partly extrapolated, {_farthest(reach, count)}"
+        said = f"; partly extrapolated, {_farthest(reach, len(found))}"
     elif (reach := max(i.reach for i in ratios)) > 1.0:
-        said = f"; {baseline} is extrapolated, {_farthest(reach, count)}"
+        said = f"; {baseline} is extrapolated, {_farthest(reach, len(found))}"
     if not ratio.trusted:
         said += ", and its heavy tail leaves open how much more" if said else "; a heavy tail leaves open how much more"
     labels = _joined(strategy.label for _, strategy in found)
     return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+
+
+def _where(names: Sequence[str], count: int) -> str:
+    """Say which of an experiment's scenes a sentence is about."""
+    if count == 1:
+        return ""
+    return (
+        f" on {names[0]} (1 of {count} scenes)"
+        if len(names) == 1
+        else f" (geometric means of {len(names)} of {count} scenes)"
+    )
 
 
 def _farthest(reach: float, scenes: int) -> str:
@@ -164,7 +174,7 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
         return ""
     ratio = product_mean([strategy.efficiency for _, strategy in found])
     labels, baseline = _joined(s.label for _, s in found), _joined(scene.baseline for scene, _ in found)
-    where = f" (geometric mean of {len(found)} of {len(scenes)} scenes)" if len(scenes) > 1 else ""
+    where = _where([scene.name for scene, _ in found], len(scenes))
     gain = f"{ratio.value:.3g}{_TIMES} [{ratio.low:.3g}, {ratio.high:.3g}]"
     what = f"squared error {_TIMES} time, medians"
     return f"typical runs of {labels} are {gain} as efficient as those of {baseline} ({what}){where}"
