@@ -122,6 +122,7 @@ class Passes:
         self._pass_began: float | None = None
         self._pace: float | None = None  # seconds a sample a pixel, of the last pass: the load may have changed
         self._renderer, self._clock, self._start = renderer, clock, clock()
+        self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is under way
         self._cancelled = False
         self._looks, self._hidden = Looks(looks), hidden
         self._report = None if progress is None else _Reporter(self, progress)
@@ -138,12 +139,23 @@ class Passes:
 
     @property
     def seconds(self) -> float:
-        """Since the first pass began."""
+        """Since the first pass of the loop began."""
         return self._clock() - self._start
+
+    @property
+    def total_seconds(self) -> float:
+        """Of all loops, up to their ends."""
+        return self._ended + (self.seconds if self._runs else 0.0)
 
     def __iter__(self) -> Iterator[int]:
         self._start, self.stopped_by, self._cancelled = self._clock(), None, False
-        self._pass_began = None
+        self._pass_began, self._runs = None, True
+        try:
+            yield from self._passes()
+        finally:
+            self._ended, self._runs = self.total_seconds, False
+
+    def _passes(self) -> Iterator[int]:
         try:
             while (reason := self._met()) is None:
                 end = self._next_end()
@@ -193,7 +205,7 @@ class Passes:
     def samples_for(self, error: float | None) -> float | None:
         """Return how many samples a pixel an error target will likely take, once it was looked at."""
         looks = self._looks
-        if error is None or looks.last is None or not looks.last.known:
+        if error is None or looks.last is None or not math.isfinite(looks.last.high):
             return None
         growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
         return max(looks.made[-1].samples * growth, self.samples + 1.0)

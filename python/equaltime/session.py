@@ -90,12 +90,11 @@ class Session:
         was finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the result so far.
         """
         stopped_by = self._run_passes(path, every, pass_ended)
-        seconds = self.passes.seconds
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
         while True:
             try:
-                return self.result(stopped_by, seconds)
+                return self.result(stopped_by)
             except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
                 stopped_by = "interrupt"
 
@@ -134,10 +133,10 @@ class Session:
         """Memory of the scene in the core."""
         return self._scene.core.memory_bytes
 
-    def result(self, stopped_by: StoppedBy, seconds: float | None = None) -> Result:
+    def result(self, stopped_by: StoppedBy) -> Result:
         """Return what is done so far; raises `SampleError` with it if a sample went wrong."""
         counters = self._renderer.counters
-        phases = {**self._scene.timings, "render": self._before + (self.passes.seconds if seconds is None else seconds)}
+        phases = {**self._scene.timings, "render": self._before + self.passes.total_seconds}
         if self._saving:
             phases["save"] = self._saving
         stats = Stats(

@@ -1,6 +1,7 @@
 """Renders that the caller drives, pass by pass."""
 
 import threading
+import time
 from itertools import islice
 from pathlib import Path
 
@@ -45,6 +46,26 @@ def test_an_error_may_be_asked_for_on_the_way(scene: et.Scene) -> None:
         assert state.error.known
     assert session.result.stopped_by == "error"
     assert session.result.error.value < 0.4
+
+
+def test_the_time_is_that_of_all_loops_and_of_nothing_else(scene: et.Scene) -> None:
+    session = et.progressive(scene, spp=8)
+    list(session)
+    first = session.result.stats.seconds
+    time.sleep(0.05)
+    assert session.result.stats.seconds == first > 0.0
+    session.aim(spp=10)
+    for state in session:
+        assert state.stats.seconds > first
+    assert first < session.result.stats.seconds < first + 0.05
+
+
+def test_an_error_that_nobody_knows_has_no_time_left(scene: et.Scene) -> None:
+    """A single pixel shows no spread from place to place: its upper limit is infinite."""
+    session = et.progressive(scene.with_(size=(1, 1)), error=0.05)
+    for state in islice(session, 12):
+        assert state.error.high == np.inf
+        assert session.time_left is None
 
 
 def test_cancelling_ends_the_loop_and_another_goes_on(scene: et.Scene) -> None:
