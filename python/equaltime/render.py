@@ -40,6 +40,7 @@ MOST_SECONDS = 1e9
 MOST_ERROR = 1e3
 """A thousand times the image: nobody can mean more."""
 _DEFAULT_SPP = 64
+_CROSS_CHECK_ALONE = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
 
 
 def render(
@@ -138,8 +139,8 @@ def render(
     loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
     if backend == "embreex":
-        if resume is not None or checkpoint is not None:
-            raise RenderError("the embreex backend cannot be taken up")
+        if any(x is not None for x in (resume, checkpoint, within, show)) or without or threads or traps != "ignore":
+            raise StrategyError(_CROSS_CHECK_ALONE)
         return _render_cross_check(loaded, limits, chosen, seed)
     resumed = None if resume is None else Checkpoint.read(resume)
     begin = clock.perf_counter()
@@ -164,13 +165,16 @@ def render(
             watcher(session)
 
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended)
-    if show is not None:
-        show.show(result.image)
-    stats = replace(result.stats, phases={**result.stats.phases, **piloting})
+    result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))
     rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
     worked = result.stats.seconds * result.stats.threads
-    aovs = outputs(loaded, rendered, by, seed, threads, max(1, round(float(result.samples.mean()))), worked)
-    return replace(result, stats=stats, aovs=aovs)
+    try:
+        if show is not None:
+            show.show(result.image)
+        aovs = outputs(loaded, rendered, by, seed, threads, max(1, round(float(result.samples.mean()))), worked)
+    except KeyboardInterrupt:  # they may take as long as the image, which is finished
+        return replace(result, stopped_by="interrupt")
+    return replace(result, aovs=aovs)
 
 
 def _left_out(
@@ -256,8 +260,7 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
 def _render_cross_check(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:
     """Render with `equaltime.crosscheck`, which has one strategy, its own, and no clock."""
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
-        message = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
-        raise StrategyError(message)
+        raise StrategyError(_CROSS_CHECK_ALONE)
     begin = clock.perf_counter()
     try:
         from equaltime import crosscheck  # here, since not everyone has embreex

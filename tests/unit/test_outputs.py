@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,16 @@ def test_rays_are_counted_and_the_time_is_shared_out_by_them(result: et.Result) 
     np.testing.assert_allclose(seconds / seconds.sum(), rays / rays.sum(), rtol=1e-4)
     assert seconds.sum() == pytest.approx(result.stats.seconds * result.stats.threads, rel=1e-4)
     assert np.array_equal(et.render(scene(), spp=8, seed=3).aovs["cost.N"], result.aovs["cost.N"])
+
+
+def test_ctrl_c_while_they_are_taken_loses_no_image(result: et.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys.modules["equaltime.render"], "outputs", stopped)
+    found = et.render(scene(), spp=8, seed=3)
+    assert (found.stopped_by, found.aovs) == ("interrupt", {})
+    np.testing.assert_array_equal(found.image, result.image)
 
 
 def test_outputs_are_an_effect_with_a_place() -> None:
