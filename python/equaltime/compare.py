@@ -182,8 +182,15 @@ def _bias_p(first: _File, second: _File) -> float | None:
 
 
 def _same_seed(first: _File, second: _File) -> bool:
-    keys = ("digest", "seed")
-    return all(first.said(key) is not None and first.said(key) == second.said(key) for key in keys)
+    """Tell whether both are of one scene and have a seed in common; a merged file has those of all its parts."""
+    digest = first.said("digest")
+    return digest is not None and digest == second.said("digest") and bool(_seeds(first) & _seeds(second))
+
+
+def _seeds(file: _File) -> set[int]:
+    sources = file.said("sources")
+    parts = [part.get("seed") for part in sources if isinstance(part, dict)] if isinstance(sources, list) else []
+    return {seed for seed in parts or [file.said("seed")] if isinstance(seed, int)}
 
 
 def _ratio(first: _File, second: _File, truth: _File) -> Interval | None:
@@ -217,7 +224,12 @@ def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | N
     first, second = (image.seconds for image in compared)
     if first is None or second is None:
         return None
-    return ratio.map(lambda error: second / first / error**2)
+
+    def gain(error: float) -> float:
+        square = error * error
+        return second / first / square if square > 0.0 else math.inf
+
+    return ratio.map(gain)
 
 
 def _notes(files: list[_File]) -> Iterable[str]:
@@ -228,7 +240,7 @@ def _notes(files: list[_File]) -> Iterable[str]:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
         if file is not truth and _same_seed(file, truth):
-            yield f"{file.path} and {truth.path} have the same seed: they are not independent, and bias is not tested"
+            yield f"{file.path} and {truth.path} have a seed in common: they are not independent, bias is not tested"
     if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
         yield "the files lie at different places in the film"
     digests = {file.said("digest") for file in files} - {None}

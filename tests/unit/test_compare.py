@@ -103,7 +103,17 @@ def test_equal_seeds_are_not_tested_for_bias(tmp_path: Path) -> None:
     a, b = (write(tmp_path / name, noisy(0.05, 3), 0.05, record) for name in ("a.exr", "b.exr"))
     found = et.compare(a, b)
     assert found.images[0].bias_p is None
-    assert any("same seed" in note for note in found.notes)
+    assert any("a seed in common" in note for note in found.notes)
+
+
+def test_a_merged_file_is_not_independent_of_its_parts(tmp_path: Path) -> None:
+    parts = [{"seed": seed} for seed in (1, 2)]
+    both = write(tmp_path / "both.exr", noisy(0.05, 3), 0.05, {"seed": 1, "digest": "d", "sources": parts})
+    for seed, independent in ((1, False), (2, False), (3, True)):
+        part = write(tmp_path / "part.exr", noisy(0.05, 3 + seed), 0.05, {"seed": seed, "digest": "d"})
+        found = et.compare(part, both)
+        assert (found.images[0].bias_p is not None) == independent
+        assert (found.notes == ()) == independent
 
 
 def test_plain_files_of_other_renderers_have_errors_without_intervals(tmp_path: Path) -> None:
@@ -152,6 +162,15 @@ def test_a_tiny_image_is_compared_without_trust(tmp_path: Path) -> None:
     assert found.ratio is not None
     assert not found.ratio.trusted
     assert found.images[0].bias_p is None
+
+
+def test_a_single_pixel_is_compared_without_a_number_that_there_is_not(tmp_path: Path) -> None:
+    record = {"seconds": 1.0}
+    pixels = [write(tmp_path / f"{i}.exr", TRUTH[:1, :1] * (1.0 + 0.1 * i), 0.0, record) for i in (1, 2, 0)]
+    found = et.compare(*pixels)
+    assert found.efficiency is not None
+    assert not found.efficiency.trusted
+    assert (found.efficiency.low, found.efficiency.high) == (0.0, math.inf)
 
 
 def test_the_command_prints_every_metric(
