@@ -21,6 +21,7 @@ from equaltime.cost.curves import (
 from equaltime.cost.ratios import speed_up
 from equaltime.cost.statistics import (
     Interval,
+    exp,
     geometric_interval,
     jackknife,
     join,
@@ -153,6 +154,11 @@ def test_independent_samples_have_a_law_that_reaches_as_far_as_wanted() -> None:
     assert close(found, 64e4, 0.1)
     assert found.trusted
     assert "by slope -1/2" in found.note
+
+
+def test_no_number_stays_none() -> None:
+    assert math.isnan(exp(math.nan))
+    assert exp(1e4) == math.inf
 
 
 def test_a_bias_is_not_extrapolated() -> None:

@@ -107,6 +107,7 @@ def test_a_picture_is_reduced_by_whole_blocks_and_a_small_one_is_left_alone() ->
     assert reduced(values, 8) is values
     np.testing.assert_array_equal(reduced(values, 4), values.reshape(3, 2, 4, 2).mean(axis=(1, 3)))
     assert reduced(np.zeros((7, 9, 3)), 4).shape == (2, 3, 3)
+    assert reduced(np.zeros((1, 1000, 3)), 622).shape == (1, 500, 3)
 
 
 def test_colours_hold_their_ends_and_what_is_no_number() -> None:

@@ -21,6 +21,7 @@ from equaltime.cost.runner import RunProgress, run
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
 from equaltime.scene import Scene
+from equaltime.scene import load as load_scene
 from equaltime.strategy import Strategy
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -157,6 +158,20 @@ def test_sample_counts_that_differ_are_kept_for_the_report(folder: Path, clockwo
     assert even.samples is None
     assert uneven.samples is not None
     np.testing.assert_array_equal(np.load(uneven.samples), clockworks[1].samples)
+
+
+def test_the_core_tells_how_many_samples_each_pixel_had() -> None:
+    scene = load_scene(CORNELL).with_(size=(24, 24))
+    counts = {}
+    for name in ("best", "best,adaptive=history"):
+        subject = CoreSubject(name, Strategy.parse(name))
+        subject.prepare(scene, 2)
+        *_, last = subject.run(1, (8, 64))
+        counts[name] = last.samples
+    assert counts["best"] is None
+    uneven = counts["best,adaptive=history"]
+    assert uneven is not None
+    assert uneven.min() < 64 < uneven.max()
 
 
 def test_flip_is_measured_at_the_end_of_runs_that_are_long_enough(folder: Path, clockworks: list[Clockwork]) -> None:

@@ -73,6 +73,7 @@ class CoreSubject:
                 paths=counters["paths"],
                 rays=counters["rays"],
                 shadow_rays=counters["shadow_rays"],
+                samples=None if (pixels.samples == spp).all() else pixels.samples,
             )
             if seconds is not None and wall >= seconds:
                 return

@@ -18,6 +18,7 @@ def reduced(values: NDArray[Any], longest: int) -> Floats:
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
         return values
-    height, width = (size // factor * factor for size in values.shape[:2])
-    blocks = values[:height, :width].reshape(height // factor, factor, width // factor, factor, *values.shape[2:])
+    down, across = (min(factor, size) for size in values.shape[:2])
+    rows, columns = values.shape[0] // down, values.shape[1] // across
+    blocks = values[: rows * down, : columns * across].reshape(rows, down, columns, across, *values.shape[2:])
     return np.asarray(blocks.mean(axis=(1, 3)))

@@ -203,5 +203,5 @@ def _chosen(kept: Floats) -> NDArray[np.bool_]:
 
 
 def exp(value: float) -> float:
-    """Return e to this power, or infinity where a number has no room for it."""
-    return math.exp(value) if value < 700.0 else math.inf
+    """Return e to this power, or infinity where a number has no room for it; NaN of NaN."""
+    return math.inf if value >= 700.0 else math.exp(value)
