@@ -42,10 +42,20 @@ def complaint(speaker: Any) -> str:
     return "; ".join(dict.fromkeys(line.strip() for line in message.splitlines() if line.strip()))
 
 
+def utf8(path: str | os.PathLike[str]) -> str:
+    """Return the path in the only letters that OpenImageIO reads; raises `ImageError` if it has others."""
+    name = os.fspath(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError as error:
+        raise ImageError(f"{path}: OpenImageIO cannot open it, since its name is not UTF-8") from error
+    return name
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
-    source = oiio.ImageInput.open(os.fspath(path))
+    source = oiio.ImageInput.open(utf8(path))
     if source is None:
         raise ImageError(f"{path}: {reason(oiio, path)}")
     try:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from equaltime import moments as words
 from equaltime.errors import ImageError
-from equaltime.image_files import complaint, excess, opened, read_part, reason
+from equaltime.image_files import complaint, excess, opened, read_part, reason, utf8
 
 __all__ = [
     "SOFTWARE",
@@ -245,6 +245,7 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
             raise ImageError(f"{path}: the folder {path.parent} does not exist")
     except OSError as error:  # such as a name that no file can have
         raise ImageError(f"{path}: {error.strerror or error}") from error
+    utf8(path.parent)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
 

@@ -195,6 +195,33 @@ def test_names_and_signs_that_the_terminal_cannot_show_are_escaped(scene: Path, 
     assert Path(output).exists()
 
 
+def test_a_file_of_the_scene_is_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sky = tmp_path / "sky.exr"
+    images.write_exr(sky, np.ones((4, 8, 3)))
+    before, scene = sky.read_bytes(), tmp_path / "sky.toml"
+    scene.write_text(HEAD.replace('type = "constant"', 'type = "envmap"\nfilename = "sky.exr"'))
+    for output in ("sky.exr", "../" + tmp_path.name + "/sky.exr"):
+        assert "the scene is made of this file" in refusal(["render", str(scene), "-o", str(tmp_path / output)], capsys)
+    picture = tmp_path / "wall.png"
+    picture.write_bytes(sky.read_bytes())
+    scene.write_text(scene.read_text().replace("sky.exr", "wall.png"))
+    assert "wall.png: " in refusal(["render", str(scene), "-o", str(tmp_path / "wall.exr")], capsys)
+    assert sky.read_bytes() == picture.read_bytes() == before
+
+
+def test_folders_and_files_whose_names_no_image_library_reads_are_refused_at_once(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9"))
+    folder.mkdir()
+    assert "not UTF-8" in refusal(["render", str(scene), "-o", str(folder / "a.exr")], capsys)
+    assert "not UTF-8" in refusal(["cost", str(scene), "-o", str(folder), "--quick"], capsys)
+    output = os.fsdecode(os.fsencode(tmp_path) + b"/b\xff.exr")
+    assert main(["render", str(scene), "-o", output, "--spp", "2", "-q"]) == 0
+    assert "not UTF-8" in refusal(["render", str(scene), "-o", output, "--resume", "--spp", "4"], capsys)
+    assert "not UTF-8" in refusal(["compare", output, output], capsys)
+
+
 def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.exr"
     command = [sys.executable, "-m", "equaltime", "render", str(scene), "-o", str(output), "--time", "1h", "--json"]

@@ -14,7 +14,7 @@ from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, print_warnings
 from equaltime.cli.options import Substitute
 from equaltime.scene import Scene, SceneModel, load_file
-from equaltime.scene.model import Bitmap, EnvMap, MeshFile, mesh_files
+from equaltime.scene.named_files import named_files
 
 __all__ = ["info"]
 
@@ -79,7 +79,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "sensor": model.sensor.type,
         "filter": model.sensor.film.rfilter.type,
         "plugins": _plugins(model),
-        "files": _files(scene),
+        "files": {str(path): path.stat().st_size for path in named_files(scene)},
         "effects": [name for name, used in core.effects().items() if used],
         "substitutions": [str(substitution) for substitution in scene.substitutions],
         **({} if scene.extensions is None else {"extensions": scene.extensions}),
@@ -94,13 +94,6 @@ def _plugins(model: SceneModel) -> dict[str, dict[str, int]]:
         counts = found[node.kind]
         counts[node.title] = counts.get(node.title, 0) + 1
     return {family: dict(sorted(counts.items())) for family, counts in found.items()}
-
-
-def _files(scene: Scene) -> dict[str, int]:
-    """Return the files that the scene names, by their sizes in bytes."""
-    named = {node.filename for node in scene.model.nodes() if isinstance(node, Bitmap | EnvMap | MeshFile)}
-    paths = sorted({scene.assets.path(name) for filename in named for name in mesh_files(filename)})
-    return {str(path): path.stat().st_size for path in paths}
 
 
 def _in_words(value: Any) -> str:

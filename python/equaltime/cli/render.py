@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time as clock
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -33,8 +34,9 @@ from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
-from equaltime.scene import load_file
+from equaltime.scene import Scene, load_file
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
@@ -143,8 +145,9 @@ def render(
     * truncate=none|N (cuts paths: biased)
     """
     chosen = Strategy.parse(strategy)
-    check_output(output)
+    picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    _check_spares(loaded, {output, picture})
     if not quiet:
         print_warnings(loaded)
         print_hazards(loaded)
@@ -201,6 +204,13 @@ def render(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _check_spares(scene: Scene, places: Iterable[Path]) -> None:
+    """Raise `ImageError` for an output that would take the place of a file that the scene is made of."""
+    for place in filter(Path.exists, places):
+        if any(place.samefile(file) for file in named_files(scene)):
+            raise ImageError(f"{place}: the scene is made of this file; write to another")
 
 
 def _viewer(address: str, output: Path) -> Viewer:

@@ -82,6 +82,7 @@ def run(
     SceneError, StrategyError, RenderError
         If something cannot be rendered.
     """
+    _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
     threads = experiment.threads or len(os.sched_getaffinity(0))
@@ -93,6 +94,15 @@ def run(
             _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
     finally:
         close_subjects(subjects)
+
+
+def _check_names(*names: object) -> None:
+    """Raise `ExperimentError` for a name that the records, which are text, could not hold."""
+    for name in map(str, names):
+        try:
+            name.encode()
+        except UnicodeEncodeError as error:
+            raise ExperimentError((Problem(name, "is not UTF-8, as the records of an experiment are"),)) from error
 
 
 @contextmanager
