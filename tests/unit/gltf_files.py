@@ -65,9 +65,9 @@ class Builder:
         """Add a node."""
         return self.add("nodes", fields)
 
-    def image(self, pixels: NDArray[np.uint8], folder: Path) -> int:
+    def image(self, pixels: NDArray[Any], folder: Path) -> int:
         """Add an image in the buffer, and a texture of it; return the texture."""
-        source = self.add("images", {"bufferView": self.view(png(pixels, folder)), "mimeType": "image/png"})
+        source = self.add("images", {"bufferView": self.view(encoded(pixels, folder)), "mimeType": "image/png"})
         return self.add("textures", {"source": source})
 
     def document(self) -> dict[str, Any]:
@@ -100,12 +100,15 @@ def chunk(kind: bytes, data: bytes, filler: bytes) -> bytes:
     return struct.pack("<I", len(data)) + kind + data
 
 
-def png(pixels: NDArray[np.uint8], folder: Path) -> bytes:
-    """Return the bytes of a PNG file of pixels (H, W, channels), whose colours are not multiplied by their opacity."""
+def encoded(pixels: NDArray[Any], folder: Path, kind: str = "png") -> bytes:
+    """Return the bytes of an image file of pixels (H, W, channels), whose colours are not multiplied by their opacity.
+
+    They are uint8 or uint16.
+    """
     import OpenImageIO as oiio  # noqa: N813
 
-    path = folder / "made-for-a-test.png"
-    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "uint8")
+    path = folder / f"made-for-a-test.{kind}"
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], pixels.dtype.name)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), spec)

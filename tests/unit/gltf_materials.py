@@ -35,7 +35,7 @@ def warnings(builder: Builder, folder: Path) -> str:
     return "\n".join(loaded(builder, folder).warnings)
 
 
-def textured(pixels: NDArray[np.uint8], folder: Path, **textures: Any) -> Builder:
+def textured(pixels: NDArray[Any], folder: Path, **textures: Any) -> Builder:
     """Return a document whose material has the texture 0, of these pixels, in the slots that `textures` describe."""
     builder = Builder()
     builder.image(pixels, folder)
@@ -49,5 +49,5 @@ def texels(texture: object, folder: Path) -> Texels:
     file, fragment = split(texture.filename)
     assert fragment is not None
     found = Contents(folder / file, lambda name: folder / name).bitmap(fragment)
-    assert texture.raw == (not found.srgb)
+    assert found.texels.dtype != np.uint8 or texture.raw == (not found.srgb)
     return found

@@ -119,5 +119,13 @@ def test_what_is_not_exact_is_told_with_its_materials(tmp_path: Path) -> None:
     assert "white, of one roughness (materials[0], materials[1], materials[2] and 2 more)" in text
 
 
+def test_an_extension_that_is_not_read_is_told(tmp_path: Path) -> None:
+    builder = one_triangle()
+    builder.json["extensionsUsed"] = ["KHR_materials_iridescence", "KHR_materials_ior"]
+    told = warnings(builder, tmp_path)
+    assert "the extension 'KHR_materials_iridescence' is not used" in told
+    assert "KHR_materials_ior" not in told
+
+
 def test_every_extension_that_is_read_is_written_down() -> None:
     assert {name for name in MAPPING if "materials" in name} == MATERIAL_EXTENSIONS.keys()

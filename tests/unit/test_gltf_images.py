@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime.scene import model as m
 
-from .gltf_files import one_triangle
-from .gltf_materials import loaded, textured
+from .gltf_files import encoded, one_triangle
+from .gltf_materials import bsdf, loaded, texels, textured
 
 
 @pytest.mark.parametrize(
@@ -47,3 +48,32 @@ def test_a_texture_without_an_image_is_told(tmp_path: Path) -> None:
     builder.json["textures"] = [{"name": "empty"}]
     with pytest.raises(et.SceneError, match=r"textures\[0\]: has no 'source' that can be read"):
         loaded(builder, tmp_path)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.5])
+def test_sixteen_bits_of_a_channel_mean_what_eight_do(tmp_path: Path, factor: float) -> None:
+    """Colours are encoded as sRGB, roughness is not."""
+    for grey in (np.full((2, 2, 3), 128, np.uint8), np.full((2, 2, 3), 128 * 257, np.uint16)):
+        use, colors = {"index": 0}, [factor, factor, factor, 1.0]
+        pbr = {"baseColorTexture": use, "metallicRoughnessTexture": use, "baseColorFactor": colors}
+        found = bsdf(textured(grey, tmp_path, pbrMetallicRoughness=pbr), tmp_path)
+        assert isinstance(found, m.Principled)
+        color, rough = texels(found.base_color, tmp_path), texels(found.roughness, tmp_path)
+        assert rough.texels / (255 if rough.texels.dtype == np.uint8 else 1.0) == pytest.approx(128 / 255)
+        if color.texels.dtype == np.uint8:
+            assert color.srgb
+            assert (color.texels == 128).all()
+        else:
+            assert not color.srgb
+            assert color.texels == pytest.approx(0.21586 * factor, rel=1e-3)
+
+
+def test_webp_stands_in_for_an_image_that_is_not_there(tmp_path: Path) -> None:
+    builder = textured(np.zeros((2, 2, 3), np.uint8), tmp_path, emissiveFactor=[1, 1, 1], emissiveTexture={"index": 0})
+    view = builder.view(encoded(np.full((16, 16, 3), 200, np.uint8), tmp_path, "webp"))
+    second = builder.add("images", {"bufferView": view, "mimeType": "image/webp"})
+    builder.json["textures"] = [{"extensions": {"EXT_texture_webp": {"source": second}}}]
+    builder.json |= {"extensionsUsed": ["EXT_texture_webp"], "extensionsRequired": ["EXT_texture_webp"]}
+    (shape,) = loaded(builder, tmp_path).model.shapes
+    assert shape.emitter is not None
+    assert texels(shape.emitter.radiance, tmp_path).texels == pytest.approx(200, abs=2)

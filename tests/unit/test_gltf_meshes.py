@@ -176,3 +176,16 @@ def test_attributes_of_another_length_are_told(tmp_path: Path) -> None:
     builder.node(mesh=builder.mesh(NORMAL=[[0, 0, 1]]))
     with pytest.raises(et.SceneError, match=r"attributes.NORMAL: has 1 values for 3 positions"):
         et.load(builder.glb(tmp_path / "a.glb"))
+
+
+def test_normals_and_texture_coordinates_that_are_no_numbers_are_replaced_and_counted(tmp_path: Path) -> None:
+    builder = Builder()
+    normals = [[0, 0, 1], [np.nan, 0, 0], [0, 0, 1]]
+    builder.node(mesh=builder.mesh(TRIANGLE, NORMAL=normals, TEXCOORD_0=[[0.5, 0.5], [1, 1], [0, np.inf]]))
+    (surface,) = surfaces(builder, tmp_path)
+    assert surface.normals == pytest.approx(np.array([[0, 0, 1]] * 3))
+    assert surface.uvs is not None
+    assert np.isfinite(surface.uvs).all()
+    told = "\n".join(et.load(tmp_path / "a.glb").warnings)
+    assert "1 normals are not finite: those of the faces around are taken" in told
+    assert "1 texture coordinates are not finite: (0, 0) is taken" in told

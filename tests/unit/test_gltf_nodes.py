@@ -113,6 +113,17 @@ def test_the_scene_says_which_nodes_are_there(tmp_path: Path) -> None:
         et.load(path, scene="third")
 
 
+def test_what_is_not_visible_is_left_out_with_its_children(tmp_path: Path) -> None:
+    builder = Builder()
+    mesh = point(builder)
+    hidden = {"KHR_node_visibility": {"visible": False}}
+    builder.node(mesh=mesh, translation=[1, 0, 0])
+    builder.node(mesh=mesh, children=[0], extensions=hidden)
+    builder.node(mesh=mesh, translation=[5, 0, 0], extensions={"KHR_node_visibility": {"visible": True}})
+    builder.json["extensionsUsed"] = ["KHR_node_visibility"]
+    assert world(builder, tmp_path) == [[6, 2, 3]]
+
+
 def test_nodes_with_two_parents_and_rings_are_refused(tmp_path: Path) -> None:
     builder = Builder()
     mesh = point(builder)

@@ -11,7 +11,8 @@ primitives                 `gltf` shapes; triangles, strips, fans; flat where th
 skins, morph targets       poses of a `gltf` shape: ``/nodes/N/...`` as the file's nodes stand, with weights of the node
                            or its mesh; ``/animations/A/T/nodes/N/...`` as they are at a time; what glows keeps the
                            first; *in each of 16 parts of the shutter's time, vertices go straight*
-COLOR_0                    `mesh_attribute`, times the base colour; *its opacity is not used*
+COLOR_0                    `mesh_attribute`, times the base colour, also of what is unlit, *unless it has a texture*;
+                           *its opacity is not used*
 nodes                      ``to_world``; what is scaled to nothing is left out; ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has
                            everything in view

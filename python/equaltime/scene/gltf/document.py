@@ -21,8 +21,10 @@ from equaltime.scene.gltf.rules import Problems
 from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
 from equaltime.scene.known import shortened, suggestion
 
-__all__ = ["Document", "Malformed", "parse"]
+__all__ = ["NOT_USED", "Document", "Malformed", "parse"]
 
+NOT_USED: Final = "not used"
+"""What becomes of an extension that a file uses, does not require, and that is not read here."""
 MAGIC: Final = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MOST_PROBLEMS: Final = 20
@@ -57,7 +59,7 @@ class Document:
     def extensions(self) -> dict[str, str]:
         """What becomes of the extensions that the file uses."""
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
-        return {name: MAPPING.get(name, "not used") for name in used}
+        return {name: MAPPING.get(name, NOT_USED) for name in used}
 
     def note(self, message: str, place: str) -> None:
         """Remember to tell `message`, once for all places."""

@@ -20,9 +20,9 @@ MOST_PIXELS: Final = 1 << 28
 
 
 def decode(document: Document, index: int) -> NDArray[Any]:
-    """Return the pixels (H, W, 4) of an image, not multiplied by its opacity: uint8 if it has eight bits, else float32.
+    """Return the pixels (H, W, 4) of an image, not multiplied by its opacity: uint8, uint16 or float32, as it has them.
 
-    Values are as they are stored, from 0 to 1 for integers of other sizes. Raises `Malformed`.
+    Raises `Malformed`.
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:
@@ -63,7 +63,7 @@ def _from_file(path: Path, place: str) -> NDArray[Any]:
             raise Malformed((place, f"{spec.width}x{spec.height} pixels; the limit is {MOST_PIXELS} in all"))
         if wrong := excess(spec, path):
             raise Malformed((place, wrong))
-        pixels = source.read_image("uint8" if str(spec.format) == "uint8" else "float")
+        pixels = source.read_image(str(spec.format) if str(spec.format) in ("uint8", "uint16") else "float")
         if pixels is None:
             raise Malformed((place, f"cannot be read as an image: {_reason(source, path)}"))
     finally:
@@ -79,7 +79,8 @@ def _reason(speaker: Any, path: Path) -> str:
 def _rgba(pixels: NDArray[Any]) -> NDArray[Any]:
     """Return grey, grey with opacity, RGB or RGBA as RGBA."""
     channels = pixels.shape[2]
-    opaque = np.full((*pixels.shape[:2], 1), 255 if pixels.dtype == np.uint8 else 1, pixels.dtype)
+    largest = np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1
+    opaque = np.full((*pixels.shape[:2], 1), largest, pixels.dtype)
     if channels >= 4:
         return np.ascontiguousarray(pixels[..., :4])
     color = pixels if channels == 3 else np.repeat(pixels[..., :1], 3, axis=2)

@@ -8,6 +8,7 @@ __all__ = ["MAPPING"]
 
 MAPPING: Final = {
     "EXT_mesh_gpu_instancing": "instances",
+    "EXT_texture_webp": "read as it is, where there is no other image",
     "KHR_lights_punctual": "point, directional, spot, in candela and lux; "
     "approximation: a spot falls linearly with the angle, and a light's range is not used",
     "KHR_materials_anisotropy": "principled's anisotropic; "
@@ -26,6 +27,7 @@ MAPPING: Final = {
     "KHR_materials_unlit": "area of the base colour; approximation: it shines on its surroundings",
     "KHR_materials_volume": "homogeneous, inside what has a thickness, whatever that is",
     "KHR_mesh_quantization": "read as it is",
+    "KHR_node_visibility": "what is not visible is left out",
     "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
 }
 """What each supported extension becomes."""

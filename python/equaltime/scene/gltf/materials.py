@@ -80,12 +80,20 @@ class Materials:
         """Tell whether a material is an area light."""
         return "radiance" in self.look(material).slots
 
-    def emitter(self, material: int | None) -> Object | None:
-        """Return the area light that a material is, if it shines."""
-        slot = self.look(material).slots.get("radiance")
+    def emitter(self, material: int | None, colored: bool) -> Object | None:
+        """Return the area light that a material is, if it shines; unlit vertices shine in their colours."""
+        seen = self.look(material)
+        slot = seen.slots.get("radiance")
         if material is None or slot is None:
             return None
-        return plant("emitter", "area", self._at(material), radiance=self._color(material, "radiance", slot))
+        place, radiance = self._at(material), self._color(material, "radiance", slot)
+        if seen.unlit and colored and slot.texture is None:
+            radiance = plant("texture", "mesh_attribute", place, name="vertex_color")
+        elif seen.unlit and colored:
+            self._document.note(
+                "the colours of vertices are not used where an unlit material has a texture", place.path
+            )
+        return plant("emitter", "area", place, radiance=radiance)
 
     def _at(self, material: int | None) -> Place:
         return self._place if material is None else self._place.key("materials").key(material)

@@ -46,6 +46,8 @@ def placed(document: Document, scene: int | None, clip: Clip | None = None) -> I
     while waiting:
         index, around = waiting.pop()
         node = nodes[index]
+        if (node.extensions or {}).get("KHR_node_visibility", {}).get("visible", True) is False:
+            continue  # nor are its children visible
         to_world = product(around, np.array([_local(node, clip, index, time) for time in times]))
         still = (to_world == to_world[0]).all()
         yield Placed(index, node, to_world[0], () if still else tuple(to_world))

@@ -65,8 +65,18 @@ def triangles(
         faces,
         None
         if normals is None
-        else _morphed(document, mesh, source, weights, "NORMAL", floats(document, normals, "VEC3")),
-        None if uvs is None else floats(document, uvs, "VEC2"),
+        else _finite(
+            _morphed(document, mesh, source, weights, "NORMAL", floats(document, normals, "VEC3")),
+            f"{place}: {{}} normals are not finite: those of the faces around are taken",
+            warnings,
+        ),
+        None
+        if uvs is None
+        else _finite(
+            floats(document, uvs, "VEC2"),
+            f"{place}: {{}} texture coordinates are not finite: (0, 0) is taken",
+            warnings,
+        ),
         color(document, source),
         warnings,
     )
@@ -75,6 +85,17 @@ def triangles(
             message = f"has {len(values)} values for {len(vertices)} positions"
             raise Malformed((f"{place}.attributes.{name}", message))
     return result
+
+
+def _finite(values: Array, message: str, warnings: list[str]) -> Array:
+    """Return the values (N, K) with zeros in place of those that are not finite, which are counted in a warning."""
+    wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if not wrong.size:
+        return values
+    warnings.append(message.format(wrong.size))
+    mended = values.copy()
+    mended[wrong] = 0.0
+    return mended
 
 
 def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[float]) -> Array:

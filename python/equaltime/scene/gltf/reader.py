@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from equaltime.scene.gltf.animations import Clip, played
-from equaltime.scene.gltf.document import Document, Malformed, parse
+from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.materials import Materials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.plant import add, plant
@@ -160,6 +160,9 @@ class _Scene:
         return played(self._document, number, (begin, end))
 
     def _note_what_is_left_out(self) -> None:
+        for name, fate in self._document.extensions.items():
+            if fate == NOT_USED:
+                self._document.note(f"the extension {shortened(name, 60)} is not used", "")
         if self._gltf.animations and self._clip is None:
             self._document.note(
                 "animations are not played: everything stands as in the file; -D shutter=0,0.02 opens a shutter", ""

@@ -127,6 +127,7 @@ _NODE = table(
     extensions=table(
         EXT_mesh_gpu_instancing=table("attributes", attributes=mapping(index("accessors"))),
         KHR_lights_punctual=table("light", light=index("extensions/KHR_lights_punctual/lights")),
+        KHR_node_visibility=table(visible=flag),
     ),
 )
 
@@ -175,6 +176,7 @@ _VIEW = table(
     "buffer byteLength", buffer=index("buffers"), byteOffset=integer(), byteLength=integer(), byteStride=integer()
 )
 
+_TEXTURE_FORMS = table(EXT_texture_webp=table("source", source=index("images")))
 _TARGET = table("path", node=index("nodes"), path=text)
 _DATA, _INTERPOLATION = index("accessors"), one_of("LINEAR", "STEP", "CUBICSPLINE")
 
@@ -191,7 +193,7 @@ DOCUMENT = table(
     bufferViews=every(_VIEW),
     buffers=every(table("byteLength", uri=text, byteLength=integer(1))),
     materials=every(_MATERIAL),
-    textures=every(table(sampler=index("samplers"), source=index("images"), name=text, extensions=mapping(table()))),
+    textures=every(table(sampler=index("samplers"), source=index("images"), name=text, extensions=_TEXTURE_FORMS)),
     samplers=every(
         table(
             magFilter=one_of(9728, 9729),

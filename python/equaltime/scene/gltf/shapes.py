@@ -220,7 +220,7 @@ class Shapes:
             to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,
             flip_normals=(flat and mirrors(copy.to_world)) or None,
-            emitter=self._materials.emitter(primitive.material),
+            emitter=self._materials.emitter(primitive.material, variant.colored),
         )
         add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))
         if (medium := self._materials.medium(primitive.material)) is not None:

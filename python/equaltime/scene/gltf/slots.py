@@ -117,11 +117,13 @@ class Slot:
     def texels(self, pixels: Array) -> Texels:
         """Return the bitmap of this parameter, from the pixels (H, W, 4) of the texture's image."""
         picked = pixels[..., list(self.channels)]
-        if self.plain:
-            return Texels(np.ascontiguousarray(picked), self.encoded and picked.dtype == np.uint8)
+        if self.plain and picked.dtype == np.uint8:
+            return Texels(np.ascontiguousarray(picked), self.encoded)
         values = _decoded(picked, self.encoded)
         if self.encoded and self.channels[-1:] == ALPHA:
             values[..., -1] = _decoded(picked[..., -1], False)
+        if self.plain:
+            return Texels(np.ascontiguousarray(values), False)
         values = values * np.array(self.factor).astype(np.float32)
         if self.curve is not None:
             values = self.curve(values)
@@ -133,9 +135,9 @@ class Slot:
 
 def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
     """Return texels as linear numbers."""
-    if pixels.dtype != np.uint8:
+    if not np.issubdtype(pixels.dtype, np.integer):
         return pixels.astype(np.float32)
-    values = np.arange(256) / 255.0
+    values = np.linspace(0.0, 1.0, int(np.iinfo(pixels.dtype).max) + 1)
     if encoded:
         values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
     table: NDArray[np.float32] = values.astype(np.float32)

@@ -42,7 +42,9 @@ def _turned(normals: Texels) -> Texels:
 
 def _source(document: Document, texture: int) -> int:
     """Return the image of a texture, of the fallback where an extension would give another."""
-    source = document.gltf.textures[texture].source
+    found = document.gltf.textures[texture]
+    webp = (found.extensions or {}).get("EXT_texture_webp", {})
+    source = webp.get("source") if found.source is None else found.source
     if source is None:
         raise Malformed((f"textures[{texture}]", "has no 'source' that can be read"))
     return int(source)
