@@ -67,6 +67,12 @@ def test_two_sides_of_two_materials_are_front_and_back() -> None:
     assert sides(bsdf={"type": "twosided", "bsdf": [GREY, MIRROR]}) == (0, 1, None)
 
 
+def test_two_sides_within_two_sides_show_their_front_as_in_mitsuba() -> None:
+    inner = {"type": "twosided", "bsdf": [GREY, MIRROR]}
+    assert sides(bsdf={"type": "twosided", "bsdf": inner}) == (0, 0, None)
+    assert sides(bsdf={"type": "twosided", "bsdf": [MIRROR, inner]}) == (0, 1, None)
+
+
 def test_glass_is_on_both_sides_and_its_index_is_inside_over_outside() -> None:
     assert sides(bsdf=GLASS) == (0, 0, None)
     assert listen(it={"type": "disk", "bsdf": GLASS}).all("add_dielectric")[0][0][0] == pytest.approx(1.2)
@@ -207,12 +213,11 @@ def test_an_image_of_bytes_is_decoded_from_srgb(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("pixel", "problem"),
     [
-        ((np.nan, 0, 0), r"pixel \(2, 1\) is not a radiance: \[nan, 0.0, 0.0\]"),
-        ((0, -1, 0), r"pixel \(2, 1\) is not a radiance: \[0.0, -1.0, 0.0\]"),
-        ((0, 0, np.inf), r"pixel \(2, 1\) is not a radiance"),
+        ((np.nan, 0, 0), r"pixel \(2, 1\) is not finite: \[nan, 0.0, 0.0\]"),
+        ((0, 0, np.inf), r"pixel \(2, 1\) is not finite"),
     ],
 )
-def test_an_image_with_a_pixel_that_is_no_radiance_is_refused(
+def test_an_image_with_a_pixel_that_is_not_finite_is_refused(
     tmp_path: Path, pixel: tuple[float, float, float], problem: str
 ) -> None:
     pixels = np.ones((4, 5, 3))
@@ -220,6 +225,16 @@ def test_an_image_with_a_pixel_that_is_no_radiance_is_refused(
     write_image(tmp_path / "sky.exr", pixels, "float")
     with pytest.raises(SceneError, match=rf"^sky.filename: {tmp_path}/sky.exr: {problem}"):
         listen(sky={"type": "envmap", "filename": str(tmp_path / "sky.exr")})
+
+
+def test_light_below_zero_is_none_and_told(tmp_path: Path) -> None:
+    pixels = np.ones((4, 5, 3))
+    pixels[1, 2] = 0, -0.25, 8
+    write_image(tmp_path / "sky.exr", pixels, "float")
+    assert environment(tmp_path / "sky.exr")[1, 2].tolist() == [0, 0, 8]
+    sky = {"type": "envmap", "filename": str(tmp_path / "sky.exr")}
+    (told,) = load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": sky}).warnings
+    assert "sky.exr: 1 pixels are negative somewhere, and 0 there: the least is -0.25, the largest 8" in told
 
 
 def test_an_image_that_is_none_or_too_small_is_refused(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ Reading raises ValueError with a message for people; who knows the place in the 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from equaltime import _core
 from equaltime.image_files import complaint, excess
 from equaltime.scene.gltf import Contents, Texels, Triangles, split
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
+from equaltime.scene.primaries import to_srgb
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
@@ -37,6 +39,7 @@ class Assets:
         self._search = search
         self._meshes: dict[tuple[str, int | str | None], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
+        self._dark: dict[Path, str] = {}
         self._texels: dict[tuple[str, bool], Texels] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
         self._sums: dict[Path, str] = {}
@@ -86,8 +89,15 @@ class Assets:
         """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
         path = self.path(emitter.filename)
         if path not in self._images:
-            self._images[path] = _read_image(path)
+            self._images[path], self._dark[path] = _not_negative(_read_image(path))
         return self._images[path]
+
+    def check_image(self, emitter: EnvMap) -> Iterator[str]:
+        """Read the image of `emitter`, and iterate over what is to be said of it."""
+        self.image(emitter)
+        path = self.path(emitter.filename)
+        if self._dark[path]:
+            yield f"{path}: {self._dark[path]}"
 
     def texture(self, bitmap: Bitmap) -> Texels:
         """Return the texels of `bitmap`, finite; raises ValueError if its file cannot be read."""
@@ -177,6 +187,8 @@ def _read_texels(path: Path, raw: bool) -> Texels:
     texels = np.ascontiguousarray(pixels[..., :colors])
     if kind == "float" and not raw and np.issubdtype(_component(buffer), np.integer):
         texels = _from_srgb(texels)
+    if colors == 3 and kind != "uint8":
+        texels = _in_srgb(path, buffer, texels)
     if kind != "uint8" and not np.isfinite(texels).all():
         y, x = np.argwhere(~np.isfinite(texels).all(axis=2))[0]
         raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {texels[y, x].tolist()}")
@@ -192,10 +204,33 @@ def _read_image(path: Path) -> NDArray[np.float32]:
     image = np.ascontiguousarray(pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2))
     if np.issubdtype(_component(buffer), np.integer):
         image = _from_srgb(image)
-    if not (np.isfinite(image).all() and (image >= 0.0).all()):
-        y, x = np.argwhere(~(np.isfinite(image) & (image >= 0.0)).all(axis=2))[0]
-        raise ValueError(f"{path}: pixel ({x}, {y}) is not a radiance: {image[y, x].tolist()}")
+    elif channels >= 3:
+        image = _in_srgb(path, buffer, image)
+    if not np.isfinite(image).all():
+        y, x = np.argwhere(~np.isfinite(image).all(axis=2))[0]
+        raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {image[y, x].tolist()}")
     return image
+
+
+def _not_negative(image: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
+    """Return the image without light below zero, which resampling or another gamut left, and what is to be said."""
+    count = np.count_nonzero((image < 0.0).any(axis=2))
+    if not count:
+        return image, ""
+    least = f"the least is {image.min():.3g}, the largest {image.max():.3g}"
+    return np.maximum(image, 0.0), f"{count} pixels are negative somewhere, and 0 there: {least}"
+
+
+def _in_srgb(path: Path, buffer: OpenImageIO.ImageBuf, colors: NDArray[Any]) -> NDArray[Any]:
+    """Return linear colours (H, W, 3) in sRGB, from the primaries that the file's header names."""
+    named = buffer.spec().getattribute("chromaticities")
+    if not isinstance(named, tuple) or len(named) != 8:
+        return colors
+    try:
+        matrix = to_srgb(named)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return colors if matrix is None else (colors.astype(np.float64) @ matrix.T).astype(np.float32)
 
 
 def _component(buffer: OpenImageIO.ImageBuf) -> np.dtype[np.generic]:

@@ -291,6 +291,6 @@ def _check_part(place: Place, part: Plugin, assets: Assets) -> Iterator[str]:
             along = f"its radius is that along x, {part.world_radius:g}"
             yield f"{place}: a sphere is not stretched, here as in Mitsuba: {along}"
     elif isinstance(part, EnvMap):
-        assets.image(part)
+        yield from assets.check_image(part)
     elif isinstance(part, Bitmap):
         assets.texture(part)
