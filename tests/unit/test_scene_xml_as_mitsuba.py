@@ -30,6 +30,26 @@ def test_words_without_effect_are_read(tmp_path: Path) -> None:
     sky = '<emitter type="constant"><transform name="to_world"><rotate y="1" angle="30"/></transform></emitter>'
     loaded = read(tmp_path, f'<integrator type="path"><float name="timeout" value="9"/></integrator>{SENSOR}{sky}')
     assert not loaded.warnings
+    switches = ("allow_thread_reordering", "embree_use_robust_intersections")
+    switched = "".join(f'<boolean name="{name}" value="true"/>' for name in switches)
+    walk = '<integrator type="volpathmis"><boolean name="use_spectral_mis" value="false"/></integrator>'
+    assert not read(tmp_path, switched + walk + SENSOR + sky).warnings
+    wrong = problems(tmp_path, f'<float name="allow_thread_reordering" value="1"/>{SENSOR}')
+    assert "unknown parameter 'allow_thread_reordering' of the scene" in wrong[0]
+
+
+def test_the_axis_of_the_field_of_view_may_be_written_large(tmp_path: Path) -> None:
+    words = '<string name="fov_axis" value="Smaller"/><float name="fov" value="50"/>'
+    assert read(tmp_path, f'<sensor type="perspective">{words}</sensor>').model.sensor.fov_axis == "smaller"
+
+
+def test_a_variable_may_run_into_the_word_that_follows(tmp_path: Path) -> None:
+    """The longest name that is known is meant."""
+    defaults = '<default name="di" value="no"/><default name="dir" value="ball_"/><default name="one" value="1"/>'
+    body = f'{defaults}<shape type="sphere" id="$dirwood"><float name="radius" value="$one5"/></shape>'
+    (found,) = read(tmp_path, SENSOR + body).model.shapes
+    assert found.id == "ball_wood"
+    assert found.radius == 15.0
 
 
 def test_text_means_nothing_and_is_told_of_as_is_a_document_type_that_declares_nothing(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
-__all__ = ["MITSUBA", "OLD", "mitsuba_kind", "nearest", "shortened", "suggestion"]
+__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
@@ -44,6 +44,8 @@ _OLD_NAMES: dict[Kind, str] = {
 }
 OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
 """Plugins of Mitsuba 0.6 that Mitsuba 3 has not, by family."""
+SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersections"})
+"""Switches of Mitsuba's that a scene may have of its own; they say how rays are traced, and mean nothing here."""
 
 
 def mitsuba_kind(name: str) -> Kind | None:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind, nearest, suggestion
+from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, mitsuba_kind, nearest, suggestion
 from equaltime.scene.model import (
     NO_MORE,
     NOT_YET,
@@ -269,6 +269,8 @@ class _Resolver:
         if isinstance(node, Object):
             return node
         if isinstance(node, Value) and parent is self._root:
+            if child.name in SCENE_HINTS and isinstance(node.data, bool):
+                return None
             message = f"unknown parameter '{child.name}' of the scene; expected an object with a 'type'"
             self._report.add(node.place, message)
             return None

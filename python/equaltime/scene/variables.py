@@ -28,7 +28,11 @@ class Variables:
     def single(self, text: str) -> str | None:
         """Return the name if `text` is one variable and nothing else."""
         match = _VARIABLE.fullmatch(text)
-        return match[1] if match and match[0].startswith("$") else None
+        return match[1] if match and match[0].startswith("$") and self._longest(match[1]) == match[1] else None
+
+    def _longest(self, word: str) -> str:
+        """Return the longest known name that a word begins with, as Mitsuba does; the word if there is none."""
+        return next((word[:end] for end in range(len(word), 0, -1) if word[:end] in self._values), word)
 
     def value(self, name: str) -> object:
         """Return what `name` stands for; raises ValueError if that is unknown."""
@@ -47,8 +51,9 @@ class Variables:
         def replacement(match: re.Match[str]) -> str:
             if match[0].startswith("\\"):
                 return match[0][1:]
-            value = self.value(match[1])
-            return str(value).lower() if isinstance(value, bool) else str(value)
+            name = self._longest(match[1])
+            value = self.value(name)
+            return (str(value).lower() if isinstance(value, bool) else str(value)) + match[1][len(name) :]
 
         return _VARIABLE.sub(replacement, text)
 

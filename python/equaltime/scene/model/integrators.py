@@ -83,7 +83,11 @@ class VolPath(Path):
 class VolPathMis(Path):
     """The same as `VolPath`: how colours in a medium are sampled is the strategy's business."""
 
+    hints: ClassVar[frozenset[str]] = Path.hints | {"use_spectral_mis"}
+
     type: Literal["volpathmis"] = "volpathmis"  # type: ignore[assignment]  # narrows the tag of Path
+    use_spectral_mis: bool = True
+    """A sampling hint of Mitsuba, not used."""
 
 
 class Direct(IntegratorPlugin):

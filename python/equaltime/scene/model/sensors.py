@@ -12,7 +12,7 @@ from equaltime.scene.model.animation import Placement, RigidPlacement
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.films import HdrFilm
 from equaltime.scene.model.media import Medium
-from equaltime.scene.model.values import IDENTITY
+from equaltime.scene.model.values import IDENTITY, as_lower
 
 __all__ = [
     *("MOST_SAMPLES", "Independent", "LdSampler", "MultiJitter", "Orthogonal", "Sampler", "Stratified"),
@@ -127,7 +127,7 @@ class Projective(SensorPlugin):
     to_world: RigidPlacement = IDENTITY
     fov: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
     """Field of view in degrees along ``fov_axis``, over the whole film."""
-    fov_axis: Literal["x", "y", "diagonal", "smaller", "larger"] = "x"
+    fov_axis: Annotated[Literal["x", "y", "diagonal", "smaller", "larger"], BeforeValidator(as_lower)] = "x"
     focal_length: Annotated[PositiveFloat, BeforeValidator(_as_millimetres)] | None = None
     """In mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
 

@@ -43,8 +43,6 @@ class TwoSided(BsdfPlugin):
                 raise ValueError(
                     f"'twosided' cannot contain '{side.type}', which lets light through: it serves both sides alone"
                 )
-            if isinstance(side, TwoSided):
-                raise ValueError("'twosided' cannot contain another")
         return self
 
 
