@@ -41,6 +41,8 @@ RoughDielectric::RoughDielectric(const RoughDielectricDescription& d) noexcept
       ior(static_cast<float>(d.dielectric.ior)),
       specular_reflectance(spectrum(d.dielectric.specular_reflectance)),
       specular_transmittance(spectrum(d.dielectric.specular_transmittance)) {}
+/// Stands for an index of glass that is 1 in float32, whose facets would bend nothing: the same as Mitsuba's.
+constexpr float kLeastContrast = 1.001F;
 Principled::Principled(const PrincipledDescription& d) noexcept
     : transmits(d.spec_trans > 0),
       base_color(spectrum(d.base_color)),
@@ -56,6 +58,7 @@ Principled::Principled(const PrincipledDescription& d) noexcept
       clearcoat(static_cast<float>(d.clearcoat)),
       clearcoat_gloss(static_cast<float>(d.clearcoat_gloss)),
       distribution(MicrofacetModel::ggx, 1, 1) {
+  if (transmits && ior == 1) ior = kLeastContrast;
   derive();
 }
 

@@ -250,7 +250,8 @@ Scene Builder::build(Intersection mode) {
                                   group_sets_, mesh_shapes_, sphere_shapes_},
                                  normalization_.point(placement(description_.sensor).column(3)),
                                  media_.at(description_.camera_medium), surfaces_);
-  const bool pictured =
+  const bool by_number =  // lights are asked which surface they are
+      !nesting.bodies.empty() ||
       std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
   return {normalization_,
           std::move(accel),
@@ -267,7 +268,7 @@ Scene Builder::build(Intersection mode) {
           std::move(cylinder_shapes_),
           std::move(materials_),
           std::move(textures_),
-          pictured ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
+          by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
           std::move(media_.dense),
           std::move(nesting),
           description_.crossings_are_vertices,

@@ -78,14 +78,15 @@ class Lights {
   /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
   void prepare(LightSelection selection, EnvironmentSampling environment) const;
 
-  /// One light, picked, then sampled at u as seen from the receiver; pdf includes the pick. Nothing if that light shows
-  /// the receiver no front, which is a sample of value 0.
+  /// One light, picked, then sampled at u as seen from the receiver, as it is at the path's time; pdf includes the
+  /// pick. Nothing if that light shows the receiver no front, which is a sample of value 0.
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, EnvironmentSampling environment,
                                                               const Receiver& receiver, const Sampler& sampler,
-                                                              std::uint32_t bounce, Point2f u) const noexcept {
+                                                              std::uint32_t bounce, Point2f u,
+                                                              float time) const noexcept {
     const auto picked = pick(selection, receiver, sampler, bounce);
-    return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u) : std::nullopt;
+    return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
   }
   /// The two steps of it. Nothing is picked where no light may reach the receiver.
   [[nodiscard]] EQUALTIME_INLINE Optional<LightPick> pick(LightSelection selection, const Receiver& receiver,
@@ -93,7 +94,8 @@ class Lights {
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, EnvironmentSampling environment,
                                                               const Receiver& receiver, const Sampler& sampler,
-                                                              std::uint32_t bounce, Point2f u) const noexcept;
+                                                              std::uint32_t bounce, Point2f u,
+                                                              float time) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <auto E>
@@ -178,7 +180,8 @@ EQUALTIME_INLINE Optional<LightPick> Lights::pick(LightSelection selection, cons
 template <auto E>
 EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, EnvironmentSampling environment,
                                                       const Receiver& receiver, const Sampler& sampler,
-                                                      std::uint32_t bounce, Point2f u) const noexcept {
+                                                      std::uint32_t bounce, Point2f u,
+                                                      [[maybe_unused]] float time) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
@@ -188,8 +191,6 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
         if (sample) sample->light = pick.light;
       return sample;
     }
-  float time = 0;
-  if constexpr (E.motion) time = sampler.get_1d(slot(CameraDimension::time));
   auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
     if constexpr (requires { l.sample(receiver.p, Point2d{}, pick.pmf); })
       return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);

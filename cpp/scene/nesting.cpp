@@ -50,9 +50,12 @@ void each_of(const ShapesToNest& shapes, const SetOfShapes& set, const Geometrie
 Bounds bounds_of(const ClosedShape& closed) noexcept {
   Bounds b;
   if (closed.mesh != nullptr) {
-    for (const Vec3f& v : closed.mesh->vertices) b.include(Vec3d(v));
-    for (const std::vector<Vec3f>& later : closed.mesh->later)
-      for (const Vec3f& v : later) b.include(Vec3d(v));
+    const auto include = [&](const std::vector<Vec3f>& vertices) {  // of which the last may be there for Embree alone
+      for (const Triangle& triangle : closed.mesh->triangles)
+        for (const std::uint32_t i : triangle) b.include(Vec3d(vertices[i]));
+    };
+    include(closed.mesh->vertices);
+    for (const std::vector<Vec3f>& later : closed.mesh->later) include(later);
   }
   if (closed.sphere != nullptr) {
     const Vec3d half = Vec3d{1, 1, 1} * closed.sphere->radius;

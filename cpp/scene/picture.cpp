@@ -85,7 +85,8 @@ std::vector<double> joined(const std::vector<double>& weights, const Lines& u, c
 
 /// With what each cell gets at the least.
 std::vector<double> spread(std::vector<double> weights) {
-  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double total = sum > 0 ? sum : 1;  // no point met what shines
   for (double& w : weights) w += kSpread * total / static_cast<double>(weights.size());
   return weights;
 }

@@ -46,7 +46,7 @@ struct Scene {
   std::vector<std::uint32_t> cylinder_shapes;
   std::vector<Material> materials;  // one a BSDF of the description
   std::vector<Texture> textures;
-  std::vector<Emitter> emitters;  // one an area light, or none if no texture emits
+  std::vector<Emitter> emitters;  // one an area light, or none if no texture emits and no bodies overlap
   std::vector<Medium> media;      // those with any extinction
   Nesting nesting;
   bool crossings_are_vertices = true;  // see SceneDescription, as the next

@@ -64,11 +64,11 @@ template <Effects E>
   return {};
 }
 
-/// Light that reaches the vertex straight from a sampled light, scattered towards wo.
+/// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
                                                     const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
-                                                    std::uint32_t bounce, Probe& probe) noexcept {
+                                                    int depth, Probe& probe) noexcept {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
   if (value.f.is_black()) return {};
@@ -78,8 +78,7 @@ template <Effects E, class Probe>
   if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, probe.time) : scene.radiance_of(light);
   probe.aims(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
-  const int crossings =
-      scene.crossings_are_vertices ? settings.max_depth - static_cast<int>(bounce) - 2 : kUnlimitedDepth;
+  const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
   if constexpr (E.media) {
     const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, probe);
     if constexpr (Probe::listens) probe.note(event::Receives{weight, left.max_component()});
@@ -94,17 +93,17 @@ template <Effects E, class Probe>
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
                                                      const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
-                                                     const Sampler& sampler, std::uint32_t bounce, Point2f u,
+                                                     const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
                                                      Probe& probe) noexcept {
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
   if constexpr (Probe::listens)
     probe.note(event::PicksLight{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
-  auto light =
-      scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u);
+  auto light = scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce,
+                                      u, probe.time);
   if (!light || (!aims && !light->delta)) return {};
-  return light_along<E>(scene, settings, it, bsdf, within, *light, bounce, probe);
+  return light_along<E>(scene, settings, it, bsdf, within, *light, depth, probe);
 }
 
 }  // namespace equaltime

@@ -76,14 +76,14 @@ template <Effects E, class Probe>
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
     } else if (is_uncommon(settings.technique)) [[unlikely]] {
-      const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u, probe);
+      const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, within, sampler, bounce, depth, u, probe);
       L += probe.lit(beta * vertex.direct, depth + 1);
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
       if constexpr (!E.forks) scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
       const Spectrum direct =
-          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, u.light_point, probe);
+          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, depth, u.light_point, probe);
       L += probe.lit(beta * direct, depth + 1);
       if constexpr (E.forks) {
         if (forks.due()) {

@@ -20,7 +20,7 @@ struct Vertex {
 template <Effects E, class Probe>
 [[nodiscard]] Vertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
                                     const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
-                                    std::uint32_t bounce, VertexNumbers u, Probe& probe) noexcept {
+                                    std::uint32_t bounce, int depth, VertexNumbers u, Probe& probe) noexcept {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
   if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
@@ -29,7 +29,7 @@ template <Effects E, class Probe>
   Vertex vertex;
   if (lights_turn && has_directions) {
     const auto light = scene.lights.sample<E>(LightPick{picked->light, 1}, settings.environment, receiver, sampler,
-                                              bounce, u.light_point);
+                                              bounce, u.light_point, probe.time);
     if (!light) return vertex;
     const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
@@ -38,8 +38,9 @@ template <Effects E, class Probe>
     return vertex;
   }
   if (picked && !has_directions) {
-    const auto point = scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point);
-    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, within, *point, bounce, probe);
+    const auto point =
+        scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point, probe.time);
+    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, within, *point, depth, probe);
   }
   auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
   if (!scattered) return vertex;
@@ -60,10 +61,11 @@ template <Effects E, class Probe>
 template <Effects E, class Probe>
 [[nodiscard, gnu::noinline]] Vertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
                                                     const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
-                                                    std::uint32_t bounce, VertexNumbers u, Probe& probe) noexcept {
+                                                    std::uint32_t bounce, int depth, VertexNumbers u,
+                                                    Probe& probe) noexcept {
   if (settings.technique == Technique::mixture)
-    return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, u, probe);
-  return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, u.light_point, probe),
+    return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u, probe);
+  return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u.light_point, probe),
           sample_uniform<E>(it, bsdf, sampler, bounce, u.bsdf_direction)};
 }
 

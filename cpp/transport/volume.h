@@ -89,7 +89,9 @@ requires(E.media) class Surroundings<E> {
   }
   /// Whether another body is where a surface is, so that it is not there.
   [[nodiscard]] bool hides(const Scene& scene, const Interaction& it) const noexcept {
-    const Surface& surface = scene.surfaces[it.shape];
+    return hides(scene.surfaces[it.shape]);
+  }
+  [[nodiscard]] bool hides(const Surface& surface) const noexcept {
     return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
   }
   /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
@@ -121,6 +123,7 @@ requires(E.media) class Surroundings<E> {
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
                                    const LightSample& light, int crossings, Probe& probe) noexcept {
+  static_assert(E.textures, "light samples have their numbers");
   Spectrum share(1);
   Interaction from = vertex;
   for (;;) {
@@ -131,6 +134,8 @@ template <Effects E, class Probe>
     const bool endless = !it && light.infinite;
     share *=
         within.transmittance(scene, endless ? kInfinity : length((it ? it->anchor.p : light.target.p) - shadow.origin));
+    if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
+      if (within.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
     if (!it || share.is_black()) return share;
     from = *it;
     above = false;

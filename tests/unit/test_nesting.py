@@ -212,19 +212,21 @@ def test_a_furnace_of_bodies_that_overlap_is_even() -> None:
     np.testing.assert_allclose(found.mean, SKY, rtol=1e-4)
 
 
-def test_priorities_of_what_does_not_touch_call_for_nothing() -> None:
+@pytest.mark.parametrize("kind", ["sphere", "cube"])
+def test_priorities_of_what_does_not_touch_call_for_nothing(kind: str) -> None:
     def scene(x: float) -> et.Scene:
-        glass = {"type": "sphere", "bsdf": {"type": "dielectric"}, "priority": 1}
+        def glass(x: float, priority: int) -> dict[str, Any]:
+            body = {"type": kind, "bsdf": {"type": "dielectric"}, "priority": priority}
+            return body | {"to_world": [{"translate": [x, 0, 0]}]}
+
         film = {"type": "hdrfilm", "width": 4, "height": 4}
         camera = {"type": "perspective", "film": film, "to_world": [{"translate": [0, 0, -5]}]}
-        return et.load_dict(
-            {"type": "scene", "sensor": camera, "a": glass, "b": glass | {"center": [x, 0, 0], "priority": 2}}
-        )
+        return et.load_dict({"type": "scene", "sensor": camera, "a": glass(4.0, 1), "b": glass(4.0 + x, 2)})
 
     assert not scene(2.5).core.effects()["media"]
     assert "media" not in derive(scene(2.5))
     assert scene(0.5).core.effects()["media"]
-    assert [str(reason) for reason in derive(scene(0.5))["media"]] == ["a: shape 'sphere'", "b: shape 'sphere'"]
+    assert [str(reason) for reason in derive(scene(0.5))["media"]] == [f"a: shape '{kind}'", f"b: shape '{kind}'"]
 
 
 def loaded(**shape: Any) -> et.Scene:
