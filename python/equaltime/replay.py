@@ -122,8 +122,9 @@ def _name(vertex: dict[str, Any], names: Names) -> None:
     for surface in (vertex["surface"], blocker):
         if surface is not None:
             surface["name"] = str(names.shape(surface["shape"]))
-            if surface["instance"] is not None:
-                surface["name"] += f", seen as {names.instance(surface['instance'])}"
+            copy = None if surface["instance"] is None else str(names.instance(surface["instance"]))
+            if copy not in (None, surface["name"]):  # what moves is an instance of itself
+                surface["name"] += f", seen as {copy}"
     for found in (vertex["emitter"], vertex["light"]):
         if found is None:
             continue

@@ -26,6 +26,35 @@ STRATEGIES: Final = [
 ]
 
 
+def test_what_moves_is_called_by_its_name() -> None:
+    """It stands in a group of its own; a moving instance comes after those that stand still, whatever the file says."""
+
+    def keys(x: float) -> dict[str, Any]:
+        return {"animation": [{"time": time, "translate": [x + 0.1 * time, 0, 0]} for time in (0.0, 1.0)]}
+
+    film = {"type": "hdrfilm", "width": 30, "height": 10}
+    view = {"look_at": {"origin": [0, 0, 12], "target": [0, 0, 0], "up": [0, 1, 0]}}
+    sensor = {"type": "perspective", "fov": 40.0, "shutter_close": 1.0, "to_world": [view], "film": film}
+    part = {"type": "ref", "id": "group"}
+    scene = et.load_dict(
+        {
+            "type": "scene",
+            "sensor": sensor,
+            "sky": {"type": "constant"},
+            "group": {"type": "shapegroup", "part": {"type": "sphere"}},
+            "rolls": {"type": "sphere", "to_world": keys(-3.5)},
+            "flies": {"type": "instance", "shapegroup": part, "to_world": keys(0.0)},
+            "stands": {"type": "instance", "shapegroup": part, "to_world": [{"translate": [3.5, 0, 0]}]},
+        }
+    )
+    middle = [et.replay(scene, (x, 5), 0).vertices[0]["surface"]["name"] for x in (2, 15, 27)]
+    assert middle == [
+        "'rolls' (sphere, rolls)",
+        "sphere, group.part, seen as 'flies' (instance, flies)",
+        "sphere, group.part, seen as 'stands' (instance, stands)",
+    ]
+
+
 def welford(samples: list[tuple[float, ...]]) -> list[Any]:
     """Return count, mean and m2 as the film makes them, one operation after the other in float64."""
     count, mean, m2 = 0, [0.0] * 3, [0.0] * 3

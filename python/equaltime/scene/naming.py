@@ -4,10 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain
 
 from equaltime.scene.inert import shown
-from equaltime.scene.model import Constant, Directional, EnvMap, Instance, Plugin, Point, Shape, Solid, Spot
+from equaltime.scene.model import (
+    Animation,
+    Constant,
+    Directional,
+    EnvMap,
+    Instance,
+    Plugin,
+    Point,
+    Shape,
+    ShapeGroup,
+    Solid,
+    Spot,
+)
+from equaltime.scene.motion import in_shutters
 from equaltime.scene.scene import Scene
 
 __all__ = ["Name", "Names"]
@@ -36,11 +48,21 @@ class Names:
         places: list[str | None] = [None] * len(model.shapes)
         if len(scene.places.shapes) == len(places):
             places = [str(place) for place in scene.places.shapes]
-        own: list[tuple[Shape, str | None]] = [(model.shapes[number], places[number]) for number in shown(model)]
-        self._instances = [(shape, place) for shape, place in own if isinstance(shape, Instance)]
-        groups = dict.fromkeys(instance.shapegroup for instance, _ in self._instances)
-        grouped = [(shape, None) for shape in chain.from_iterable(group.shapes for group in groups)]
-        self._shapes, self._grouped = (*own, *grouped), len(grouped)
+        numbers, seen = list(shown(model)), in_shutters(model).shapes
+        own: list[tuple[Shape, str | None]] = [(model.shapes[number], places[number]) for number in numbers]
+        moving = [isinstance(seen[number].to_world, Animation) for number in numbers]
+        still = [part for part, moves in zip(own, moving, strict=True) if isinstance(part[0], Instance) and not moves]
+        self._instances = [*still, *(part for part, moves in zip(own, moving, strict=True) if moves)]
+        groups: dict[ShapeGroup, None] = {}
+        grouped: list[tuple[Shape, str | None]] = []
+        for number, part, moves in zip(numbers, own, moving, strict=True):
+            shape, built = part[0], seen[number]
+            if isinstance(shape, Instance) and isinstance(built, Instance):
+                grouped += [(inner, None) for inner in shape.shapegroup.shapes if built.shapegroup not in groups]
+                groups[built.shapegroup] = None
+            elif moves:
+                grouped.append(part)  # the core has what moves in a group of its own
+        self._shapes, self._own = (*own, *grouped), len(own)
         shining = [
             emitter for emitter in model.emitters if isinstance(emitter, Point | Spot) and any(emitter.intensity)
         ]
@@ -52,10 +74,10 @@ class Names:
 
     def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
         """Iterate over the shapes that have a surface, with their names, and whether they are part of a group."""
-        first_grouped = len(self._shapes) - self._grouped
         for index, (shape, place) in enumerate(self._shapes):
-            if not isinstance(shape, Instance):
-                yield shape, self._name(shape, place), index >= first_grouped
+            again = index >= self._own and place is not None
+            if not isinstance(shape, Instance) and not again:
+                yield shape, self._name(shape, place), index >= self._own
 
     def shape(self, index: int) -> Name:
         """Name a shape: one of the scene's own, or one of a group, which come after them."""
