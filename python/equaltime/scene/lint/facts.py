@@ -101,10 +101,15 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether a place is inside a shape that closes: a sphere, or a mesh of which every edge is shared."""
+    """Tell whether a place is inside a shape that closes: a sphere, or a mesh of which every edge is shared.
+
+    Not one of a group, which stands in the group's own space.
+    """
+    if part.grouped:
+        return False
     if isinstance(part.surface, SphereSurface):
         return float(np.linalg.norm(place - part.surface.center)) < part.surface.radius
-    if part.mesh is None or part.grouped or not in_bounds(place, part):
+    if part.mesh is None or not in_bounds(place, part):
         return False
     return facts(part).closed and surrounds(part, place)
 

@@ -81,15 +81,16 @@ def _turned_away(world: World) -> Iterator[Finding]:
     corners = [part.bounds for part in world.parts if not part.grouped]
     if not corners or world.skipped or any(part.grouped for part in world.parts):
         return  # what is left out may be before the light, as may instances, which stand where only the core knows
-    boxes = np.array(corners)
-    size = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
+    boxes = np.array([*corners, np.array([world.camera, world.camera])])
+    size = float((boxes[:-1, 1].max(axis=0) - boxes[:-1, 0].min(axis=0)).max())
     found = []
-    for part in world.parts:
+    for number, part in enumerate(world.parts):
         if part.surface.sides.radiance is None or (plane := _plane(part)) is None:
             continue
         place, normal = plane
         before = (np.where(normal > 0.0, boxes[:, 1], boxes[:, 0]) - place) @ normal
-        if max(float(before.max()), float((world.camera - place) @ normal)) <= AWAY * size:
+        before[number] = 0.0  # its own box reaches before it where it stands askew
+        if float(before.max()) <= AWAY * size:
             found.append(part)
     if found:
         yield Finding(

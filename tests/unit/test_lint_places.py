@@ -1,0 +1,21 @@
+"""Where things stand, as `lint` sees it: what is in a group stands nowhere by itself, and lights may stand askew."""
+
+from __future__ import annotations
+
+from .test_lint import GLASS, found, scene
+
+
+def test_what_is_in_a_group_encloses_nothing() -> None:
+    group = {"type": "shapegroup", "ball": {"type": "sphere", "radius": 20.0, "bsdf": GLASS}}
+    copy = {"type": "instance", "shapegroup": {"type": "ref", "id": "group"}, "to_world": [{"translate": [0, 0, 90]}]}
+    light = {"type": "point", "position": [0, 0, 1]}
+    assert {"camera-enclosed", "lights-behind-glass"} & set(found(scene(group=group, copy=copy, light=light))) == set()
+    alone = group["ball"]
+    assert "lights-behind-glass" in found(scene(ball=alone, light=light)), "the twin"
+
+
+def test_a_flat_light_that_stands_askew_is_turned_away_too() -> None:
+    for flip in (True, False):
+        place = [{"rotate": {"axis": [1, 0, 0], "angle": 180.0 + 30.0}}, {"translate": [0, 0, 40]}]
+        lamp = {"type": "rectangle", "to_world": place, "flip_normals": flip, "emitter": {"type": "area"}}
+        assert ("lights-turned-away" in found(scene(ball={"type": "sphere"}, lamp=lamp))) == flip
