@@ -63,6 +63,13 @@ def test_any_name_can_be_written(name: str, kind: str, tmp_path: Path) -> None:
     assert (again.model.shapes[0].bsdf is not None) == bool(name)  # type: ignore[union-attr]
 
 
+def test_a_name_with_a_dollar_sign_is_read_again_within_a_list(tmp_path: Path) -> None:
+    parts = {"type": "blendbsdf", "weight": 0.5, "one": {"type": "ref", "id": "$a"}, "two": {"type": "diffuse"}}
+    first, second = ({"$a": {"type": "conductor"}, "ball": {"type": "sphere", "bsdf": parts}} for _ in range(2))
+    again = written(scene(**first, other=second["ball"]), tmp_path, ".toml")
+    assert [shape.bsdf.bsdf[0].type for shape in again.model.shapes] == ["conductor"] * 2  # type: ignore[union-attr]
+
+
 def test_what_is_shared_is_written_once(tmp_path: Path) -> None:
     shared = scene(
         board={"type": "checkerboard"},

@@ -9,6 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.effects.leaving import leave_out
 from equaltime.effects.pilot import LeftOut, choose, measured
 
 BOX = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -98,6 +99,21 @@ def test_a_biased_render_is_taken_up_with_the_same_bias_and_by_nothing_else(box:
     assert more.error == whole.error
     with pytest.raises(et.RenderError, match="cannot be taken up"):
         et.render(box, spp=16, threads=1, resume=file)
+
+
+def test_a_lens_with_blades_is_left_out_like_a_round_one(box: et.Scene) -> None:
+    lens = {
+        "type": "thinlens",
+        "aperture_radius": 0.1,
+        "focus_distance": 5.0,
+        "blades": 6,
+        "rotation": 20.0,
+        "fov": 30.0,
+    }
+    scene = et.load_dict({"type": "scene", "sensor": lens, "ball": {"type": "sphere"}})
+    left, _ = leave_out(scene, et.Strategy(), ("lens",))
+    assert left.model.sensor.type == "perspective"
+    assert left.model.sensor.fov == 30.0  # type: ignore[union-attr]
 
 
 def test_merged_renders_keep_the_bias(box: et.Scene, tmp_path: Path) -> None:

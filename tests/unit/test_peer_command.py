@@ -147,6 +147,15 @@ def test_a_scene_that_is_no_file_has_no_name() -> None:
         CommandPeer("mine", f"{sys.executable} {{scene}} {{spp}} {{seed}} {{out}}").prepare(described, 1)
 
 
+def test_what_mitsuba_has_no_words_for_is_told_before_it_runs() -> None:
+    keys = [{"time": time, "translate": [time, 0, 0]} for time in (0.0, 1.0)]
+    ball = {"type": "sphere", "to_world": {"animation": keys}}
+    sensor = {"type": "perspective", "shutter_close": 1.0}
+    moving = et.load_dict({"type": "scene", "sensor": sensor, "ball": ball}).with_(size=(WIDTH, HEIGHT))
+    with pytest.raises(PeerError, match="mine: Mitsuba 3 has no transforms that change with time"):
+        run(CommandPeer("mine", f"{sys.executable} {{json}} {{spp}} {{seed}} {{out}}"), 1, of=moving)
+
+
 def test_all_words_are_filled_in(tmp_path: Path) -> None:
     words = "{scene} {json} {spp} {seed} {width}x{height} {max_depth} {threads}"
     keep = f"open('{tmp_path}/words', 'w').write('|'.join(sys.argv[1:])); shutil.copy(sys.argv[2], '{tmp_path}')"

@@ -102,9 +102,10 @@ def test_outputs_that_can_be_written_are_kept(aovs: str, kept: str | None) -> No
 
 
 def test_references_to_what_is_left_out_are_left_out_too() -> None:
-    description = scene(fog={"type": "heterogeneous"}, ball=BALL | {"exterior": {"type": "ref", "id": "fog"}})
-    (ball,) = et.load_dict(description, substitute=True).model.shapes
-    assert ball == m.Sphere(id="ball")
+    for name in ({"type": "ref", "id": "fog"}, "fog"):
+        description = scene(fog={"type": "heterogeneous"}, ball=BALL | {"exterior": name})
+        (ball,) = et.load_dict(description, substitute=True).model.shapes
+        assert ball == m.Sphere(id="ball")
 
 
 def test_where_nothing_needs_a_substitute_nothing_changes() -> None:

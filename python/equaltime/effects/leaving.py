@@ -196,7 +196,8 @@ def _without_lens(model: SceneModel, _: Assets) -> SceneModel:
     sensor = model.sensor
     if not isinstance(sensor, ThinLens):
         return model
-    given = {name: getattr(sensor, name) for name in sensor.model_fields_set - {"type", "aperture_radius"}}
+    known = sensor.model_fields_set & Perspective.model_fields.keys() - {"type"}
+    given = {name: getattr(sensor, name) for name in known}
     return model.replace(sensor=Perspective(**given))
 
 

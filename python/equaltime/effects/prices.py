@@ -145,7 +145,7 @@ def effects(
     """
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
-    small = scene.with_(size=size or _smaller(scene.size, most))
+    small, seed = scene.with_(size=size or _smaller(scene.size, most)), min(seed, 2**64 - repeats)
     reasons = derive(small)
     variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
     whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))

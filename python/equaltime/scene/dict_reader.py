@@ -118,7 +118,7 @@ class DictReader:
     def _reference(self, table: Mapping[str, object], place: Place) -> Reference:
         if set(table) != {"type", "id"} or not isinstance(table["id"], str):
             raise ValueError("a reference has a 'type' and an 'id' that is a string, nothing else")
-        return Reference(place, table["id"])
+        return Reference(place, str(self.string(table["id"])))
 
     def _color(self, table: Mapping[str, object]) -> object:
         """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""

@@ -68,9 +68,17 @@ class _Replacer:
         children = [
             Child(child.name, self.without_references(child.node)) if isinstance(child.node, Object) else child
             for child in node.children
-            if not (isinstance(child.node, Reference) and child.node.id in self.gone)
+            if not self._is_lost(child, node)
         ]
         return _holding(node, children)
+
+    def _is_lost(self, child: Child, parent: Object) -> bool:
+        """Tell whether a child names what was left out: as a reference, or in a word where an object is expected."""
+        if isinstance(child.node, Reference):
+            return child.node.id in self.gone
+        plugin, word = PLUGINS.get(parent.type), child.node.data if isinstance(child.node, Value) else None
+        takes = plugin is not None and (child.name in plugin.slots() or child.name in plugin.roles.values())
+        return takes and isinstance(word, str) and word in self.gone
 
     def _object(self, node: Object) -> Object | None:
         inner = self.contents(node)

@@ -151,7 +151,10 @@ class CommandPeer:
             integrator = {"type": "path", "max_depth": scene.max_depth}
             if scene.model.integrator.hides_emitters:
                 integrator["hide_emitters"] = True
-            plain = mitsuba_dict(scene.model, scene.assets) | {"integrator": integrator}
+            try:
+                plain = mitsuba_dict(scene.model, scene.assets) | {"integrator": integrator}
+            except ValueError as error:
+                raise PeerError(f"{self.label}: {error}") from error
             (folder / "scene.json").write_text(json.dumps(plain))
         filled = [_WORD.sub(lambda match: values[match[1]], part) for part in self._arguments]
         return filled, Path(values["out"] + suffix)

@@ -73,7 +73,10 @@ class MitsubaPeer:
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """
         starting = self._start(threads)
-        plain, integrator = mitsuba_dict(scene.model, scene.assets), self._integrator(scene)
+        try:
+            plain, integrator = mitsuba_dict(scene.model, scene.assets), self._integrator(scene)
+        except ValueError as error:
+            raise PeerError(f"{self.label}: {error}") from error
         plain["sensor"]["film"]["rfilter"] = {"type": "box"}
         text = json.dumps([plain, integrator])
         self._scene, self._key = scene, hashlib.sha256(text.encode()).hexdigest()
