@@ -56,3 +56,8 @@ def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
         monkeypatch.setenv("COLUMNS", columns)
     head, row = printed(summary(tmp_path), tmp_path, capsys)[:2]
     assert (head.count("time to"), row.count("["), row.count("]")) == (times, 1 + times, 1 + times)
+
+
+def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named = changed(summary(tmp_path), "best", lambda one: replace(one, label="best[bold] of[/x] all"))
+    assert printed(named, tmp_path, capsys)[3].startswith("best[bold] of[/x] all ")

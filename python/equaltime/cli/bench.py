@@ -15,7 +15,7 @@ from rich.table import Table
 
 from equaltime.bench import Measurement, Report, Spread, measure
 from equaltime.cli.arguments import parse_definitions, parse_size
-from equaltime.cli.messages import print_warnings
+from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import Substitute
 from equaltime.render import MOST_THREADS
 from equaltime.scene import load_file
@@ -123,7 +123,7 @@ def _print(report: Report) -> None:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in report.scenes:
         table.add_row(*_cells(row))
-    console = Console(highlight=False)
+    console = plain_console()
     console.print(table)
     machine, build = report.machine, report.build
     repeats = report.scenes[0].repeats

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
+from equaltime.cli.messages import plain_console
 from equaltime.compare import Compared, Comparison
 from equaltime.compare import compare as compare_files
 from equaltime.cost.metrics import Measured
@@ -45,7 +45,7 @@ def compare(
 
 
 def _print(found: Comparison) -> None:
-    console = Console(highlight=False)
+    console = plain_console()
     table = Table(box=None, pad_edge=False)
     table.add_column(f"against {found.against.name}", overflow="fold")
     for image in found.images:
@@ -61,11 +61,11 @@ def _print(found: Comparison) -> None:
             table.add_row(label, *cells)
     console.print(table)
     if found.ratio is not None:
-        console.print(f"error of A over that of B: {_interval(found.ratio)}", markup=False)
+        console.print(f"error of A over that of B: {_interval(found.ratio)}")
     if found.efficiency is not None:
-        console.print(f"efficiency of A over that of B: {_interval(found.efficiency)}", markup=False)
+        console.print(f"efficiency of A over that of B: {_interval(found.efficiency)}")
     for note in found.notes:
-        console.print(f"note: {note}", style="dim", soft_wrap=True, markup=False)
+        console.print(f"note: {note}", style="dim", soft_wrap=True)
 
 
 def _measured(metric: str, measured: Measured) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
+from equaltime.cli.messages import plain_console
 from equaltime.cost.statistics import Interval
 from equaltime.cost.summary import SceneResult, Summary
 
@@ -21,18 +21,18 @@ _ANY_WIDTH = 1000
 
 def print_summary(summary: Summary, folder: Path) -> None:
     """Print a table of each scene, where the report is, and the verdict."""
-    console = Console(highlight=False)
+    console = plain_console()
     if not console.is_terminal:
         console.width = _ANY_WIDTH
     for scene in summary.scenes:
         if len(summary.scenes) > 1:
-            console.print(scene.name, style="bold", markup=False)
+            console.print(scene.name, style="bold")
         console.print(table := _fitting(scene, summary.targets, console.width))
         if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
             console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
         for label, reason in _without_error(scene):
-            console.print(f"{label}: {reason}", style="dim", markup=False)
-    console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True, markup=False)
+            console.print(f"{label}: {reason}", style="dim")
+    console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True)
     print(summary.verdict)
 
 
@@ -45,7 +45,8 @@ def _without_error(scene: SceneResult) -> Iterator[tuple[str, str]]:
 
 def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Table:
     """Return the table with as many times as there is room for: half a number would mislead."""
-    anywhere = Console(width=_ANY_WIDTH)
+    anywhere = plain_console()
+    anywhere.width = _ANY_WIDTH
     for most in range(_MOST_TARGETS, 0, -1):
         table = _table(scene, targets, most)
         if anywhere.measure(table).maximum <= width:

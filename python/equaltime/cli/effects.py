@@ -9,13 +9,12 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from equaltime import images, preview
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.bench import share_bar
-from equaltime.cli.messages import WAYS, percent, print_warnings
+from equaltime.cli.messages import WAYS, percent, plain_console, print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
 from equaltime.cost.statistics import Interval
 from equaltime.effects import Price, PriceList
@@ -88,7 +87,7 @@ def _write_differences(found: PriceList, folder: Path) -> None:
 
 
 def _print(found: PriceList) -> None:
-    console = Console(highlight=False)
+    console = plain_console()
     table = Table(box=None, pad_edge=False)
     table.add_column("effect", no_wrap=True)
     for heading in ("time", "variance", "memory", "error without"):
@@ -101,17 +100,17 @@ def _print(found: PriceList) -> None:
         more = len(price.reasons) - len(reasons)
         words = "; ".join(reasons) + (f"; and {more:,} more" if more else "")
         end = f"without it: {price.instead}" if price.instead else "cannot be left out"
-        console.print(f"{price.kind.name}: {price.kind.title}, for {words}; {end}", soft_wrap=True, markup=False)
+        console.print(f"{price.kind.name}: {price.kind.title}, for {words}; {end}", soft_wrap=True)
     console.print(f"free, since nothing calls for them: {', '.join(found.free)}", soft_wrap=True)
     for kind, title in _SHARES.items():
         if len(found.shares[kind]) > 1:
-            console.print(f"variance {title}: {'; '.join(_shares(found.shares[kind]))}", soft_wrap=True, markup=False)
+            console.print(f"variance {title}: {'; '.join(_shares(found.shares[kind]))}", soft_wrap=True)
     if found.truncated:
         cut = "; ".join(f"{depth}: {_brief(error)}" for depth, error in found.truncated.items())
-        console.print(f"error of paths cut at depth {cut}", soft_wrap=True, markup=False)
+        console.print(f"error of paths cut at depth {cut}", soft_wrap=True)
     if found.outputs:
         times = "; ".join(f"{name} {_brief(share)}" for name, share in found.outputs.items())
-        console.print(f"time of outputs beside the image, each by itself: {times}", soft_wrap=True, markup=False)
+        console.print(f"time of outputs beside the image, each by itself: {times}", soft_wrap=True)
     width, height = found.size
     measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
     console.print(f"shares and errors with their 95 % intervals, from {measured}", style="dim", soft_wrap=True)

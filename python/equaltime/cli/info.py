@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.messages import duration, print_warnings
+from equaltime.cli.messages import duration, plain_console, print_warnings
 from equaltime.cli.options import Substitute
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
@@ -57,7 +56,7 @@ def info(
         if name == "substitutions" and not value:
             continue
         table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
-    Console().print(table)
+    plain_console().print(table)
     return 0
 
 

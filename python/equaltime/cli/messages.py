@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from rich.console import Console
+
 from equaltime.quote import Quote
 from equaltime.scene import Scene
 
@@ -12,6 +14,7 @@ __all__ = [
     "WAYS",
     "duration",
     "percent",
+    "plain_console",
     "print_error",
     "print_lines",
     "print_quote",
@@ -29,6 +32,11 @@ def duration(seconds: float) -> str:
     """Write a time for people: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h``, ``456 days``."""
     unit, size = next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
     return f"{seconds / size:.3g} {unit}"
+
+
+def plain_console() -> Console:
+    """Return a terminal that shows words as they are: names may have brackets, which rich takes for its own."""
+    return Console(highlight=False, markup=False)
 
 
 def print_error(text: str) -> None:

@@ -7,12 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.messages import WAYS, duration, percent, print_warnings
+from equaltime.cli.messages import WAYS, duration, percent, plain_console, print_warnings
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -93,7 +91,7 @@ def quote(
 
 
 def _print(found: Quote, why: bool | None) -> None:
-    console = Console(highlight=False)
+    console = plain_console()
     law = found.law
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("time", _range(found.seconds, duration))
@@ -168,7 +166,7 @@ def _largest(shares: Mapping[str, Estimate]) -> str:
     """Write shares worth telling, the largest first, and how many there are beside these."""
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)
     told = [(what, share) for what, share in ordered if abs(share.value) >= _WORTH_TELLING][:_MOST_PARTS]
-    words = "; ".join(f"{escape(what)} {_share(share)}" for what, share in told)
+    words = "; ".join(f"{what} {_share(share)}" for what, share in told)
     rest = sum(share.value for what, share in ordered if (what, share) not in told)
     return f"{words}; {len(ordered) - len(told)} more {_whole(rest)} %" if abs(rest) >= _WORTH_TELLING else words
 

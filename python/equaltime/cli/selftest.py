@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Annotated, get_args
 
 import typer
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from equaltime.cli.bench import share_bar
+from equaltime.cli.messages import plain_console
 from equaltime.cli.options import Threads
 from equaltime.selftest import CaseReport, SelfTest
 from equaltime.selftest import selftest as run
@@ -67,12 +67,12 @@ def _print(report: SelfTest) -> None:
         table.add_column(heading, justify="right", no_wrap=True)
     for case in report.cases:
         table.add_row(*_cells(case, beside))
-    console = Console(highlight=False)
+    console = plain_console()
     if not console.is_terminal:
         console.width = _WIDTH_OF_FILES
     console.print(table)
     for line in (*_failures(report.cases), _summary(report)):
-        console.print(line, soft_wrap=True, markup=False)
+        console.print(line, soft_wrap=True)
 
 
 def _cells(report: CaseReport, beside: bool) -> tuple[str | Text, ...]:
