@@ -4,9 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime import images
 from equaltime.cost.experiment import Experiment, SceneEntry, StrategyEntry
 from equaltime.cost.experiment_reader import default_experiment, is_experiment, quicker, read_experiment
 from equaltime.errors import ExperimentError, SceneError
@@ -244,6 +246,14 @@ def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     assert quick.budget * quick.repeats * len(quick.strategies) <= 20.0
     assert quick.reference.seconds <= 15.0
     assert quicker(made(spp=[2, 4], repeats=1)).spp == (2, 4)
+
+
+def test_a_quick_experiment_keeps_the_size_of_a_reference_that_is_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "reference.exr"
+    images.write_exr(file, np.ones((4, 4, 3)))
+    scene = {"path": str(SCENES / "veach-mis.toml")}
+    experiment = made(scenes=[scene], reference={"file": str(file)})
+    assert quicker(experiment).load_scenes()[0].size == experiment.load_scenes()[0].size
 
 
 def test_changing_an_experiment_checks_it_anew() -> None:

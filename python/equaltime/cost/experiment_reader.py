@@ -144,7 +144,8 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 def quicker(experiment: Experiment) -> Experiment:
     """Return the experiment made so small that it ends in under a minute: for a first look.
 
-    Films shrink to at most 96 pixels in either direction; runs get fewer, and budgets shorter.
+    Films shrink to at most 96 pixels in either direction, unless a file is the reference, which has the size that it
+    has; runs get fewer, and budgets shorter.
     """
     repeats = min(experiment.repeats, _QUICK_REPEATS)
     runs = repeats * len(experiment.scenes) * len(experiment.strategies)
@@ -154,7 +155,7 @@ def quicker(experiment: Experiment) -> Experiment:
     if experiment.spp is None:
         ladder["budget"] = min(experiment.budget or _QUICK_RUNS_SECONDS, _QUICK_RUNS_SECONDS / runs)
     return experiment.replace(
-        scenes=tuple(map(_smaller, experiment.scenes)),
+        scenes=experiment.scenes if wish.file is not None else tuple(map(_smaller, experiment.scenes)),
         repeats=repeats,
         crops=(),
         reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
