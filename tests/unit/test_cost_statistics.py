@@ -14,6 +14,7 @@ from equaltime.cost.curves import (
     error_at,
     error_curve,
     falling,
+    least_error_at,
     second_curve,
     slope,
     time_to_error,
@@ -154,6 +155,15 @@ def test_independent_samples_have_a_law_that_reaches_as_far_as_wanted() -> None:
     assert close(found, 64e4, 0.1)
     assert found.trusted
     assert "by slope -1/2" in found.note
+
+
+def test_an_error_below_the_noise_of_the_reference_is_the_least_there_is() -> None:
+    """The strategy with the least error is what others are held against."""
+    runs = power_law(scatter=0.0)
+    end = float(runs.seconds[:, -1].mean())
+    assert least_error_at(runs, end) == error_at(runs, end).value > 0.0
+    below = replace(runs, relmse=runs.relmse - 2.0 * runs.relmse[:, -1:].max())
+    assert least_error_at(replace(below, relmse=np.minimum(below.relmse, -1e-9)), end) == 0.0
 
 
 def test_no_number_stays_none() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.cost.agreement import LEVEL, equality_test, near_normal, share
-from equaltime.cost.curves import Runs, error_at, error_curve, second_curve, slope, time_to_error
+from equaltime.cost.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
 from equaltime.cost.metrics import Reference, signed_root
@@ -73,7 +73,7 @@ class _Scene:
         ]
         budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
         labels = [s.label for s in strategies]
-        errors = [error_at(s.runs, budget).value for s in strategies]
+        errors = [least_error_at(s.runs, budget) for s in strategies]
         baseline = next((s for s in strategies if s.label == self.experiment.baseline), strategies[0])
         standard: str | None = baseline.label
         if self.experiment.question != "bias":

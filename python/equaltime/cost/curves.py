@@ -21,7 +21,17 @@ from numpy.typing import NDArray
 from equaltime.cost.metrics import signed_root
 from equaltime.cost.statistics import UNKNOWN, Interval, exp, few, jackknife, mean_interval
 
-__all__ = ["Runs", "error_at", "error_curve", "interval_of", "log_time", "second_curve", "slope", "time_to_error"]
+__all__ = [
+    "Runs",
+    "error_at",
+    "error_curve",
+    "interval_of",
+    "least_error_at",
+    "log_time",
+    "second_curve",
+    "slope",
+    "time_to_error",
+]
 
 Floats = NDArray[np.float64]
 
@@ -207,6 +217,12 @@ def error_at(runs: Runs, seconds: float) -> Interval:
     if math.isnan(found.value):
         return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
     return runs.judged(found, 0.5)
+
+
+def least_error_at(runs: Runs, seconds: float) -> float:
+    """Return the relative error at a time; 0 where it ended below what the reference can show, NaN if none is known."""
+    found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
+    return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 
 
 def slope(runs: Runs) -> Interval:
