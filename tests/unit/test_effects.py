@@ -284,3 +284,13 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
         "without-long_paths.png",
     ]
     assert images.read(tmp_path / "out" / "without-long_paths.exr").image.max() < 1e-6
+
+
+def test_glass_of_the_airs_own_index_is_there_where_its_crossings_count_or_light_is_aimed() -> None:
+    """It is a vertex also for `volpath`; lights that no ray meets do not shine through it, at any depth of paths."""
+    glass = pane({"type": "dielectric", "int_ior": 1.33, "ext_ior": 1.33})
+    bulb = {"type": "point", "position": [0, 0, 3]}
+    for kind, depth, light, there in (("volpath", 4, None, 2), ("path", -1, bulb, 2), ("path", -1, None, 1)):
+        integrator = {"type": kind, "max_depth": depth}
+        found = scene(integrator=integrator, pane=glass, **({} if light is None else {"light": light}))
+        assert found.core.shapes - scene(integrator=integrator).core.shapes == there - 1, (kind, depth)

@@ -194,7 +194,7 @@ def test_lights_without_extent_and_smooth_glass_leave_caustics_out() -> None:
     assert lit(5.0, GLASS)["caustics-left-out"].severity == "note"
     assert lit(5.0, {"type": "conductor"})["caustics-left-out"].severity == "note"
     assert lit(5.0, {"type": "roughdielectric"}) == {}
-    assert lit(5.0, {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.5}) == {}
+    assert "caustics-left-out" in lit(5.0, {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.5})
 
 
 def test_a_light_inside_a_glass_mesh_is_behind_glass(obj: Callable[..., dict[str, Any]]) -> None:

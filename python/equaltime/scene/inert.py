@@ -3,8 +3,9 @@
 The core folds what it is made of: textures of one colour, masks and blends that are all one thing, flat normal and bump
 maps, lenses of no aperture. Lights of no power are never added. Here are surfaces that are not there: a `null`, glass
 with the index of refraction of what is around it. A path that crosses one counts it, so that one is left out only where
-paths have no limit, or crossings do not count, and nothing else is asked of it than to let light pass. A medium without
-density does nothing, but to bound another.
+paths have no limit, or crossings do not count, and nothing else is asked of it than to let light pass; glass only where
+paths have no limit, since it always counts, and no light is a point or has one direction, since such do not shine
+through it. A medium without density does nothing, but to bound another.
 """
 
 from __future__ import annotations
@@ -53,29 +54,31 @@ def shown(model: SceneModel) -> tuple[int, ...]:
     counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters  # by outputs, or before what is hidden
     if counted or not (integrator.max_depth == -1 or sees_media(integrator)):
         return tuple(range(len(model.shapes)))
-    return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape))
+    aimed_at = any(isinstance(emitter, Point | Spot | Directional) for emitter in model.emitters)
+    glass = integrator.max_depth == -1 and not aimed_at
+    return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape, glass))
 
 
-def _is_nothing(shape: Shape) -> bool:
+def _is_nothing(shape: Shape, glass: bool) -> bool:
     if isinstance(shape, Instance):
-        return all(_is_nothing(part) for part in shape.shapegroup.shapes)
+        return all(_is_nothing(part, glass) for part in shape.shapegroup.shapes)
     bounds_nothing = shape.interior is None and shape.exterior is None and shape.priority is None
-    return bounds_nothing and _is_dark(shape) and shape.bsdf is not None and _is_clear(shape.bsdf)
+    return bounds_nothing and _is_dark(shape) and shape.bsdf is not None and _is_clear(shape.bsdf, glass)
 
 
 def _is_dark(shape: Solid) -> bool:
     return shape.emitter is None or (isinstance(shape.emitter.radiance, tuple) and not any(shape.emitter.radiance))
 
 
-def _is_clear(bsdf: Bsdf) -> bool:
-    """Tell whether all light passes straight on, as it came."""
+def _is_clear(bsdf: Bsdf, glass: bool) -> bool:
+    """Tell whether all light passes straight on, as it came; ``glass`` may be clear too."""
     if isinstance(bsdf, Null):
         return True
     if isinstance(bsdf, Dielectric) and not isinstance(bsdf, RoughDielectric):
-        return bsdf.int_ior == bsdf.ext_ior and bsdf.specular_transmittance == WHITE
+        return glass and bsdf.int_ior == bsdf.ext_ior and bsdf.specular_transmittance == WHITE
     if isinstance(bsdf, Mask):
-        return bsdf.opacity == 0.0 or _is_clear(bsdf.bsdf)
-    return isinstance(bsdf, BlendBsdf) and all(map(_is_clear, bsdf.bsdf))
+        return bsdf.opacity == 0.0 or _is_clear(bsdf.bsdf, glass)
+    return isinstance(bsdf, BlendBsdf) and all(_is_clear(part, glass) for part in bsdf.bsdf)
 
 
 def is_inert(node: Plugin, assets: Assets) -> bool:

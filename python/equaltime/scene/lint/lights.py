@@ -23,7 +23,6 @@ from equaltime.scene.model import (
     RoughConductor,
     RoughDielectric,
     Spot,
-    ThinDielectric,
 )
 
 __all__ = ["check_lights"]
@@ -180,15 +179,7 @@ def _through_glass(world: World) -> Iterator[Finding]:
 
 def _is_smooth(leaf: BsdfPlugin) -> bool:
     """Tell whether all it reflects and lets through goes into single directions."""
-    return (
-        isinstance(leaf, Conductor | Dielectric)
-        and not isinstance(leaf, RoughConductor | RoughDielectric)
-        and not _is_nothing(leaf)
-    )
-
-
-def _is_nothing(leaf: BsdfPlugin) -> bool:
-    return isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior == leaf.ext_ior
+    return isinstance(leaf, Conductor | Dielectric) and not isinstance(leaf, RoughConductor | RoughDielectric)
 
 
 def _place(light: Point | Spot) -> Array:
