@@ -55,9 +55,11 @@ def test_the_time_is_that_of_all_loops_and_of_nothing_else(scene: et.Scene) -> N
     time.sleep(0.05)
     assert session.result.stats.seconds == first > 0.0
     session.aim(spp=10)
+    begin = time.perf_counter()
     for state in session:
         assert state.stats.seconds > first
-    assert first < session.result.stats.seconds < first + 0.05
+    took = time.perf_counter() - begin
+    assert first < session.result.stats.seconds <= first + took
 
 
 def test_an_error_that_nobody_knows_has_no_time_left(scene: et.Scene) -> None:
