@@ -31,6 +31,7 @@ from equaltime.cost.statistics import Interval
 from equaltime.effects.parts import KINDS_OF_PARTS, Parts, measure_parts_by
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.scene import Scene
+from equaltime.scene.smaller import smaller
 from equaltime.strategy import Strategy
 from equaltime.tails import tail_of
 
@@ -116,7 +117,7 @@ def noise_light(
     """
     if paths < LEAST_PATHS:
         return None
-    small = _smaller(scene, min(MOST_PIXELS, paths / (_COST * LEAST_SAMPLES)))
+    small = smaller(scene, min(MOST_PIXELS, paths / (_COST * LEAST_SAMPLES)))
     _, _, width, height = small.model.sensor.film.crop
     most = max(LEAST_SAMPLES, min(MOST_SAMPLES, paths / (_COST * width * height)))
     samples = 2 ** math.floor(math.log2(most))
@@ -176,23 +177,3 @@ def _positive(share: Estimate) -> Estimate:
 
 def _length(what: str) -> int:
     return int(what.split()[0])
-
-
-def _smaller(scene: Scene, most: float) -> Scene:
-    """Return the scene on a film with as many pixels as are allowed, with the same part of the picture cropped."""
-    x, y, width, height = scene.model.sensor.film.crop
-    scale = math.sqrt(most / (width * height))
-    if scale >= 1.0:
-        return scene
-    (across, left, columns), (down, top, rows) = (
-        _scaled(scale, *axis) for axis in zip(scene.size, (x, y), (width, height), strict=True)
-    )
-    return scene.with_(size=(across, down), crop=(left, top, columns, rows))
-
-
-def _scaled(scale: float, length: int, start: int, extent: int) -> tuple[int, int, int]:
-    """Return a film's length along one axis made smaller, and the start and the extent of the part that is cropped."""
-    small = max(1, math.floor(length * scale))
-    begin = min(round(start * scale), small - 1)
-    end = min(small, max(begin + 1, round((start + extent) * scale)))
-    return small, begin, end - begin

@@ -271,6 +271,13 @@ def test_the_price_list_tells_what_is_called_for_and_what_is_free(capsys: pytest
         assert sum(share["value"] for share in shares.values()) == pytest.approx(1.0)
 
 
+def test_the_prices_are_those_of_the_crop_window() -> None:
+    cut = scene(CHECKED).with_(crop=(3, 2, 7, 4))
+    (texture,) = (price for price in et.effects(cut, quick=True).prices if price.kind.name == "textures")
+    assert texture.difference is not None
+    assert texture.difference.shape == (4, 7, 3)
+
+
 def test_the_price_list_is_printed_and_pictures_show_what_changes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

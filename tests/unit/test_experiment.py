@@ -248,6 +248,12 @@ def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     assert quicker(made(spp=[2, 4], repeats=1)).spp == (2, 4)
 
 
+def test_a_quick_experiment_shows_the_part_that_is_cropped() -> None:
+    scene = {"path": str(SCENES / "cornell-box.toml"), "size": [400, 400], "crop": [200, 100, 192, 96]}
+    film = quicker(made(scenes=[scene])).load_scenes()[0].model.sensor.film
+    assert (film.width, film.height, film.crop) == (200, 200, (100, 50, 96, 48))
+
+
 def test_a_quick_experiment_keeps_the_size_of_a_reference_that_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "reference.exr"
     images.write_exr(file, np.ones((4, 4, 3)))

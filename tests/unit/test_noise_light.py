@@ -16,6 +16,7 @@ from equaltime.core_renderer import split_light
 from equaltime.error_estimate import Estimate
 from equaltime.law import fit
 from equaltime.noise_light import LEAST_PATHS, NoiseLight, noise_light
+from equaltime.scene.smaller import smaller
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 INDEPENDENT = et.Strategy.parse("best,sampler=independent,lights=uniform")
@@ -115,7 +116,7 @@ def test_too_few_paths_tell_nothing() -> None:
 
 @pytest.mark.parametrize("crop", [(0, 0, 400, 200), (130, 30, 260, 110), (399, 199, 1, 1), (0, 50, 400, 1)])
 def test_a_large_film_is_made_smaller_with_its_crop(crop: tuple[int, int, int, int]) -> None:
-    small = module._smaller(et.load(SCENE).with_(size=(400, 200), crop=crop), 576)
+    small = smaller(et.load(SCENE).with_(size=(400, 200), crop=crop), 576)
     x, y, width, height = small.model.sensor.film.crop
     assert width * height <= 1.1 * 576
     scale = small.size[0] / 400

@@ -10,6 +10,7 @@ from typing import Any, Final
 from equaltime.cost.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
 from equaltime.errors import ExperimentError, Problem
 from equaltime.scene import Scene
+from equaltime.scene.smaller import smaller_film
 from equaltime.scene.toml_lines import line_numbers, malformed, nearest
 from equaltime.strategy import PRESETS, Strategy
 
@@ -164,9 +165,9 @@ def quicker(experiment: Experiment) -> Experiment:
 
 
 def _smaller(entry: SceneEntry) -> SceneEntry:
-    width, height = entry.load().size
-    if max(width, height) <= _QUICK_SIZE:
+    film = entry.load().model.sensor.film
+    scale = _QUICK_SIZE / max(film.crop[2:])
+    if scale >= 1.0:
         return entry
-    scale = _QUICK_SIZE / max(width, height)
-    size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    return entry.model_copy(update={"size": size, "crop": None})
+    size, crop = smaller_film((film.width, film.height), film.crop, scale)
+    return entry.model_copy(update={"size": size, "crop": crop})

@@ -18,6 +18,7 @@ from equaltime.effects.leaving import can_leave_out
 from equaltime.effects.pairs import Versus, run_in_turn
 from equaltime.effects.parts import KINDS_OF_PARTS, Parts, measure_parts
 from equaltime.scene import Scene
+from equaltime.scene.smaller import smaller
 from equaltime.strategy import Strategy
 
 __all__ = ["Price", "PriceList", "effects"]
@@ -145,7 +146,7 @@ def effects(
     """
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
-    small, seed = scene.with_(size=size or _smaller(scene.size, most)), min(seed, 2**64 - repeats)
+    small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - repeats)
     reasons = derive(small)
     variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
     whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))
@@ -207,12 +208,6 @@ def _share(kind: Kind, parts: Parts) -> Interval | None:
     if kind.name == "long_paths":
         return parts.share("length", lambda what: int(what.split()[0]) > 2)
     return None
-
-
-def _smaller(size: tuple[int, int], most: int) -> tuple[int, int]:
-    """Return the size with as many pixels as are allowed, of the same shape."""
-    scale = min(1.0, math.sqrt(most / (size[0] * size[1])))
-    return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
 
 
 def _part_of(progress: Callable[[float], object] | None, first: float, last: float) -> Callable[[float], object] | None:
