@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -164,7 +164,12 @@ def _compared(file: _File, truth: _File) -> Compared:
         low, high = said.get("low"), said.get("high")
         own = Estimate(said["value"], 0.0 if low is None else low, math.inf if high is None else high)
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
-    return Compared(file.path, measure(file.image, truth.reference), _bias_p(file, truth), own, known)
+    return Compared(file.path, measure(file.image, _held_against(file, truth)), _bias_p(file, truth), own, known)
+
+
+def _held_against(file: _File, truth: _File) -> Reference:
+    """Return the truth for a file; its noise is none to be subtracted where the file may have the same."""
+    return replace(truth, variance=None).reference if _same_seed(file, truth) else truth.reference
 
 
 def _bias_p(first: _File, second: _File) -> float | None:
@@ -182,9 +187,11 @@ def _bias_p(first: _File, second: _File) -> float | None:
 
 
 def _same_seed(first: _File, second: _File) -> bool:
-    """Tell whether both are of one scene and have a seed in common; a merged file has those of all its parts."""
-    digest = first.said("digest")
-    return digest is not None and digest == second.said("digest") and bool(_seeds(first) & _seeds(second))
+    """Tell whether both have a seed in common, and so numbers; a merged file has those of all its parts.
+
+    Of another scene too: what is left out of one, or a path's length, leaves the numbers of all else as they are.
+    """
+    return bool(_seeds(first) & _seeds(second))
 
 
 def _seeds(file: _File) -> set[int]:
@@ -198,7 +205,7 @@ def _ratio(first: _File, second: _File, truth: _File) -> Interval | None:
 
     Blocks are independent; what the picture makes of both errors alike cancels in the difference of their shares.
     """
-    parts = [_block_sums(contributions(file.image, truth.reference)) for file in (first, second)]
+    parts = [_block_sums(contributions(file.image, _held_against(file, truth))) for file in (first, second)]
     means = [float(part.mean()) for part in parts]
     if min(means) <= 0.0:
         return None
@@ -208,6 +215,8 @@ def _ratio(first: _File, second: _File, truth: _File) -> Interval | None:
     logs = (log_ratio, log_ratio - half, log_ratio + half)
     value, low, high = (math.exp(0.5 * min(x, 1400.0)) for x in logs)
     found = Interval(value, low, high)
+    if any(_same_seed(file, truth) for file in (first, second)):
+        return found.doubted("one has a seed in common with the reference")
     return found if parts[0].size >= _FEWEST_BLOCKS else found.doubted("too few pixels")
 
 
@@ -240,7 +249,10 @@ def _notes(files: list[_File]) -> Iterable[str]:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
         if file is not truth and _same_seed(file, truth):
-            yield f"{file.path} and {truth.path} have a seed in common: they are not independent, bias is not tested"
+            yield (
+                f"{file.path} and {truth.path} have a seed in common: they are not independent. "
+                "No noise is subtracted, and bias is not tested; render one with another --seed"
+            )
     if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
         yield "the files lie at different places in the film"
     digests = {file.said("digest") for file in files} - {None}

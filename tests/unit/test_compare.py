@@ -106,6 +106,20 @@ def test_equal_seeds_are_not_tested_for_bias(tmp_path: Path) -> None:
     assert any("a seed in common" in note for note in found.notes)
 
 
+def test_samples_that_both_have_are_not_subtracted_twice(tmp_path: Path) -> None:
+    first, rest = noisy(0.08, 3) - TRUTH, noisy(0.08 / math.sqrt(3.0), 4) - TRUTH
+    shared = [{"seed": 0, "digest": digest} for digest in ("a", "b")]  # what was left out makes it another scene
+    a = write(tmp_path / "a.exr", TRUTH + first, 0.08, shared[0])
+    both = write(tmp_path / "both.exr", TRUTH + 0.25 * first + 0.75 * rest, 0.04, shared[1])
+    found = et.compare(a, write(tmp_path / "b.exr", TRUTH, 0.0, {"seed": 5}), both)
+    of_a, of_b = found.images
+    assert of_a.metrics["mse"].value == pytest.approx(0.08**2 - 0.04**2, rel=0.05)  # of these two images
+    assert (of_a.metrics["mse"].low, of_a.bias_p) == (None, None)
+    assert of_b.metrics["mse"].low is not None
+    assert found.ratio is not None
+    assert "a seed in common" in found.ratio.note
+
+
 def test_a_merged_file_is_not_independent_of_its_parts(tmp_path: Path) -> None:
     parts = [{"seed": seed} for seed in (1, 2)]
     both = write(tmp_path / "both.exr", noisy(0.05, 3), 0.05, {"seed": 1, "digest": "d", "sources": parts})
@@ -181,6 +195,15 @@ def test_the_command_prints_every_metric(
     out = capsys.readouterr().out
     for word in ("error", "relmse", "mse", "mare", "flip", "a.exr", "b.exr", "error of A over that of B: 0.49"):
         assert word in out
+
+
+def test_intervals_are_printed_with_plain_brackets(
+    files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", *map(str, files)]) == 0
+    printed = capsys.readouterr().out
+    assert " [" in printed
+    assert "\\" not in printed
 
 
 def test_the_command_gives_json(files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:

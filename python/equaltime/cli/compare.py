@@ -73,7 +73,7 @@ def _measured(metric: str, measured: Measured) -> str:
     text = f"{scale * measured.value:.4g}{unit}"
     if measured.low is None or measured.high is None:
         return text
-    return rf"{text} \[{scale * measured.low:.4g}, {scale * measured.high:.4g}]"
+    return f"{text} [{scale * measured.low:.4g}, {scale * measured.high:.4g}]"
 
 
 def _p(image: Compared) -> str:
