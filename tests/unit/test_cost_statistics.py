@@ -180,6 +180,21 @@ def test_a_bias_is_not_extrapolated() -> None:
     assert "biased" in found.note
 
 
+def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
+    seconds = np.tile([1.0, 2.0, 4.0, 8.0, 16.0], (4, 1))
+    runs = Runs(seconds, np.tile([1.0, 0.5, 0.6, 0.7, 0.8], (4, 1)) * np.array([[0.9], [1.0], [1.1], [1.0]]))
+    level = error_at(runs, 16.0).value
+    assert level == pytest.approx(math.sqrt(0.65), rel=0.02)  # the block's mean
+    assert error_at(runs, 20.0).known
+    independent = replace(runs, independent=True)
+    assert error_at(independent, 16.0).value == pytest.approx(level)
+    assert error_at(independent, 25.0).value == pytest.approx(0.8 * level)
+    assert not error_at(runs, 40.0).known
+    few = Runs(seconds[:, :2], runs.relmse[:, :2])
+    assert error_at(few, 2.2).known
+    assert not error_at(few, 2.6).known
+
+
 def test_an_error_that_no_longer_falls_is_never_smaller() -> None:
     runs = power_law()
     found = time_to_error(replace(runs, relmse=np.linspace(0.1, 0.11, len(SPP)) * np.ones((8, 1))), 0.01)

@@ -41,6 +41,10 @@ TRUSTED_REACH = 10.0
 """How far beyond the longest run a fitted slope is trusted, as a factor of time."""
 FARTHEST_REACH = 100.0
 """And how far it is used at all."""
+_FARTHEST_ERROR = 2.0
+"""How far outside the runs an error is told, as a factor of time."""
+_NEAR_ENOUGH = 1.15
+"""And where no slope is known: runs may end a tenth of their time early."""
 _CLEAR = 4.0
 """An error drowns where its square is not so many standard errors of the reference's part in it."""
 _TAIL_OCTAVES = 3.0
@@ -205,13 +209,14 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         if not x.size:
             return math.nan
         level_x, level_y = falling(x, y)
-        late = bool(wanted > level_x[-1])
-        if not late and wanted >= level_x[0]:
+        if level_x[0] <= wanted <= level_x[-1]:
             return float(np.interp(wanted, level_x, level_y))
+        late = bool(wanted > level_x[-1])
         end, steep = -1 if late else 0, _outside(runs, x, y, late)
-        if math.isnan(steep) or abs(wanted - level_x[end]) > math.log(2.0):
-            return math.nan if abs(wanted - level_x[end]) > 1e-6 else float(level_y[end])
-        return float(level_y[end] + min(steep, 0.0) * (wanted - level_x[end]))
+        beyond = max(wanted - x[-1], 0.0) if late else min(wanted - x[0], 0.0)  # blocks may end within the runs
+        if abs(beyond) > math.log(_NEAR_ENOUGH if math.isnan(steep) else _FARTHEST_ERROR):
+            return math.nan
+        return float(level_y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
 
     found = interval_of(log_error, runs.repeats).map(exp)
     if math.isnan(found.value):
