@@ -129,6 +129,13 @@ def test_a_damaged_cache_counts_as_none(scene: Scene, rendered: list[float], tmp
     assert len(rendered) == 1
 
 
+def test_a_reference_of_another_build_counts_as_none(scene: Scene, rendered: list[float], tmp_path: Path) -> None:
+    known = obtain(scene, ReferenceWish(error=0.1), tmp_path)
+    write(tmp_path / f"{scene.digest}.npz", KnownReference(known.reference, {**known.facts, "core": "another"}))
+    obtain(scene, ReferenceWish(error=0.1), tmp_path)
+    assert len(rendered) == 2
+
+
 def test_a_cache_that_cannot_be_written_to_is_none(scene: Scene, rendered: list[float], tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     obtain(scene, ReferenceWish(error=0.1), tmp_path / "file")
@@ -148,6 +155,14 @@ def test_an_image_can_be_the_reference_and_its_standard_errors_its_noise(scene: 
     np.testing.assert_allclose(known.reference.mean, 0.5)
     np.testing.assert_allclose(known.reference.variance, 1e-4, rtol=1e-5)
     assert known.facts["file"] == str(path)
+
+
+def test_a_pixel_of_the_reference_that_is_not_finite_is_named(scene: Scene, tmp_path: Path) -> None:
+    image = np.ones((24, 24, 3), np.float32)
+    image[3, 7] = np.nan
+    images.write_exr(tmp_path / "r.exr", image)
+    with pytest.raises(ExperimentError, match=r"reference\.file: .*r\.exr: pixel 7,3 is not finite"):
+        obtain(scene, ReferenceWish(file=tmp_path / "r.exr"))
 
 
 def test_an_image_of_another_size_is_refused(scene: Scene, known: KnownReference, tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from equaltime import images
 from equaltime.core_renderer import bad_sample, make_renderer
 from equaltime.cost.experiment import ReferenceWish
 from equaltime.cost.experiment_reader import with_roulette
-from equaltime.cost.folder import replacing
+from equaltime.cost.folder import build_facts, replacing
 from equaltime.cost.metrics import Reference
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
@@ -126,6 +126,7 @@ def render(
         samples = more
     facts = {
         "software": images.SOFTWARE,
+        "core": build_facts()["core_sha256"],
         "strategy": strategy.name,
         "seeds": list(_SEEDS),
         "spp": 2 * samples,
@@ -198,28 +199,37 @@ def _kept(path: Path, scene: Scene) -> KnownReference | None:
         known = read(path)
     except ExperimentError:
         return None
-    current = known.facts.get("version") == _VERSION and known.facts.get("software") == images.SOFTWARE
+    made = {"version": _VERSION, "software": images.SOFTWARE, "core": build_facts()["core_sha256"]}
+    current = all(known.facts.get(key) == value for key, value in made.items())
     return known if current and known.reference.mean.shape == _shape(scene) else None
 
 
 def _from_file(path: Path, scene: Scene) -> KnownReference:
-    if path.suffix.lower() == ".npz":
-        known = read(path)
-    else:
-        try:
-            picture = images.read(path)
-        except ImageError as error:
-            raise ExperimentError((Problem("reference.file", str(error)),)) from error
-        deviation = picture.standard_error
-        mean = picture.image.astype(np.float64)
-        usable = deviation is not None and np.isfinite(deviation).all()
-        variance = np.square(deviation.astype(np.float64)) if deviation is not None and usable else np.zeros_like(mean)
-        known = KnownReference(Reference(mean, variance), {})
+    known = read(path) if path.suffix.lower() == ".npz" else KnownReference(_pictured(path), {})
+    wrong = np.argwhere(~np.isfinite(known.reference.mean))
+    if wrong.size:
+        y, x = wrong[0][:2]
+        raise ExperimentError((Problem("reference.file", f"{path}: pixel {x},{y} is not finite"),))
     found, expected = known.reference.mean.shape, _shape(scene)
     if found != expected:
         sizes = (f"{shape[1]}x{shape[0]}" for shape in (found, expected))
         raise ExperimentError((Problem("reference.file", "{} is {}, but the image is {}".format(path, *sizes)),))
     return KnownReference(known.reference, {**known.facts, "file": str(path), "error": known.error})
+
+
+def _pictured(path: Path) -> Reference:
+    """Return the picture of a file, with its standard errors if it has them."""
+    try:
+        picture = images.read(path)
+    except ImageError as error:
+        raise ExperimentError((Problem("reference.file", str(error)),)) from error
+    try:
+        deviation, mean = picture.standard_error, picture.image.astype(np.float64)
+    except ImageError as error:
+        raise ExperimentError((Problem("reference.file", f"{path}: {error}"),)) from error
+    usable = deviation is not None and np.isfinite(deviation).all()
+    variance = np.square(deviation.astype(np.float64)) if deviation is not None and usable else np.zeros_like(mean)
+    return Reference(mean, variance)
 
 
 def _shape(scene: Scene) -> tuple[int, int, int]:
