@@ -94,6 +94,24 @@ def test_every_wrong_file_is_told_before_anything_is_run(source: Path, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_that_cannot_be_read_is_told(source: Path, tmp_path: Path) -> None:
+    (source / "x3-broken.toml").write_text("scenes = [")
+    with pytest.raises(ExperimentError, match=r"x3-broken\.toml:1: not well-formed TOML"):
+        run_all(source, tmp_path / "out")
+
+
+def test_reports_of_an_earlier_run_stay_on_the_page(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "out" / "own").mkdir(parents=True)
+    (tmp_path / "out" / "own" / "report.html").touch()
+    monkeypatch.setattr(collection, "_run", lambda *_: pytest.fail("stopped"))
+    with pytest.raises(pytest.fail.Exception):
+        run_all(source, tmp_path / "out")
+    page = Page((tmp_path / "out" / "index.html").read_text("utf-8"))
+    assert [link["href"] for link in page.all("a") if "report" in link["href"]] == ["own/report.html"]
+
+
 def test_an_experiment_that_fails_does_not_keep_the_others_from_running(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -248,6 +248,13 @@ def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     assert quicker(made(spp=[2, 4], repeats=1)).spp == (2, 4)
 
 
+def test_the_reference_of_a_scene_is_not_called_like_that_of_a_strategy_on_another() -> None:
+    scenes = [{"path": str(CORNELL), "name": name} for name in ("room", "room--best")]
+    assert problems_of(lambda: made(scenes=scenes, strategies=["best", "mis"])) == [
+        "scenes[1].name: 'room--best' is what the reference of 'best' on 'room' is called"
+    ]
+
+
 def test_a_quick_experiment_shows_the_part_that_is_cropped() -> None:
     scene = {"path": str(SCENES / "cornell-box.toml"), "size": [400, 400], "crop": [200, 100, 192, 96]}
     film = quicker(made(scenes=[scene])).load_scenes()[0].model.sensor.film

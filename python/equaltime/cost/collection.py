@@ -43,8 +43,8 @@ class Changes:
 
 
 def experiments_in(folder: Path) -> tuple[Path, ...]:
-    """Return the experiment files of a folder, x2 before x10; raises ExperimentError if there is none."""
-    found = sorted((path for path in folder.glob("*.toml") if is_experiment(path)), key=_natural)
+    """Return the files of a folder that are experiments, or cannot be read, x2 before x10; ExperimentError if none."""
+    found = sorted((path for path in folder.glob("*.toml") if is_experiment(path, unreadable=True)), key=_natural)
     if not found:
         raise ExperimentError((Problem(str(folder), "has no experiment: no TOML file with scenes and strategies"),))
     return tuple(found)
@@ -86,7 +86,10 @@ def run_all(
         raise ExperimentError((Problem(str(output), "is the folder of one experiment; give another for all of them"),))
     paths = experiments_in(source)
     experiments = _read(paths, changes)
-    cards = [Card(path.stem, experiment.title) for path, experiment in zip(paths, experiments, strict=True)]
+    cards = [
+        Card(path.stem, experiment.title, "earlier" if (output / path.stem / "report.html").exists() else "waiting")
+        for path, experiment in zip(paths, experiments, strict=True)
+    ]
     output.mkdir(parents=True, exist_ok=True)
     write_index(cards, output, changes.quick, command)
     for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
@@ -103,8 +106,9 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
     try:
         run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
-    except (EqualtimeError, OSError) as error:
-        return replace(card, state="failed", problem=str(error))
+    except Exception as error:  # whatever it is, it must not cost the others
+        kind = "" if isinstance(error, EqualtimeError | OSError) else f"{type(error).__name__}: "
+        return replace(card, state="failed", problem=f"{kind}{error}")
 
 
 def _named(name: str, progress: ProgressCallback | None) -> ProgressCallback | None:

@@ -90,6 +90,12 @@ def _scene_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield f"scenes[{number}].define", "only the variables of a file can be defined"
     names = [name_of_scene(entry, number) for number, entry in enumerate(scenes)]
     yield from _alike("scenes", "name", names)
+    labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
+    taken = {f"{file_name(name)}--{file_name(label)}": (name, label) for name in names for label in labels}
+    for number, name in enumerate(names):
+        if file_name(name) in taken:
+            scene, strategy = taken[file_name(name)]
+            yield f"scenes[{number}].name", f"'{name}' is what the reference of '{strategy}' on '{scene}' is called"
 
 
 def _strategy_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

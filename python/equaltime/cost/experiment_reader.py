@@ -28,14 +28,17 @@ _QUICK_RUNS_SECONDS: Final = 18.0
 _QUICK_REFERENCES_SECONDS: Final = 10.0
 
 
-def is_experiment(path: Path) -> bool:
-    """Tell whether the file is an experiment and no scene: it lists scenes or strategies."""
+def is_experiment(path: Path, unreadable: bool = False) -> bool:
+    """Tell whether the file is an experiment and no scene: it lists scenes or strategies.
+
+    Whether one that cannot be read counts as one, is for the caller to say.
+    """
     if path.suffix.lower() != ".toml":
         return False
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
-        return False  # the scene's reader says what is wrong, with the line
+        return unreadable  # the reader of what it is taken for says what is wrong, with the line
     return any(isinstance(table.get(key), list) for key in ("scenes", "strategies"))
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ __all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _PART = ".equaltime-{}.part"
+_OWN_PART = re.compile(r"\.equaltime-\d+\.part")
+"""Not those of renders that go on in the same folder, which have two numbers."""
 _GROWING = ("scenes", "strategies")
 """Parts of an identity to which something may be added later, each under its name."""
 
@@ -122,7 +125,10 @@ class Folder:
 
     def tidy(self) -> None:
         """Remove what a killed process was writing; only for who has the records to themselves."""
-        for part in self.path.rglob(_PART.format("*")):
+        parts = [*self.path.glob(f"figures/{_PART.format('*')}")]
+        for place in (".", "references", "images/*"):
+            parts += [part for part in self.path.glob(f"{place}/{_PART.format('*')}") if _OWN_PART.fullmatch(part.name)]
+        for part in parts:
             part.unlink(missing_ok=True)
 
     def _compare(self, there: object, joined: Mapping[str, Any]) -> None:

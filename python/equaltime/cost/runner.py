@@ -139,7 +139,7 @@ class _Session:
 
     def __post_init__(self) -> None:
         self._turns = tuple(self._all_turns())
-        self._done = {row.key for row in self.recorder.rows if row.last}
+        self._done = {row.key for row in self.recorder.rows if row.last} & {turn.key for turn in self._turns}
         self._seconds: dict[tuple[str, str], float] = {}
         self._rendering = 0.0
 

@@ -21,7 +21,8 @@ __all__ = ["Card", "write_index"]
 _MANY = 4
 """Scenes that can still be told apart by one of them."""
 
-State = Literal["waiting", "done", "left out", "failed"]
+State = Literal["waiting", "earlier", "done", "left out", "failed"]
+"""``earlier``: not run yet, but there is the report of an earlier run."""
 
 
 @dataclass(frozen=True)
