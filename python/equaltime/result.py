@@ -19,7 +19,7 @@ from equaltime.error_estimate import Estimate, PixelStatistics, image_error, sta
 from equaltime.images import Window
 from equaltime.unseen import Unseen
 
-__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result"]
+__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result", "uninterrupted"]
 
 StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
 _EXTENSIONS = (".exr", ".png")
@@ -31,6 +31,13 @@ def check_output(path: Path) -> Path:
     picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
     images.check_writable(picture, _EXTENSIONS)
     return picture
+
+
+def uninterrupted(result: Result) -> Result:
+    """Return a result that measures go by; raise `KeyboardInterrupt` for one that Ctrl-C cut short."""
+    if result.stopped_by == "interrupt":
+        raise KeyboardInterrupt
+    return result
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -150,6 +151,13 @@ def test_what_a_renderer_raises_fails_its_case() -> None:
     assert not outcome.passed
     assert outcome.got is None
     assert "nowhere" in outcome.note
+
+
+def test_ctrl_c_ends_it_and_fails_no_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    part = dataclasses.replace(et.render(load_case(CASES[0]).with_(size=(4, 4)), spp=2), stopped_by="interrupt")
+    monkeypatch.setattr(import_module("equaltime.selftest.subjects"), "render", lambda *_, **__: part)
+    with pytest.raises(KeyboardInterrupt):
+        OurSubject().outcome(CASES[0])
 
 
 @pytest.mark.skipif(find_spec("mitsuba") is None, reason="needs mitsuba")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from equaltime.cost.peers import MitsubaPeer
 from equaltime.errors import EqualtimeError, PeerError
 from equaltime.render import render
+from equaltime.result import uninterrupted
 from equaltime.scene import Scene
 from equaltime.selftest.cases import CASES, Case, load_case
 from equaltime.selftest.judge import Outcome, broken, judge_bits, judge_same, judge_value, limit_of
@@ -44,7 +45,8 @@ class OurSubject:
 
     def _image(self, scene: Scene, case: Case, seed: int, threads: int | None = None) -> Image:
         threads = self._threads if threads is None else threads
-        return render(scene, case.spp, strategy=case.strategy, seed=_FIRST_SEED + seed, threads=threads).image
+        result = render(scene, case.spp, strategy=case.strategy, seed=_FIRST_SEED + seed, threads=threads)
+        return uninterrupted(result).image
 
     def _changed(self, scene: Scene, case: Case) -> Image:
         """Render what has to be the same image, and bring it back."""

@@ -21,6 +21,7 @@ from equaltime.cost.reference import KnownReference
 from equaltime.cost.subject import Subject
 from equaltime.images import SOFTWARE
 from equaltime.render import render
+from equaltime.result import uninterrupted
 from equaltime.scene import Scene
 
 __all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "resizable"]
@@ -106,7 +107,8 @@ def check(
 
     theirs = means((_one(peer, _FIRST_SEED + seed, _SPP) for seed in range(seeds)), 0)
     if ours is None:
-        ours = means((render(small, spp=_OUR_SPP, seed=seed, threads=threads).image for seed in range(seeds)), seeds)
+        results = (uninterrupted(render(small, _OUR_SPP, seed=seed, threads=threads)) for seed in range(seeds))
+        ours = means((result.image for result in results), seeds)
     _, _, width, height = small.model.sensor.film.crop
     return Gate(compare(theirs, ours), ours, level, (width, height), seeds)
 
