@@ -36,7 +36,7 @@ def opened(visit: Open, report: Path) -> Open:
 
 def visible_frames(book: Any) -> list[str]:
     """Return the labels of the pictures that can be seen."""
-    return [frame.get_attribute("data-label") for frame in book.locator(".frame").all() if frame.is_visible()]
+    return [frame.locator("figcaption b").inner_text() for frame in book.locator(".frame").all() if frame.is_visible()]
 
 
 def crop(book: Any) -> bytes:

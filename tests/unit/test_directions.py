@@ -71,6 +71,10 @@ def test_glass_is_sampled_on_both_sides() -> None:
     assert (found["bsdf"].wi[:, 2] < 0.0).any()
 
 
+def test_what_scatters_nothing_has_nothing_to_draw() -> None:
+    assert sample_directions(scene(type="diffuse", reflectance=0.0)) is None
+
+
 def test_where_nothing_is_in_the_middle_there_is_nothing_to_draw(tmp_path: Path) -> None:
     empty = et.load_dict(SKY)
     assert sample_directions(empty) is None

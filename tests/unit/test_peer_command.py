@@ -136,6 +136,11 @@ def test_a_command_that_cannot_work_is_refused_at_once(command: str, words: list
     assert [word for word in ["mine", *words] if word not in str(caught.value)] == [], str(caught.value)
 
 
+def test_a_command_over_several_lines_has_a_name_on_one() -> None:
+    peer = CommandPeer("mine", "render {spp}\n  {seed}\t{out}")
+    assert peer.name == "render {spp} {seed} {out}"
+
+
 def test_a_program_that_is_not_there_is_missed_before_the_first_run() -> None:
     with pytest.raises(PeerError, match="no program no-such-renderer"):
         CommandPeer("mine", "no-such-renderer {spp} {seed} {out}").prepare(scene(), 1)

@@ -146,6 +146,18 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
     assert [table.marks(cell) for cell in cells] == [(1,), (1, 2), (2, 3)]
 
 
+def test_numbers_in_the_names_of_scenes_are_left_alone() -> None:
+    notes = ("on roughness 0.3 it has no speed-up", "on roughness 0.01 it has no speed-up")
+    cells = [Cell("1", note=note) for note in notes]
+    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    assert table.footnotes == notes
+
+
+def test_what_is_no_number_is_printed_nevertheless() -> None:
+    assert percent(math.inf) == f"\N{INFINITY}{THIN}%"
+    assert percent(math.nan).startswith("unknown")
+
+
 def test_numbers_with_powers_of_ten_are_compared_whole_and_spelt_out() -> None:
     notes = ("extrapolated 1.37e+03 times", "extrapolated 45 times", "extrapolated 7.14e+05 times", "3e+04 others")
     cells = [Cell("1", note=note) for note in notes]

@@ -49,7 +49,10 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
         return None
     random = np.random.default_rng(1)
     wo = np.broadcast_to(WO, (SAMPLES, 3))
-    drawn = parts.sample_bsdf(middle.core, 0, wo, random.random((SAMPLES, 3)))
+    try:
+        drawn = parts.sample_bsdf(middle.core, 0, wo, random.random((SAMPLES, 3)))
+    except ValueError:  # the core has no BSDF of what absorbs everything
+        return None
     carried = np.where(drawn["valid"], drawn["weight"].mean(axis=1), 0.0)
     if drawn["delta"].any():
         rays = Rays(drawn["wi"][:DRAWN], carried[:DRAWN], float("nan"))
@@ -59,6 +62,8 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
     # the second moment of uniform samples from those of the BSDF: few uniform ones would meet what makes it
     moment = float(np.mean(carried * np.where(drawn["valid"], _light(middle, drawn["wi"]), 0.0)) / density)
     albedo = float(carried.mean())
+    if albedo == 0.0:
+        return None
     return {
         "uniform": Rays(wi[:DRAWN], uniform[:DRAWN], albedo**2 / moment),
         "bsdf": Rays(drawn["wi"][:DRAWN], carried[:DRAWN], albedo**2 / float(np.square(carried).mean())),

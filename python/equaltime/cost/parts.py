@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from equaltime.cost.metrics import Reference, reference_doubt
-from equaltime.cost.statistics import UNKNOWN, Interval, few, jackknife, student
+from equaltime.cost.statistics import UNKNOWN, Interval, exp, few, jackknife, student
 
 __all__ = ["Parts", "relmse_of_parts"]
 
@@ -68,7 +68,7 @@ def _variance(gram: Floats) -> Interval:
 
     if np.ptp(gram) <= 1e-12 * abs(gram).max():
         return few(Interval(0.0, 0.0, 0.0), repeats)
-    return jackknife(log_variance, repeats).map(math.exp)
+    return jackknife(log_variance, repeats).map(exp)
 
 
 def _shared_doubt(mean: Floats, reference: Reference, bias2: float, variance: float) -> float:

@@ -87,8 +87,8 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """The command."""
-        return self.command
+        """The command, on one line."""
+        return " ".join(self.command.split())
 
     @property
     def resizable(self) -> bool:

@@ -96,7 +96,7 @@ def _draw_strategy(axes: Axes, strategy: StrategyResult, look: Look, order: int)
         markerfacecolor="none" if strategy.biased else look.light,
         markersize=5.5,
         linewidth=1.8,
-        label=f"{strategy.label} (biased)" if strategy.biased else strategy.label,
+        label=f"{_SHOWN}{strategy.label} (biased)" if strategy.biased else f"{_SHOWN}{strategy.label}",
         gid=curve_gid(order),
         zorder=3,
     )
@@ -170,7 +170,12 @@ def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
     axis.set_minor_formatter(ticker.NullFormatter())
 
 
+_SHOWN = "curve "
+"""Before a label: Matplotlib leaves out of legends what begins with an underscore."""
+
+
 def _add_legend(axes: Axes) -> None:
     legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9)
     for text in legend.get_texts():
+        text.set_text(text.get_text().removeprefix(_SHOWN))
         text.set_parse_math(False)  # a label is a name, whatever dollar signs are in it

@@ -34,6 +34,11 @@ class Frame:
     caption: str
     crops: tuple[Crop, ...] = ()
 
+    @property
+    def key(self) -> str:
+        """What no other frame of the series has: a strategy may be labelled "reference"."""
+        return f"strategy {self.label}" if self.look else "reference"
+
 
 @dataclass(frozen=True)
 class Bar:
@@ -126,8 +131,8 @@ def _remarks(cell: Cell) -> list[str]:
 
 
 def _shape(remark: str) -> str:
-    """Return what is the same in remarks that differ in their first number alone."""
-    return _NUMBER.sub("#", remark, count=1)
+    """Return what is the same in remarks that differ in their first number alone; in a scene's name it is no number."""
+    return remark if remark.startswith("on ") else _NUMBER.sub("#", remark, count=1)
 
 
 def _merged(remarks: Sequence[str]) -> str:

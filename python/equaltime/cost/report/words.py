@@ -163,10 +163,12 @@ def _decimals(value: float, low: float, high: float) -> int:
 
 
 def _exponent(value: float) -> int:
-    return math.floor(math.log10(abs(value))) if value else 0
+    return math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
 
 
 def _fixed(value: float, decimals: int) -> str:
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
     if abs(value) >= 1e9:
         return f"{value:.2g}".replace("e+", "e")
     text = f"{value:,.{decimals}f}".replace(",", _THIN)

@@ -28,7 +28,7 @@ function flipbook(book) {
       }
     }
     slider.value = String(state.step);
-    slider.setAttribute("aria-valuetext", label);
+    slider.setAttribute("aria-valuetext", steps[state.step].textContent.trim());
     press(kinds, kinds.find((button) => button.dataset.kind === state.kind));
     press(modes, modes.find((button) => button.dataset.mode === state.mode));
     press(steps, state.mode === "flip" ? steps[state.step] : null);
