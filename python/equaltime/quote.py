@@ -139,7 +139,7 @@ class Pilot:
     Parameters
     ----------
     limits
-        What is asked for: the error, or else the seconds, is quoted.
+        What is asked for, one at least: where the nearest ends the render is quoted.
     share
         Of the twentieth of the work, to be taken.
     """
@@ -181,26 +181,18 @@ class Pilot:
         if not due:
             return None
         found = self._quote()
-        work = min(found.spp.value, self._limits.spp or math.inf)
-        if self._limits.seconds is not None:
-            work = min(work, found.law.samples_in(self._limits.seconds).value)
-        self._work = work
-        self.due = 2 * math.floor(0.5 * self._share * _PILOT_SHARE * work)
+        self._work = found.spp.value
+        self.due = 2 * math.floor(0.5 * self._share * _PILOT_SHARE * self._work)
         return found if self.due <= samples else None
 
     def _quote(self) -> Quote:
         last = self._errors[max(self._errors)]
+        if last.known and last.high == 0.0 and self._session.image().any():
+            raise RenderError("the pilot saw no noise: as few samples as it took are exact")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little to say how fast the error falls")
         law = fit(self._errors, self._seconds, self._session.strategy.sampler)
-        error, time = self._limits.error, self._limits.seconds
-        if error is not None:
-            spp = law.samples_until(error)
-            seconds = law.seconds_for(spp)
-        else:
-            assert time is not None
-            spp = law.samples_in(time)
-            seconds = Estimate(time, time, time)
+        spp, seconds = self._end(law)
         return Quote(
             seconds=seconds,
             spp=spp,
@@ -210,6 +202,22 @@ class Pilot:
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < law.error},
             pilot_seconds=self._session.passes.rendering,
         )
+
+    def _end(self, law: Law) -> tuple[Estimate, Estimate]:
+        """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""
+        limits, ends = self._limits, list[tuple[Estimate, Estimate]]()
+        if limits.error is not None:
+            spp = law.samples_until(limits.error)
+            ends.append((spp, law.seconds_for(spp)))
+        if limits.seconds is not None:
+            ends.append((law.samples_in(limits.seconds), _exactly(limits.seconds)))
+        if limits.spp is not None:
+            ends.append((_exactly(limits.spp), law.seconds_for(_exactly(limits.spp))))
+        return min(ends, key=lambda end: end[0].value)
+
+
+def _exactly(number: float) -> Estimate:
+    return Estimate(number, number, number)
 
 
 def _is_noted(samples: int) -> bool:

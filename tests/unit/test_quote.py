@@ -87,6 +87,27 @@ def test_a_scene_without_light_cannot_be_quoted() -> None:
         et.quote(et.load_dict(dark), error=0.1)
 
 
+def test_a_scene_without_noise_says_so() -> None:
+    film = {"type": "hdrfilm", "rfilter": {"type": "box"}}
+    sky = {"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": {"type": "constant"}}
+    with pytest.raises(et.RenderError, match="saw no noise"):
+        et.quote(et.load_dict(sky).with_(size=(8, 8)), error=0.1)
+
+
+def test_the_nearest_limit_is_quoted() -> None:
+    quotes: list[et.Quote] = []
+    et.render(et.load(SCENE).with_(size=(24, 24)), spp=40, error=1e-4, quoted=quotes.append)
+    assert quotes[0].spp.value == 40.0
+    assert quotes[0].error.value > 1e-3
+
+
+def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--why"]) == 0
+    printed = capsys.readouterr().out
+    assert " [" in printed
+    assert "\\" not in printed
+
+
 def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

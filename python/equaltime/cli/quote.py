@@ -176,7 +176,7 @@ def _share(share: Estimate) -> str:
         return "an unknown part"
     if not share.trusted:
         return f"about {_whole(share.value)} %"
-    return rf"{_whole(share.value)} % \[{_whole(share.low)}, {_whole(share.high)}]"
+    return f"{_whole(share.value)} % [{_whole(share.low)}, {_whole(share.high)}]"
 
 
 def _whole(share: float) -> str:
@@ -187,4 +187,4 @@ def _whole(share: float) -> str:
 def _range(estimate: Estimate, words: Callable[[float], str]) -> str:
     if not estimate.high > estimate.low:
         return words(estimate.value)
-    return rf"{words(estimate.value)} \[{words(estimate.low)}, {words(estimate.high)}]"
+    return f"{words(estimate.value)} [{words(estimate.low)}, {words(estimate.high)}]"
