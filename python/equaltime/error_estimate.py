@@ -13,7 +13,7 @@ see ``Reference`` in cpp/film/error_parts.cpp) and ``m`` the mean of the image. 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Any
@@ -65,6 +65,12 @@ class Estimate:
         numbers = {"value": self.value, "low": self.low, "high": self.high}
         known = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
         return known | ({"doubt": self.doubt} if self.doubt else {})
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
+        """Return what `as_dict` made these data of."""
+        value, low, high = (math.inf if data[key] is None else float(data[key]) for key in ("value", "low", "high"))
+        return cls(value, low, high, data.get("doubt", ""))
 
     def __str__(self) -> str:
         if not self.known:

@@ -42,6 +42,8 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         raise ImageError("merging takes two files or more")
     parts = [Checkpoint.read(path) for path in paths]
     first = parts[0]
+    for part in parts:
+        _check_whole(part)
     for part in parts[1:]:
         _check_alike(first, part)
     _check_disjoint(parts)
@@ -51,6 +53,12 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     origin, pixels = _origin(first, parts), pixel_statistics(moments)
     hidden = Unseen.together([part.unseen for part in parts])
     return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts), hidden=hidden)
+
+
+def _check_whole(part: Checkpoint) -> None:
+    """Refuse a render that lacks a sample, which was not a number: its image is no estimate."""
+    if part.record["stopped_by"] == "nonfinite":
+        raise ImageError(f"{part.path}: cannot be merged: it ended at a sample that was not a number, and lacks it")
 
 
 def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
@@ -87,7 +95,7 @@ def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
 
 def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
     """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
-    found = [Estimate(**part.record["bias"]) for part in parts if part.record.get("bias") is not None]
+    found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record.get("bias") is not None]
     return max(found, key=lambda bias: bias.high, default=None)
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -192,6 +193,14 @@ def test_merging_refuses_the_same_samples_and_other_images(scene: et.Scene, tmp_
         et.merge([b, d])
     with pytest.raises(et.RenderError, match="it was merged"):
         et.render(scene, spp=8, resume=b)
+
+
+def test_merging_refuses_what_lacks_a_sample(scene: et.Scene, tmp_path: Path) -> None:
+    files = [tmp_path / f"{seed}.exr" for seed in range(2)]
+    for seed, file in enumerate(files):
+        replace(et.render(scene, spp=4, seed=seed), stopped_by="spp" if seed == 0 else "nonfinite").save(file)
+    with pytest.raises(et.ImageError, match=r"1\.exr: cannot be merged: it ended at a sample that was not a number"):
+        et.merge(files)
 
 
 def command(output: Path, *options: str) -> list[str]:
