@@ -1,6 +1,5 @@
 """Scene → effects: derived with reasons; what does nothing calls for nothing, and changes no bit."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,6 @@ import pytest
 
 import equaltime as et
 from equaltime import images
-from equaltime.cli import main
 from equaltime.core_renderer import make_renderer
 from equaltime.effects import derive, leave_out
 from equaltime.effects.kinds import KINDS
@@ -256,41 +254,6 @@ def test_what_cannot_be_left_out_is_refused(name: str, message: str) -> None:
     with pytest.raises(et.EffectError) as caught:
         leave_out(scene(), et.Strategy(), (name,))
     assert str(caught.value).startswith(message)
-
-
-def test_the_price_list_tells_what_is_called_for_and_what_is_free(capsys: pytest.CaptureFixture[str]) -> None:
-    box = str(ROOT / "scenes" / "cornell-box.toml")
-    assert main(["effects", box, "--quick", "--size", "16x16", "--threads", "1", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    (paths,) = found["effects"]
-    assert paths["name"] == "long_paths"
-    assert paths["time"]["value"] < 1.0
-    assert paths["change"]["low"] > 0.2
-    assert set(found["free"]) == KINDS.keys() - {"long_paths"}
-    for shares in found["shares"].values():
-        assert sum(share["value"] for share in shares.values()) == pytest.approx(1.0)
-
-
-def test_the_prices_are_those_of_the_crop_window() -> None:
-    cut = scene(CHECKED).with_(crop=(3, 2, 7, 4))
-    (texture,) = (price for price in et.effects(cut, quick=True).prices if price.kind.name == "textures")
-    assert texture.difference is not None
-    assert texture.difference.shape == (4, 7, 3)
-
-
-def test_the_price_list_is_printed_and_pictures_show_what_changes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    box = str(ROOT / "scenes" / "cornell-box.toml")
-    assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
-    text = capsys.readouterr().out
-    assert f"long_paths: light that was scattered more than once, for {box}:" in text
-    assert "free, since nothing calls for them: analytic_shapes, " in text
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "without-long_paths.exr",
-        "without-long_paths.png",
-    ]
-    assert images.read(tmp_path / "out" / "without-long_paths.exr").image.max() < 1e-6
 
 
 def test_glass_of_the_airs_own_index_is_there_where_its_crossings_count_or_light_is_aimed() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +20,7 @@ from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, Strat
 from equaltime.cost.statistics import Interval
 from equaltime.effects import Price, PriceList
 from equaltime.effects import effects as measure_effects
+from equaltime.errors import ImageError
 from equaltime.scene import load_file
 
 __all__ = ["effects"]
@@ -63,21 +65,31 @@ def effects(
     For instance: `equaltime effects scene.toml --quick`
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    if output is not None:
+        _check_folder(output)
     print_warnings(loaded)
     loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
     with share_bar() as progress:
         found = measure_effects(loaded, quick, size, strategy, seed, threads, progress)
-    if output is not None:
-        _write_differences(found, output)
     if as_json:
         print(json.dumps(found.as_dict(), indent=2))
     else:
         _print(found)
+    if output is not None:
+        _write_differences(found, output)
     return 0
 
 
+def _check_folder(folder: Path) -> None:
+    """Make a folder, and find out before all measuring that it cannot be written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ImageError(f"{folder}: {error.strerror or error}") from error
+    images.check_writable(folder / "without.exr", (".exr",))
+
+
 def _write_differences(found: PriceList, folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     for price in found.prices:
         if price.difference is None:
             continue
@@ -137,6 +149,8 @@ def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
 def _brief(interval: Interval | None) -> str:
     if interval is None:
         return ""
+    if not math.isfinite(interval.value):
+        return "unknown"
     half = 0.5 * (interval.high - interval.low)
     value = interval.value if abs(interval.value) > 1e-3 * half else 0.0
     return f"{percent(value)} ±{100.0 * half:.2g}"

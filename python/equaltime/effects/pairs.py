@@ -11,6 +11,7 @@ Both are functions of the products of images of all pairs of seeds, ``(K, K)``, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -68,7 +69,7 @@ class Versus:
             variance=share_of(
                 products(-moved, whole.images, denominator), products(whole.images, whole.images, denominator)
             ),
-            change=change_of(products(moved, moved, denominator)),
+            change=_unknown(moved, denominator) or change_of(products(moved, moved, denominator)),
             memory=whole.memory - less.memory,
             difference=moved.mean(axis=0),
         )
@@ -121,6 +122,13 @@ def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
     rows: Floats = (first * weights).reshape(repeats, -1) @ second.reshape(repeats, -1).T
     return rows / denominator.size
+
+
+def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
+    """Return what is known of a change where light comes to a picture that is black all over: nothing."""
+    if denominator.any() or not moved.any():
+        return None
+    return Interval(math.inf, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
 
 
 def change_of(squares: Floats) -> Interval:

@@ -19,6 +19,7 @@ from equaltime.effects.pairs import Versus, run_in_turn
 from equaltime.effects.parts import measure_parts
 from equaltime.error_estimate import Estimate
 from equaltime.scene import Scene
+from equaltime.scene.smaller import smaller
 from equaltime.strategy import Strategy
 
 __all__ = ["LeftOut", "choose", "measured"]
@@ -28,6 +29,8 @@ N = TypeVar("N")
 PILOT_SAMPLES = 2**16
 """Of the image in each repeat of a pilot, or one a pixel if that is more."""
 MOST_A_PIXEL = 64
+MOST_PIXELS = 2**14
+"""Of the film by which is chosen: what paths of each length bring takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
 """Added to a render's seed: the pilot's numbers are none of the render's."""
@@ -76,7 +79,8 @@ def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threa
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]
     cuts = "long_paths" in candidates
     single = {name: (name,) for name in candidates if name != "long_paths"}
-    found = _compare(scene, strategy, single, seed, threads) if single else {}
+    small = smaller(scene, MOST_PIXELS)
+    found = _compare(small, strategy, single, seed, threads) if single else {}
     room, taken, why = within * (0.5 if cuts else 1.0), list[str](), list[str]()
     for name in sorted(found, key=lambda name: found[name].change.high):
         change = found[name].change
@@ -85,7 +89,7 @@ def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threa
         taken += [name] if fits else []
         why.append(f"{'left out' if fits else 'kept'}: {name}, {_words(change)}; {_saved(found[name])}")
     if cuts:
-        depth, words = _cut(scene, strategy, room + 0.5 * within, seed, threads)
+        depth, words = _cut(small, strategy, room + 0.5 * within, seed, threads)
         taken += [] if depth is None else [f"long_paths={depth}"]
         why.append(words)
     left = measured(scene, strategy, tuple(taken), seed, threads)

@@ -167,7 +167,7 @@ def effects(
         shares={kind: parts.shares(kind) for kind in KINDS_OF_PARTS},
         truncated=parts.truncated(),
         outputs=beside,
-        size=small.size,
+        size=small.model.sensor.film.crop[2:],
         samples=samples,
         repeats=repeats,
         strategy=chosen.name,
