@@ -15,7 +15,7 @@ import json
 import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -257,11 +257,22 @@ def _replacing(path: Path) -> Iterator[Path]:
     temporary = path.with_name(f".equaltime-{os.getpid()}-{threading.get_ident():x}.part")
     try:
         yield temporary
+        _force(temporary)  # a machine that stops after the renaming must find the whole file
         os.replace(temporary, path)
     except OSError as error:
         raise ImageError(f"{path}: {error.strerror or error}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # the disk's own complaint counts
+            temporary.unlink(missing_ok=True)
+
+
+def _force(file: Path) -> None:
+    """Wait until a file is on the disk; a disk that has no room for it may say so only now."""
+    descriptor = os.open(file, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:

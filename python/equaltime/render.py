@@ -6,6 +6,7 @@ import math
 import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,8 @@ import numpy as np
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
-from equaltime.errors import EffectError, RenderError, StrategyError
+from equaltime.errors import EffectError, ImageError, RenderError, StrategyError
+from equaltime.first_hits import asked_for
 from equaltime.outputs import outputs
 from equaltime.passes import ProgressCallback
 from equaltime.quote import Pilot, Quote
@@ -143,6 +145,8 @@ def render(
             raise StrategyError(_CROSS_CHECK_ALONE)
         return _render_cross_check(loaded, limits, chosen, seed)
     resumed = None if resume is None else Checkpoint.read(resume)
+    if show is not None:
+        show.connect()  # before any clock runs: it may have to be waited for
     begin = clock.perf_counter()
     left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
     piloting = {} if left is None else {"pilot": clock.perf_counter() - begin}
@@ -171,9 +175,15 @@ def render(
     try:
         if show is not None:
             show.show(result.image)
+        if checkpoint is not None and asked_for(rendered):  # outputs may take as long as the image, and as much memory
+            with suppress(ImageError):
+                result.save(checkpoint)
         aovs = outputs(loaded, rendered, by, seed, threads, max(1, round(float(result.samples.mean()))), worked)
-    except KeyboardInterrupt:  # they may take as long as the image, which is finished
+    except KeyboardInterrupt:  # the image is finished
         return replace(result, stopped_by="interrupt")
+    except MemoryError as problem:
+        where = "" if checkpoint is None else f"; the image is in {checkpoint}"
+        raise RenderError(f"not enough memory for the outputs beside the image{where}") from problem
     return replace(result, aovs=aovs)
 
 

@@ -27,6 +27,10 @@ __all__ = ["Session", "Traps", "origin_of"]
 
 Traps = Literal["ignore", "check", "stop"]
 """What becomes of floating-point faults: nothing, or the sample is named, or the process ends there, by SIGFPE."""
+_SECONDS_A_PIXEL = 1e-6
+"""What saving is taken to cost before it was done once."""
+_ROOM = 2.0
+"""Times what saving took last: what must be left before the time limit."""
 
 
 class Session:
@@ -99,21 +103,27 @@ class Session:
                 stopped_by = "interrupt"
 
     def _run_passes(self, path: Path | None, every: float, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
-        saved_at = 0.0
+        saved_at, takes = 0.0, _SECONDS_A_PIXEL * self.passes.pixels
         try:
             for _ in self.passes:
                 if pass_ended is not None:
                     pass_ended(self)
                 before = self.passes.seconds
-                if path is not None and before - saved_at >= every:
+                if path is not None and before - saved_at >= every and self._has_time(_ROOM * takes):
                     with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
                         self.result("unfinished").save(path)
                     saved_at = self.passes.seconds
-                    self._saving += saved_at - before
+                    takes = saved_at - before
+                    self._saving += takes
         except KeyboardInterrupt:  # between two passes, such as while saving
             return "interrupt"
         assert self.passes.stopped_by is not None
         return self.passes.stopped_by
+
+    def _has_time(self, seconds: float) -> bool:
+        """Tell whether so much time is left before the limit, if there is one."""
+        limit = self.passes.limits.seconds
+        return limit is None or self.passes.seconds + seconds <= limit
 
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""

@@ -74,13 +74,28 @@ class Viewer:
         if self.problem is not None:
             return
         begin = time.monotonic()
+        self.connect()
         try:
-            self._send(np.ascontiguousarray(image, "<f4"))
-        except OSError as error:
-            self.problem = f"tev at {self._address}: {error.strerror or error or 'no answer'}; the render goes on"
-            self.close()
+            if self._socket is not None:
+                self._send(self._socket, np.ascontiguousarray(image, "<f4"))
+        except (OSError, UnicodeError) as error:
+            self._give_up(error)
         end = time.monotonic()
         self._next = end + max(_INTERVAL, (end - begin) / _MOST_SHARE)
+
+    def connect(self) -> None:
+        """Reach the viewer, if it is not reached; `show` would, but it may take a while."""
+        if self._socket is not None or self.problem is not None:
+            return
+        try:
+            self._socket = socket.create_connection((self._host, self._port), _PATIENCE)
+        except (OSError, UnicodeError) as error:  # a name that is none is no text for the network
+            self._give_up(error)
+
+    def _give_up(self, error: OSError | UnicodeError) -> None:
+        said = getattr(error, "strerror", None) or str(error) or "no answer"
+        self.problem = f"tev at {self._address}: {said}; the render goes on"
+        self.close()
 
     def close(self) -> None:
         """Let go of the viewer, which keeps the image."""
@@ -88,13 +103,11 @@ class Viewer:
             self._socket.close()
             self._socket = None
 
-    def _send(self, image: NDArray[np.float32]) -> None:
+    def _send(self, to: socket.socket, image: NDArray[np.float32]) -> None:
         height, width, _ = image.shape
-        if self._socket is None:
-            self._socket = socket.create_connection((self._host, self._port), _PATIENCE)
         if self._shape != image.shape:
             size = struct.pack("<3i", width, height, len(_CHANNELS))
-            self._socket.sendall(_message(_CREATE, True, self._name, size, *map(_text, _CHANNELS)))
+            to.sendall(_message(_CREATE, True, self._name, size, *map(_text, _CHANNELS)))
             self._shape = image.shape
         rows = max(1, _MOST_BYTES // (4 * len(_CHANNELS) * width))
         for y in range(0, height, rows):
@@ -103,7 +116,7 @@ class Viewer:
             place = struct.pack("<4i", 0, y, width, len(band))
             layout = struct.pack("<6q", 0, 1, 2, 3, 3, 3)  # where each channel begins, and steps to its next pixel
             fields = (count, *map(_text, _CHANNELS), place, layout, band.tobytes())
-            self._socket.sendall(_message(_UPDATE, False, self._name, *fields))
+            to.sendall(_message(_UPDATE, False, self._name, *fields))
 
 
 def _message(kind: int, grab_focus: bool, name: str, *fields: bytes) -> bytes:
@@ -112,4 +125,4 @@ def _message(kind: int, grab_focus: bool, name: str, *fields: bytes) -> bytes:
 
 
 def _text(words: str) -> bytes:
-    return words.replace("\0", "").encode() + b"\0"
+    return words.replace("\0", "").encode(errors="replace") + b"\0"

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from equaltime.cli.messages import duration
+from equaltime.cli.messages import duration, while_heard
 
 
 @pytest.mark.parametrize(
@@ -23,3 +23,16 @@ from equaltime.cli.messages import duration
 )
 def test_a_time_is_written_in_the_unit_that_people_would_use(seconds: float, text: str) -> None:
     assert duration(seconds) == text
+
+
+def test_what_nobody_hears_any_more_is_said_once_and_harms_nobody() -> None:
+    tried: list[str] = []
+
+    def say(words: str) -> None:
+        tried.append(words)
+        raise BrokenPipeError
+
+    said = while_heard(say)
+    said("one")
+    said("two")
+    assert tried == ["one"]

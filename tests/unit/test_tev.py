@@ -139,3 +139,21 @@ def test_a_viewer_that_goes_away_is_let_go() -> None:
 def test_what_is_no_address_is_refused(address: str) -> None:
     with pytest.raises(et.RenderError, match="expected HOST:PORT"):
         tev.Viewer(address)
+
+
+@pytest.mark.parametrize("address", ["host..lan:14158", f"{'x' * 64}.lan"])
+def test_a_name_that_is_no_host_is_told_and_the_render_goes_on(address: str) -> None:
+    viewer = tev.Viewer(address)
+    assert et.render(et.load(SCENE).with_(size=(8, 8)), spp=2, show=viewer).spp == 2
+    assert viewer.problem is not None
+    assert viewer.problem.endswith("the render goes on")
+
+
+def test_a_name_that_is_no_text_can_be_shown() -> None:
+    server = FakeTev()
+    viewer = tev.Viewer(server.address, "\udcff.exr")
+    viewer.show(np.ones((2, 2, 3)))
+    viewer.close()
+    server.wait()
+    assert viewer.problem is None
+    assert list(server.images) == ["?.exr"]

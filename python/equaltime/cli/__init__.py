@@ -90,6 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except EqualtimeError as error:
         print_error(str(error))
         return 2
+    except MemoryError:
+        print_error("not enough memory")
+        return 1
     except OSError as error:
         # the disk is full, or the reader has gone (``| head``), which is its right
         if not isinstance(error, BrokenPipeError):

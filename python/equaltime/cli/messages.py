@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from rich.console import Console
 
@@ -20,7 +21,10 @@ __all__ = [
     "print_quote",
     "print_warning",
     "print_warnings",
+    "while_heard",
 ]
+
+T = TypeVar("T")
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
 """How light is found, in words."""
@@ -77,6 +81,21 @@ def print_quote(quote: Quote) -> None:
         f"{f' (in doubt: {error.doubt})' if error.doubt else ''}",
         flush=True,
     )
+
+
+def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
+    """Return what says things until nobody hears them: a pipe that is closed, or a full disk, must not end a render."""
+    heard = True
+
+    def said(what: T) -> None:
+        nonlocal heard
+        if heard:
+            try:
+                say(what)
+            except OSError:
+                heard = False
+
+    return said
 
 
 def _visible(text: str) -> str:

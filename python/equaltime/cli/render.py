@@ -12,7 +12,15 @@ import typer
 
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
 from equaltime.cli.lint import print_hazards
-from equaltime.cli.messages import duration, print_error, print_lines, print_quote, print_warning, print_warnings
+from equaltime.cli.messages import (
+    duration,
+    print_error,
+    print_lines,
+    print_quote,
+    print_warning,
+    print_warnings,
+    while_heard,
+)
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -86,7 +94,7 @@ def render(
             parser=parse_duration,
             metavar="DURATION",
             show_default=False,
-            help="How often what is done so far is saved to FILE.exr [default: 60s].",
+            help="How often what is done so far is saved to FILE.exr, at the end of a pass [default: 60s].",
         ),
     ] = None,
     backend: Annotated[
@@ -174,10 +182,10 @@ def render(
                 resume=exr if resume and output.exists() else None,
                 checkpoint=exr if backend == "core" else None,
                 checkpoint_every=checkpoint or 60.0,
-                quoted=None if quiet or as_json else print_quote,
+                quoted=None if quiet or as_json else while_heard(print_quote),
                 without=without or (),
                 within=within,
-                decided=decisions.extend if quiet or as_json else print_lines,
+                decided=decisions.extend if quiet or as_json else while_heard(print_lines),
                 show=viewer,
                 traps=traps,
             )
@@ -185,8 +193,6 @@ def render(
         if found.result is None:  # it was a pilot's
             raise
         failure, result = found, cast(Result, found.result)
-    if viewer is not None and viewer.problem is not None:
-        print_warning(viewer.problem)
     begin = clock.perf_counter()
     try:
         with held_back() as signals:
@@ -195,6 +201,8 @@ def render(
         print_error(str(problem))
         return 1
     writing = clock.perf_counter() - begin
+    if viewer is not None and viewer.problem is not None:
+        print_warning(viewer.problem)
     if as_json:
         print(json.dumps(_record(result, writing, files, decisions), indent=2))
     elif not quiet:
