@@ -147,9 +147,11 @@ def test_keys_and_steps_of_weights_within_the_shutter_count(tmp_path: Path) -> N
     assert not still.core.effects()["motion"]
 
 
-def test_joints_that_move_bend_the_mesh_of_their_skin(tmp_path: Path) -> None:
+@pytest.mark.parametrize("visible", [True, False])
+def test_joints_that_move_bend_the_mesh_of_their_skin(tmp_path: Path, visible: bool) -> None:
     builder = Builder()
-    joint = builder.node(rotation=[0, 0, 0, 1])
+    joint = builder.node(rotation=[0, 0, 0, 1], extensions={"KHR_node_visibility": {"visible": visible}})
+    builder.json["extensionsUsed"] = ["KHR_node_visibility"]
     builder.add("skins", {"joints": [joint]})
     ends = {"JOINTS_0": builder.accessor([[0, 0, 0, 0]] * 3, "u1"), "WEIGHTS_0": [[1, 0, 0, 0]] * 3}
     builder.node(mesh=builder.mesh([[1, 0, 0], [2, 0, 0], [1, 1, 0]], **ends), skin=0)

@@ -28,6 +28,19 @@ def test_factors_are_parameters_of_principled(tmp_path: Path) -> None:
     assert (found.base_color, found.metallic, found.roughness, found.eta) == ((0.1, 0.2, 0.3), 0.4, 0.6, 1.5)
 
 
+def test_factors_above_one_count_as_one_and_are_told(tmp_path: Path) -> None:
+    pbr = {"baseColorFactor": [1.0000001, 0.5, 1.5, 1], "roughnessFactor": 1.0000001}
+    clearcoat = {"KHR_materials_clearcoat": {"clearcoatFactor": 1.5}}
+    builder = one_triangle(pbrMetallicRoughness=pbr, extensions=clearcoat)
+    builder.json["extensionsUsed"] = ["KHR_materials_clearcoat"]
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    assert (found.base_color, found.roughness, found.clearcoat) == ((1, 0.5, 1), 1, 1)
+    assert "a factor above 1 counts as 1 (materials[0].pbrMetallicRoughness.baseColorFactor" in warnings(
+        builder, tmp_path
+    )
+
+
 @pytest.mark.parametrize("material", [{}, {"name": "nothing said"}, {"pbrMetallicRoughness": {}}])
 def test_the_default_is_white_rough_metal(tmp_path: Path, material: dict[str, Any]) -> None:
     found = principled(tmp_path, **material)

@@ -124,10 +124,40 @@ def test_what_is_not_visible_is_left_out_with_its_children(tmp_path: Path) -> No
     assert world(builder, tmp_path) == [[6, 2, 3]]
 
 
+def test_children_that_a_scene_lists_too_are_there_once(tmp_path: Path) -> None:
+    builder = Builder()
+    mesh = point(builder)
+    builder.json["nodes"] = [{"translation": [1, 0, 0], "children": [1]}, {"children": [2]}, {"mesh": mesh}]
+    builder.json["scenes"] = [{"nodes": [2, 0, 1]}]
+    assert world(builder, tmp_path) == [[2, 2, 3]]
+    scene = et.load(builder.glb(tmp_path / "a.glb"))
+    assert any("children of others" in warning and "scenes[0].nodes" in warning for warning in scene.warnings)
+
+
+def test_joints_that_are_hidden_carry_all_the_same(tmp_path: Path) -> None:
+    builder = skinned([[0, 1, 0, 0]] * 3, [[0, 1, 0, 0]] * 3)
+    (seen,) = surfaces(builder, tmp_path)
+    for joint in builder.json["nodes"][:2]:
+        joint["extensions"] = {"KHR_node_visibility": {"visible": False}}
+    builder.json["extensionsUsed"] = ["KHR_node_visibility"]
+    (surface,) = surfaces(builder, tmp_path)
+    assert np.array_equal(surface.vertices, seen.vertices)
+
+
 def test_nodes_with_two_parents_and_rings_are_refused(tmp_path: Path) -> None:
     builder = Builder()
     mesh = point(builder)
     builder.json["nodes"] = [{"mesh": mesh, "children": [1]}, {"children": [0]}]
+    builder.json["scenes"] = [{"nodes": [0]}]
+    for roots in ([0], [0, 1]):
+        builder.json["scenes"] = [{"nodes": roots}]
+        with pytest.raises(et.SceneError, match=r"scenes\[0\].nodes: node 0 is, or hangs on, a descendant of itself"):
+            et.load(builder.glb(tmp_path / "a.glb"))
+    builder.json["nodes"] = [{"children": [1, 2]}, {"children": [0]}, {"mesh": mesh}]
+    builder.json["scenes"] = [{"nodes": [2]}]
+    with pytest.raises(et.SceneError, match="node 2 is, or hangs on, a descendant of itself"):
+        et.load(builder.glb(tmp_path / "a.glb"))
+    builder.json["nodes"] = [{"mesh": mesh}, {"children": [0]}]
     builder.json["scenes"] = [{"nodes": [0]}]
     with pytest.raises(et.SceneError, match=r"scenes\[0\].nodes: node 0 is no root: it is a child of node 1"):
         et.load(builder.glb(tmp_path / "a.glb"))

@@ -165,6 +165,18 @@ def test_the_default_spot_opens_by_a_quarter_of_a_half_turn(tmp_path: Path) -> N
     assert (found.beam, found.cutoff_angle) == pytest.approx((0, 45))
 
 
+def test_the_widest_spot_in_float32_is_a_hemisphere(tmp_path: Path) -> None:
+    found = emitter(with_light({"type": "spot", "spot": {"outerConeAngle": 1.5707963705062866}}), tmp_path)
+    assert isinstance(found, m.Spot)
+    assert found.cutoff_angle == 90.0
+
+
+def test_a_spot_that_is_closed_is_no_light(tmp_path: Path) -> None:
+    scene = loaded(with_light({"type": "spot", "spot": {"outerConeAngle": 0}}), tmp_path)
+    assert any("gives no light" in warning for warning in scene.warnings)
+    assert not any(isinstance(emitter, m.Spot) for emitter in scene.model.emitters)
+
+
 def test_a_node_that_names_no_light_is_told(tmp_path: Path) -> None:
     builder = with_light({"type": "point"})
     builder.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 1

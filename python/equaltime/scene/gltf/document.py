@@ -16,6 +16,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
+from equaltime.scene.gltf.factors import capped
 from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
 from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
@@ -129,7 +130,11 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     )  # pygltflib takes a tenth of a second, which other scenes need not wait
 
     text, binary = _chunks(content)
-    return Document(typed(_checked(text)), name, locate, binary)
+    checked, notes = _checked(text)
+    document = Document(typed(checked), name, locate, binary)
+    for place in notes:
+        document.note("a factor above 1 counts as 1", place)
+    return document
 
 
 def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
@@ -156,8 +161,11 @@ def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
     return bytes(chunks[JSON_CHUNK]), chunks.get(BINARY_CHUNK)
 
 
-def _checked(text: bytes) -> dict[str, Any]:
-    """Return the JSON object in `text`, which follows the schema and asks for nothing that cannot be read."""
+def _checked(text: bytes) -> tuple[dict[str, Any], list[str]]:
+    """Return the JSON object in `text`, which follows the schema and asks for nothing that cannot be read.
+
+    Also the places of factors that were above one.
+    """
     try:
         document = json.loads(text.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -171,10 +179,11 @@ def _checked(text: bytes) -> dict[str, Any]:
         raise Malformed(("", "a number has more digits than can be read")) from error
     if not isinstance(document, dict):
         raise Malformed(("", f"expected a JSON object, found {shortened(document, 40)}"))
+    above = capped(document)
     problems = [problem for problem, _ in zip(_problems(document), range(MOST_PROBLEMS), strict=False)]
     if problems:
         raise Malformed(*problems)
-    return document
+    return document, above
 
 
 def _problems(document: Mapping[str, Any]) -> Problems:

@@ -30,28 +30,48 @@ class Placed:
     """The same at each time of a clip, if it is not the same at all of them."""
 
 
-def placed(document: Document, scene: int | None, clip: Clip | None = None) -> Iterator[Placed]:
+def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
     """Iterate over the nodes of a scene, each before its children; raises `Malformed` if they are no forest.
 
     Without a scene, all nodes that are no one's children are its roots. With a clip, they are where it puts them first.
+    Those that are hidden are left out, unless asked for.
     """
     nodes = document.gltf.nodes
-    parents = _parents(nodes)
-    roots = [i for i in range(len(nodes)) if i not in parents] if scene is None else document.gltf.scenes[scene].nodes
-    if scene is not None and (nested := next((i for i in roots if i in parents), None)) is not None:
-        message = f"node {nested} is no root: it is a child of node {parents[nested]}"
-        raise Malformed((f"scenes[{scene}].nodes", message))
+    roots = _roots(document, scene, _parents(nodes))
     times = (0.0,) if clip is None else clip.times
     waiting = [(i, np.tile(np.eye(4), (len(times), 1, 1))) for i in dict.fromkeys(reversed(roots))]
     while waiting:
         index, around = waiting.pop()
         node = nodes[index]
-        if (node.extensions or {}).get("KHR_node_visibility", {}).get("visible", True) is False:
+        if not hidden and (node.extensions or {}).get("KHR_node_visibility", {}).get("visible", True) is False:
             continue  # nor are its children visible
         to_world = product(around, np.array([_local(node, clip, index, time) for time in times]))
         still = (to_world == to_world[0]).all()
         yield Placed(index, node, to_world[0], () if still else tuple(to_world))
         waiting.extend((child, to_world) for child in reversed(node.children or []))
+
+
+def _roots(document: Document, scene: int | None, parents: dict[int, int]) -> list[int]:
+    """Return the roots of a scene; a node that it lists and that another of its roots has as well is told of."""
+    free = [i for i in range(len(document.gltf.nodes)) if i not in parents]
+    if scene is None:
+        return free
+    listed, place = dict.fromkeys(document.gltf.scenes[scene].nodes), f"scenes[{scene}].nodes"
+    nested: dict[int, bool] = {}  # whether a node that is listed is above it
+    waiting = [(node, False) for node in free]
+    while waiting:
+        node, below = waiting.pop()
+        nested[node] = below
+        waiting.extend((child, below or node in listed) for child in document.gltf.nodes[node].children or [])
+    for node in listed:
+        if node not in nested:
+            raise Malformed((place, f"node {node} is, or hangs on, a descendant of itself"))
+        if node in parents and not nested[node]:
+            raise Malformed((place, f"node {node} is no root: it is a child of node {parents[node]}"))
+    roots = [node for node in listed if not nested[node]]
+    if len(roots) < len(listed):
+        document.note("lists nodes that are children of others: they are no roots", place)
+    return roots
 
 
 def _parents(nodes: list[Any]) -> dict[int, int]:

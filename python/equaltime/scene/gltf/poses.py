@@ -28,7 +28,7 @@ class Pose:
     @cached_property
     def worlds(self) -> dict[int, NDArray[np.float64]]:
         """Where each node is (4, 4)."""
-        return {at.index: at.to_world for at in placed(self.document, None, self.clip)}
+        return {at.index: at.to_world for at in placed(self.document, None, self.clip, hidden=True)}
 
     def weights(self, mesh: int, node: int | None) -> Any:
         """Return the weights of the morph targets of a mesh, in a node that may have its own."""

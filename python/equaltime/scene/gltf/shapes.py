@@ -145,7 +145,7 @@ class Shapes:
     @cached_property
     def _restless(self) -> frozenset[int]:
         """The nodes that move, whatever scene they are in."""
-        return frozenset(at.index for at in placed(self._document, None, self._clip) if at.moving)
+        return frozenset(at.index for at in placed(self._document, None, self._clip, hidden=True) if at.moving)
 
     def _drawn(self, mesh: int) -> Iterator[tuple[int, Any]]:
         """Yield the primitives of a mesh that have a surface, with their numbers."""

@@ -136,7 +136,10 @@ def light(document: Document, at: Placed, place: Place) -> Object | None:
     if source["type"] == "directional":
         return plant("emitter", "directional", place, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
     cone = source.get("spot", {})
-    outer = math.degrees(cone.get("outerConeAngle", math.pi / 4.0))
+    outer = min(math.degrees(cone.get("outerConeAngle", math.pi / 4.0)), 90.0)  # which float32 exceeds
+    if outer <= 0.0:
+        document.note("a spot whose cone is closed gives no light", place.path)
+        return None
     inner = min(math.degrees(cone.get("innerConeAngle", 0.0)), outer)
     document.note("the light of a spot falls linearly with the angle, from the inner cone to the outer", place.path)
     return plant("emitter", "spot", place, intensity=power, cutoff_angle=outer, beam_width=inner, to_world=to_world)
