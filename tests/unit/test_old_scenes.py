@@ -147,3 +147,9 @@ def test_parameters_that_mitsuba_3_has_no_more_are_refused_by_name_or_left_out_o
     assert sorted(problem.message for problem in refused.value.problems) == [f"{name} {words}" for name in named]
     loaded = read(tmp_path, body, substitute=True)
     assert sorted(done.what for done in loaded.substitutions) == [f"parameter {name}" for name in named]
+
+
+def test_three_samples_of_a_spectrum_are_a_colour(tmp_path: Path) -> None:
+    found = of_square(tmp_path, '<bsdf type="diffuse"><spectrum name="reflectance" value="0.25, 0.5 0.75"/></bsdf>')
+    assert isinstance(found, model.Diffuse)
+    assert found.reflectance == (0.25, 0.5, 0.75)

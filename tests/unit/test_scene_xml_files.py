@@ -34,6 +34,42 @@ def bsdf(folder: Path, body: str, version: str = "0.6.0") -> m.Bsdf:
 # -- other files -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        b'<scene version="3.0.0">\n<!-- ------ Camera -- 1 ------ -->\n<sensor type="perspective"/></scene>',
+        b'\n \n<?xml version="1.0"?>\n<scene version="3.0.0"><sensor type="perspective"/></scene>',
+        b'<scene version="3.0.0"><sensor type="perspective" id="caf\xe9"/></scene>',
+        b'<?xml version="1.0" encoding="utf-8"?><scene version="3.0.0"><sensor type="perspective" id="\xe9"/></scene>',
+        b'<scene version="3.0.0"><default name="x" value="a & b &amp; &#65;"/>\n<sensor type="perspective"/></scene>',
+    ],
+)
+def test_what_mitsuba_reads_though_it_is_no_xml_is_read_and_told(text: bytes, tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_bytes(text)
+    scene = load(tmp_path / "scene.xml")
+    assert isinstance(scene.model.sensor, m.Perspective)
+    assert any("it is read nevertheless, as Mitsuba does" in warning for warning in scene.warnings)
+
+
+def test_a_mistake_in_a_file_that_is_no_xml_has_its_own_line(tmp_path: Path) -> None:
+    text = '\n<?xml version="1.0"?>\n<scene version="3.0.0">\n<!-- a -- b\n-->\n<shape type="shpere"/></scene>'
+    (tmp_path / "scene.xml").write_text(text)
+    with pytest.raises(SceneError, match=r"scene\.xml:6: .*did you mean 'sphere'"):
+        load(tmp_path / "scene.xml")
+
+
+def test_of_a_file_that_is_no_xml_at_all_the_place_is_told_where_mitsuba_would_stop(tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text('<scene version="3.0.0">\n<!-- -- -->\n<shape>\n</bsdf></scene>')
+    with pytest.raises(SceneError, match=r"scene\.xml:4: not well-formed XML: mismatched tag"):
+        load(tmp_path / "scene.xml")
+
+
+def test_comments_that_do_not_end_take_no_time(tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text('<scene version="3.0.0">' + "<!-- -- " * 100_000)
+    with pytest.raises(SceneError, match="not well-formed XML"):
+        load(tmp_path / "scene.xml")
+
+
 def test_an_included_scene_adds_its_objects_and_shares_variables(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "balls.xml").write_text(

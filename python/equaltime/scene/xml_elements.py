@@ -2,11 +2,13 @@
 
 Declarations within the file, of entities above all, are refused: a scene has no use for them, and they are how XML
 files read other files or grow without bound. A document type elsewhere is never looked for. Text between elements
-means nothing, as in Mitsuba, and is told of.
+means nothing, as in Mitsuba, and is told of. What Mitsuba reads though it is no XML is read and told of as well:
+hyphens within comments, an ``&`` that stands alone, blanks before the declaration, and bytes that are no UTF-8.
 """
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 from xml.parsers import expat
 
@@ -24,6 +26,13 @@ class Element(NamedTuple):
     children: list[Element]
 
 
+class _MalformedError(Exception):
+    """The file is no XML."""
+
+    def __init__(self, place: Place, message: str) -> None:
+        self.place, self.message = place, message
+
+
 class _RefusedError(Exception):
     """Ends parsing at once: the file has something that must not even be read."""
 
@@ -31,8 +40,38 @@ class _RefusedError(Exception):
         self.place, self.message = place, message
 
 
+_COMMENT = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
+_LATE_DECLARATION = re.compile(rb"\A(\xef\xbb\xbf)?\s+<\?xml\b[^>]*\?>")
+_LONE_AMPERSAND = re.compile(rb"&(?!#?\w+;)")
+_OTHER_ENCODING = re.compile(rb"\A<\?xml\b[^>]*\bencoding\s*=\s*[\"'](?!utf-?8[\"'])", re.IGNORECASE)
+
+
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
     """Return the root element of `content`; what makes it unreadable is reported, and None is returned."""
+    try:
+        try:
+            return _parsed(file, content, report)
+        except _MalformedError as first:
+            note = f"{first.place}: {first.message}; it is read nevertheless, as Mitsuba does"
+        found = _parsed(file, _mended(content), report)
+        report.note(note)
+        return found
+    except _MalformedError as malformed:
+        report.add(malformed.place, malformed.message)
+    except _RefusedError as refused:
+        report.add(refused.place, refused.message)
+    return None
+
+
+def _mended(content: bytes) -> bytes:
+    """Return what Mitsuba takes the file for, each line where it was."""
+    content = _LATE_DECLARATION.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
+    content = _COMMENT.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
+    content = _LONE_AMPERSAND.sub(b"&amp;", content)
+    return content if _OTHER_ENCODING.match(content) else content.decode("utf-8", "replace").encode()
+
+
+def _parsed(file: str, content: bytes, report: Report) -> Element:
     parser = expat.ParserCreate()
     parser.buffer_text = True
     top = Element("", {}, Place(file), [])
@@ -64,11 +103,8 @@ def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        report.add(Place(file, error.lineno), f"not well-formed XML: {expat.ErrorString(error.code)}")
-    except _RefusedError as refused:
-        report.add(refused.place, refused.message)
+        message = f"not well-formed XML: {expat.ErrorString(error.code)}"
+        raise _MalformedError(Place(file, error.lineno), message) from error
     except (LookupError, ValueError) as error:
-        report.add(here(), f"the encoding that the file declares cannot be read: {error}")
-    else:
-        return top.children[0]
-    return None
+        raise _RefusedError(here(), f"the encoding that the file declares cannot be read: {error}") from error
+    return top.children[0]

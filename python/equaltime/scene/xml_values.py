@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
-from equaltime.scene.model import Curve
+from equaltime.scene.model import Curve, Spectrum
 from equaltime.scene.model.spectra import blackbody
 from equaltime.scene.spectrum_values import parse_spectrum
 
@@ -114,6 +114,12 @@ def _blackbody(attributes: Attributes) -> Curve:
     return Curve(light.wavelengths, tuple(scale * power for power in light.values))
 
 
+def _old_spectrum(text: str) -> Spectrum | Curve | Vec3:
+    """Read a spectrum, or three numbers: the samples of one in the Mitsuba 0.x that renders in RGB."""
+    words = _BETWEEN.split(text.strip(", \t\r\n"))
+    return _direction(text) if len(words) == 3 and ":" not in text else parse_spectrum(text)
+
+
 def _srgb(text: str) -> Vec3:
     """Read a colour in encoded sRGB: ``#rrggbb``, or numbers from 0 to 1."""
     if match := re.fullmatch(r"#([0-9a-fA-F]{6})", text.strip()):
@@ -144,7 +150,7 @@ VALUES: Final[dict[str, Rule[object]]] = {
 OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "blackbody": Rule(("name", "temperature"), ("scale",), lambda a: _blackbody(a)),
     "rgb": Rule(NAMED, INTENT, lambda a: _three(a["value"])),
-    "spectrum": Rule(NAMED, INTENT, lambda a: parse_spectrum(a["value"])),
+    "spectrum": Rule(NAMED, INTENT, lambda a: _old_spectrum(a["value"])),
     "srgb": Rule(NAMED, INTENT, lambda a: _srgb(a["value"])),
 }
 """Those that Mitsuba had before version 2, or had another way."""
