@@ -31,7 +31,7 @@ def spot(cutoff: float, beam: float) -> _core.Scene:
 
 
 @pytest.mark.parametrize("distance", [1e-3, 1.0, 1e4])
-@pytest.mark.parametrize(("cutoff", "beam"), [(20.0, 15.0), (80.0, 0.0), (0.01, 0.005), (30.0, 30.0)])
+@pytest.mark.parametrize(("cutoff", "beam"), [(20.0, 15.0), (80.0, 0.0), (150.0, 100.0), (0.01, 0.005), (30.0, 30.0)])
 def test_a_spot_is_even_within_its_beam_and_falls_linearly_to_its_cutoff(
     cutoff: float, beam: float, distance: float
 ) -> None:

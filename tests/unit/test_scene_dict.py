@@ -176,6 +176,14 @@ def test_a_scene_that_is_none_is_refused(description: dict[str, Any], problem: s
         ({"type": "conductor", "material": "Au", "k": 1}, ": give either material or eta and k (found material and k)"),
         ({"type": "spot", "cutoff_angle": 20, "beam_width": 30}, ": beam_width (30) must not exceed cutoff_angle (20)"),
         (
+            {"type": "spot", "cutoff_angle": 100, "texture": {"type": "checkerboard"}},
+            ": cutoff_angle (100) of a spot with a texture must not exceed 90",
+        ),
+        (
+            {"type": "checkerboard", "to_uv": [{"translate": [1e17, 0, 0]}]},
+            ": to_uv moves the texture by 1e+17: more than ",
+        ),
+        (
             {"type": "spot", "to_world": [{"scale": [1, 2, 1]}]},
             ": to_world of a spot light must scale all directions alike, without shear",
         ),

@@ -13,6 +13,7 @@ from equaltime.scene.model import (
     Point,
     Spot,
     as_array,
+    without_shear,
 )
 from equaltime.scene.unsupported import Unsupported
 
@@ -33,7 +34,7 @@ def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures
         if any(emitter.radiance):
             builder.add_constant_environment(emitter.radiance)
     elif emitter.scale > 0.0 and (pixels := assets.image(emitter)).any():
-        builder.add_image_environment(pixels, emitter.scale, as_array(emitter.to_world))
+        builder.add_image_environment(pixels, emitter.scale, without_shear(emitter.to_world))
 
 
 def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:

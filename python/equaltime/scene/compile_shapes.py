@@ -16,13 +16,16 @@ from equaltime.scene.model import (
     Bitmap,
     Checkerboard,
     Color,
+    Cylinder,
     Instance,
     MeshAttribute,
     Shape,
     ShapeGroup,
     Solid,
+    Sphere,
     as_array,
     mirrors,
+    without_shear,
 )
 from equaltime.scene.sides import turns
 from equaltime.scene.unsupported import Unsupported
@@ -61,6 +64,8 @@ class Shapes:
         if isinstance(shape, Instance):
             self._builder.add_moving_instance(self._group(shape.shapegroup), animation.times, matrices)
             return
+        if isinstance(shape, Sphere | Cylinder):
+            matrices = np.array([without_shear(matrix, _middle(shape)) for matrix in animation.matrices])
         # A mirrored shape may be turned inside out, so that it is mirrored in its own space, and moved as it is.
         own = np.diag([1.0, 1.0, -1.0 if mirrors(matrices[0]) else 1.0, 1.0])
         first = self._solid(shape.replace(to_world=own))
@@ -99,6 +104,12 @@ class Shapes:
         poses = [pose for pose in later if isinstance(pose, MeshSurface)]
         normals = None if poses[0].normals is None else np.array([pose.normals for pose in poses])
         self._builder.deform_mesh(index, np.array([pose.vertices for pose in poses]), normals)
+
+
+def _middle(shape: Sphere | Cylinder) -> list[float]:
+    """Return the point about which a shape is alike on both sides, in its own space."""
+    ends = (shape.center, shape.center) if isinstance(shape, Sphere) else (shape.p0, shape.p1)
+    return [0.5 * (a + b) for a, b in zip(*ends, strict=True)]
 
 
 def _add_surface(builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None) -> int:

@@ -80,7 +80,7 @@ from equaltime.scene.model.spectral import (
     Uniform,
 )
 from equaltime.scene.model.textures import Bitmap, Checkerboard, MeshAttribute, Texture, TexturePlugin
-from equaltime.scene.model.values import Color, Matrix, as_array, linear_scale, mirrors
+from equaltime.scene.model.values import Color, Matrix, as_array, linear_scale, mirrors, without_shear
 from equaltime.scene.model.wrappers import BlendBsdf, Bsdf, BumpMap, Mask, NormalMap, TwoSided
 
 __all__ = [
@@ -186,6 +186,7 @@ __all__ = [
     "mesh_files",
     "mirrors",
     "poses",
+    "without_shear",
 ]
 
 PLUGINS: dict[str, type[Plugin]] = {

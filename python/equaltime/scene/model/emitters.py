@@ -64,7 +64,7 @@ class Spot(EmitterPlugin):
     type: Literal["spot"] = "spot"
     intensity: Radiance = (1.0, 1.0, 1.0)
     """W/sr per channel, in the middle of the cone."""
-    cutoff_angle: Annotated[float, Field(gt=0.0, le=90.0)] = 20.0
+    cutoff_angle: Annotated[float, Field(gt=0.0, le=180.0)] = 20.0
     """Half the opening of the cone in degrees; beyond it there is no light."""
     beam_width: NonNegativeFloat | None = None
     """Where the light begins to fall, in degrees; without it three quarters of ``cutoff_angle``. See `beam`."""
@@ -76,6 +76,12 @@ class Spot(EmitterPlugin):
     def _beam_in_cone(self) -> Self:
         if self.beam > self.cutoff_angle:
             raise ValueError(f"beam_width ({self.beam:g}) must not exceed cutoff_angle ({self.cutoff_angle:g})")
+        return self
+
+    @model_validator(mode="after")
+    def _projects_ahead(self) -> Self:
+        if self.texture is not None and self.cutoff_angle > 90.0:
+            raise ValueError(f"cutoff_angle ({self.cutoff_angle:g}) of a spot with a texture must not exceed 90")
         return self
 
     @model_validator(mode="after")

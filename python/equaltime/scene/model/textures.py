@@ -7,9 +7,9 @@ the constant, as a colour or a number, or the texture's node.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.values import (
@@ -40,11 +40,22 @@ class TexturePlugin(Plugin):
     kind: ClassVar[Kind] = "texture"
 
 
+FARTHEST_UV: Final = 2.0**24
+"""Texture coordinates beyond are whole numbers in float32."""
+
+
 class OnUv(TexturePlugin):
     """Base of the textures that are looked up by texture coordinates."""
 
     to_uv: Transform = IDENTITY
     """Applied to the texture coordinates before the lookup; of the 4x4 matrix, only u, v and the offset count."""
+
+    @model_validator(mode="after")
+    def _not_far_away(self) -> Self:
+        offset = max(abs(self.to_uv[0][3]), abs(self.to_uv[1][3]))
+        if offset > FARTHEST_UV:
+            raise ValueError(f"to_uv moves the texture by {offset:g}: more than {FARTHEST_UV:g} leaves no digit for it")
+        return self
 
     @property
     def uv_rows(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

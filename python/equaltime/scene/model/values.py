@@ -39,6 +39,7 @@ __all__ = [
     "linear_scale",
     "mirrors",
     "scale_across",
+    "without_shear",
 ]
 
 Color = tuple[float, float, float]
@@ -53,6 +54,8 @@ spectrum (to its own float32 rounding), while a constant reflectance stays grey.
 
 SHAPE_TOLERANCE = 1e-3
 """How far a linear map may be from a rotation or a uniform scale, relative; Mitsuba's own limit for cameras."""
+_ROUNDED = 1e-7
+"""What float32 leaves of a rotation."""
 
 
 def _numbers(value: object, count: int) -> tuple[float, ...] | None:
@@ -191,6 +194,25 @@ def linear_scale(matrix: Matrix) -> float | None:
     if np.abs(gram - square * np.eye(3)).max() > 2.0 * SHAPE_TOLERANCE * square:
         return None
     return math.sqrt(square) * largest
+
+
+def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
+    """Return the transform (4, 4) with nothing but rotation, reflection and one scale where it is that but for digits.
+
+    A rotation written with four digits has shear, of which what is sampled in closed form must know nothing. The point
+    `about` comes to where it was.
+    """
+    result, scale = as_array(matrix), linear_scale(matrix)
+    if scale is None:
+        return result
+    left, _, right = np.linalg.svd(result[:3, :3])
+    nearest = scale * left @ right
+    if np.abs(nearest - result[:3, :3]).max() <= _ROUNDED * scale:
+        return result
+    result = result.copy()
+    result[:3, 3] += (result[:3, :3] - nearest) @ np.array(about)
+    result[:3, :3] = nearest
+    return result
 
 
 def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
