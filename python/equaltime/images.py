@@ -26,6 +26,7 @@ import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
 from equaltime import moments as words
+from equaltime.disk import to_disk
 from equaltime.errors import ImageError
 from equaltime.image_files import complaint, excess, opened, read_part, reason, utf8
 
@@ -257,22 +258,13 @@ def _replacing(path: Path) -> Iterator[Path]:
     temporary = path.with_name(f".equaltime-{os.getpid()}-{threading.get_ident():x}.part")
     try:
         yield temporary
-        _force(temporary)  # a machine that stops after the renaming must find the whole file
+        to_disk(temporary)  # a machine that stops after the renaming must find the whole file
         os.replace(temporary, path)
     except OSError as error:
         raise ImageError(f"{path}: {error.strerror or error}") from error
     finally:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)
-
-
-def _force(file: Path) -> None:
-    """Wait until a file is on the disk; a disk that has no room for it may say so only now."""
-    descriptor = os.open(file, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:

@@ -1,3 +1,4 @@
+import errno
 import os
 import resource
 from collections.abc import Iterator
@@ -110,6 +111,22 @@ def test_a_full_disk_leaves_the_old_file_alone(tmp_path: Path) -> None:
     large: dict[str, Any] = {"image": numbers(300, 300, 3), "standard_error": numbers(300, 300, 3)}
     with files_limited_to(50_000), pytest.raises(ImageError, match=r"out\.exr: "):
         images.write_render(path, **large, samples=np.ones((300, 300)), record={}, window=Window(0, 0, 300, 300))
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_disk_that_complains_only_when_it_is_asked_leaves_the_old_file_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "out.exr"
+    path.write_bytes(b"old")
+
+    def full(_: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(images, "to_disk", full)
+    with pytest.raises(ImageError, match=r"out\.exr: No space left"):
+        images.write_exr(path, numbers(4, 4, 3))
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from equaltime.disk import to_disk
 from equaltime.errors import ExperimentError, Problem
 
 __all__ = ["COLUMNS", "Key", "Recorder", "Row", "complete", "load"]
@@ -188,7 +189,7 @@ class Recorder:
         os.ftruncate(self._file, sum(len(line) + 1 for line in kept))
         if not kept:
             self._write(_line(COLUMNS))
-            _sync_folder(self._path.parent)
+            to_disk(self._path.parent)
         return rows
 
     def _write(self, line: bytes) -> None:
@@ -281,12 +282,3 @@ def _line(cells: Iterable[str]) -> bytes:
     if line.count("\n") != 1 or "\r" in line:
         raise ValueError("no cell of a record may hold a line break")
     return line.encode()
-
-
-def _sync_folder(folder: Path) -> None:
-    """Bring the name of a new file to the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
