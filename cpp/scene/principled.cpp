@@ -49,11 +49,13 @@ void Principled::derive() noexcept {
   coat_alpha_ = mix(0.1F, 0.001F, clearcoat_gloss);
 }
 
+// Texels may be out of range, of colours beyond the primaries or sharpened when an image was resized. The model has
+// roots of these numbers, and probabilities of them.
 void Principled::set(BsdfParameter parameter, const Spectrum& value) noexcept {
-  const float number = value.luminance();
+  const float number = std::clamp(value.luminance(), 0.0F, 1.0F);
   switch (parameter) {
     case BsdfParameter::base_color:
-      base_color = value;
+      base_color = {std::max(0.0F, value.r), std::max(0.0F, value.g), std::max(0.0F, value.b)};
       break;
     case BsdfParameter::roughness:
       roughness = number;
