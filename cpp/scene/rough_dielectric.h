@@ -43,10 +43,10 @@ struct RoughDielectric {
     if (!(value.pdf > 0)) return std::nullopt;
     return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf, false, mirrors ? 1.0F : 1 / square(eta)};
   }
-  /// That of the smooth dielectric: the rough one scatters a little less, which shadowing takes.
+  /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept {
     const float reflectance = fresnel_dielectric(wo.z, front ? ior : 1 / ior).reflectance;
-    return specular_reflectance * reflectance + specular_transmittance * (1 - reflectance);
+    return specular_reflectance * reflectance + specular_transmittance * std::max(1 - reflectance, 0.25F);
   }
 
  private:
