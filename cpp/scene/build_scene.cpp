@@ -284,8 +284,8 @@ Scene Builder::build(Intersection mode) {
 
 Scene build_scene(SceneDescription description, Intersection mode) {
   const FilmDescription& film = description.film;
-  if (film.crop_width == 0 || film.crop_height == 0 || film.crop_x + film.crop_width > film.width ||
-      film.crop_y + film.crop_height > film.height)
+  if (film.crop_width == 0 || film.crop_height == 0 || std::uint64_t{film.crop_x} + film.crop_width > film.width ||
+      std::uint64_t{film.crop_y} + film.crop_height > film.height)
     throw std::invalid_argument("the film's crop is empty or reaches beyond the film");
   std::vector<MotionKey>& keys = description.sensor_keys;
   if (!keys.empty()) place(description.sensor, keys.front().to_world);

@@ -77,6 +77,9 @@ std::vector<double> knots(double scale, double shift, double part) {
   return places;
 }
 
+/// Texels are counted one by one, which needs whole numbers that differ.
+constexpr double kFarthestKnot = 0x1p40;
+
 }  // namespace
 
 UvMap::UvMap(const UvTransform& t) noexcept {
@@ -85,10 +88,11 @@ UvMap::UvMap(const UvTransform& t) noexcept {
 
 TextureGrid UvMap::grid(double columns, double rows, double part, std::size_t most) const {
   const double across = static_cast<double>(m_[0]) * columns, down = static_cast<double>(m_[4]) * rows;
+  const double right = static_cast<double>(m_[2]) * columns, below = static_cast<double>(m_[5]) * rows;
   const auto limit = static_cast<double>(most);
   if (m_[1] != 0 || m_[3] != 0 || !(std::abs(across) < limit && std::abs(down) < limit)) return {};
-  return {knots(across, static_cast<double>(m_[2]) * columns, part),
-          knots(down, static_cast<double>(m_[5]) * rows, part)};
+  if (!(std::abs(right) < kFarthestKnot && std::abs(below) < kFarthestKnot)) return {};
+  return {knots(across, right, part), knots(down, below, part)};
 }
 
 std::array<double, 6> UvMap::times(double columns, double rows, double part) const noexcept {
