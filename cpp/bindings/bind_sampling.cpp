@@ -82,7 +82,7 @@ py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, con
   for (py::ssize_t i = 0; i < n; ++i) {
     const Vec3f x = row(u, i);
     const auto s = visit<kAllEffects>(bsdf, [&](const auto& m) {
-      return m.sample(row(wo, i), front, x.x, {x.y, x.z});
+      return m.sample(row(wo, i), front, *u.data(i, 0), {x.y, x.z});
     });
     delta.mutable_at(i) = s && s->delta;
     scale.mutable_at(i) = s ? static_cast<double>(s->radiance_scale) : 1.0;

@@ -37,7 +37,7 @@ struct BlendedPhase {
     return {Spectrum(pdf), pdf};
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
     std::uint32_t picked = 0;
     for (; picked + 1 < count && u_lobe >= lobes[picked].share; ++picked) u_lobe -= lobes[picked].share;
     const PhaseLobe& lobe = lobes[picked];

@@ -23,7 +23,7 @@ struct Conductor {
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float, Point2f) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double, Point2f) const noexcept {
     return BsdfSample{{-wo.x, -wo.y, wo.z}, albedo(wo, front), 0, true};
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {

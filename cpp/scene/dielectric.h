@@ -23,10 +23,10 @@ struct Dielectric {
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u, Point2f) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f) const noexcept {
     const float eta = front ? ior : 1 / ior;
     const auto [reflectance, cos_transmitted] = fresnel_dielectric(wo.z, eta);
-    if (u < reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+    if (u_lobe < reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
     const float inv = 1 / eta;
     // Radiance is carried per solid angle, which refraction narrows by eta².
     const float compression = inv * inv;

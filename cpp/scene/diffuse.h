@@ -23,7 +23,7 @@ struct Diffuse {
     const float pdf = cosine_hemisphere_pdf(wi.z);
     return {reflectance * pdf, pdf};
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f&, bool, float, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f&, bool, double, Point2f u) const noexcept {
     const Vec3f wi = square_to_cosine_hemisphere(u);
     if (!(wi.z > 0)) return std::nullopt;
     return BsdfSample{wi, reflectance, cosine_hemisphere_pdf(wi.z)};

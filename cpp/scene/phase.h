@@ -30,7 +30,7 @@ struct Phase {
     return {Spectrum(pdf), pdf};
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double, Point2f u) const noexcept {
     // The distribution of the cosine, inverted, in a form that does not divide by g.
     const double h = static_cast<double>(g), s = 1 - 2 * static_cast<double>(u.x), q = 1 + h * s;
     const double numerator = s + h * (0.5 * (s * s + 3) + h * (s + 0.5 * h * (s * s - 1)));

@@ -42,7 +42,7 @@ struct Plastic {
     const float entering = (1 - reflectance) * (1 - interface(wi));
     return {body_ * (entering * cosine), (1 - share(reflectance)) * cosine};
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
     const float reflectance = interface(wo), mirror = share(reflectance);
     if (u_lobe < mirror)
       return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance * (reflectance / mirror), 0, true};

@@ -174,7 +174,7 @@ BsdfValue Principled::eval(const Vec3f& wo, const Vec3f& wi, bool front) const n
   return m ? eval_at(wo, wi, *m, front) : BsdfValue();
 }
 
-Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept {
+Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
   front = front || !transmits;
   if (!(glassiness_ > 0) && !front) return std::nullopt;
   const float eta = front ? ior : 1 / ior;
@@ -187,7 +187,7 @@ Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, float u_lob
     if (!between) return std::nullopt;
     m = *between;
   } else {
-    const float u_facet = (u_lobe - lobe.diffuse - lobe.clearcoat) / lobe.facets;
+    const double u_facet = (u_lobe - lobe.diffuse - lobe.clearcoat) / lobe.facets;
     m = u_facet < 0 ? CoatDistribution{square(coat_alpha_)}.sample(u) : distribution.sample(wo, u);
     const float c = std::min(1.0F, dot(wo, m));
     if (!(c > 0)) return std::nullopt;

@@ -26,7 +26,7 @@ struct Principled {
   void set(BsdfParameter parameter, const Spectrum& value) noexcept;
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept;
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept;
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept;
   /// Nearly, and 0 only if nothing: the lobes' own at the angle of wo.
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept;
 

@@ -30,7 +30,7 @@ struct RoughConductor {
     return eval_at(wo, wi, normalize(sum));
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double, Point2f u) const noexcept {
     const Vec3f m = distribution.sample(wo, u);
     const Vec3f wi = m * (2 * dot(wo, m)) - wo;
     if (!(wi.z > 0)) return std::nullopt;

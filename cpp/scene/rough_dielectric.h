@@ -31,7 +31,7 @@ struct RoughDielectric {
     if (!m) return {};
     return eval_at(wo, wi, *m, eta, fresnel_dielectric(std::min(1.0F, dot(wo, *m)), eta).reflectance);
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, float u_lobe, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
     const float eta = front ? ior : 1 / ior;
     const Vec3f m = distribution.sample(wo, u);
     const float c = std::min(1.0F, dot(wo, m));

@@ -57,7 +57,7 @@ struct RoughPlastic {
     const Optional<Vec3f> m = wi.z > 0 ? facet_between(wo, wi, 1) : std::nullopt;
     return m ? eval_at(wo, wi, *m) : BsdfValue();
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float u_lobe, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
     const bool mirrors = u_lobe < share(transmittance_(wo.z));
     const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
     const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);

@@ -39,11 +39,11 @@ Beginning Scene::beginning(float time) const noexcept {
   return now;
 }
 
-std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, float u) const noexcept {
+std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, double u) const noexcept {
   while (materials[index].kind == Material::Kind::mixture) {
-    const float w = materials[index].weight_at(textures, place(it));
+    const double w = materials[index].weight_at(textures, place(it));
     const bool second = u < w;
-    u = std::min(second ? u / w : (u - w) / (1 - w), kOneMinusEpsilon);
+    u = std::min(second ? u / w : (u - w) / (1 - w), 1 - 0x1p-53);
     index = materials[index].parts[second ? 1 : 0];
   }
   return index;

@@ -69,9 +69,9 @@ template <auto E>
   Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
   auto s = visit<E>(bsdf, [&](const auto& model) noexcept {
-    float u_lobe = 0;
+    double u_lobe = 0;
     if constexpr (std::decay_t<decltype(model)>::picks_lobe)
-      u_lobe = sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce));
+      u_lobe = sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce));
     return model.sample(wo, it.front, u_lobe, u);
   });
   if (!s) return std::nullopt;
@@ -105,7 +105,7 @@ template <auto E>
 [[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
                                                   std::uint32_t bounce, Point2f u) noexcept {
   const float discrete = discrete_share<E>(it, bsdf);
-  if (discrete > 0 && sampler.get_1d(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
+  if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
     return sample_bsdf<E>(it, bsdf, sampler, bounce, u);
   const bool sphere = transmits<E>(bsdf);
   const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));

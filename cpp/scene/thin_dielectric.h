@@ -23,8 +23,8 @@ struct ThinDielectric {
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, float u, Point2f) const noexcept {
-    if (u < reflectance(wo)) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f) const noexcept {
+    if (u_lobe < reflectance(wo)) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
     return BsdfSample{-wo, specular_transmittance, 0, true};
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {

@@ -58,7 +58,7 @@ template <Effects E, class Probe>
     if ((depth >= settings.max_depth && !crosses) || (phase == nullptr && material == kNone)) return L;
     if constexpr (E.masks) {
       if (phase == nullptr)
-        material = scene.picked(material, *it, sampler.get_1d(slot(BounceDimension::material, bounce)));
+        material = scene.picked(material, *it, sampler.get_1d_precise(slot(BounceDimension::material, bounce)));
       if (phase == nullptr && scene.materials[material].kind == Material::Kind::nothing) {
         ray = it->spawn(-it->wo, false);  // goes on as it arrived
         within.leave(scene, *it, false);
