@@ -160,7 +160,7 @@ def _through_glass(world: World) -> Iterator[Finding]:
             first_places(world.called(light) for light in inside),
             len(inside),
             "renders the scene without their light",
-            "put a small sphere with an area emitter in their place, or make the glass rough or thin",
+            "put a small sphere with an area emitter in their place, or make the glass rough",
         )
     if len(inside) < len(lights):
         yield Finding(
