@@ -61,6 +61,8 @@ Vec3f Instance::to_world(const Vec3f& v) const noexcept {
   return Vec3f(columns_[0] * d.x + columns_[1] * d.y + columns_[2] * d.z);
 }
 
+double Instance::magnification() const noexcept { return std::abs(dot(columns_[0], cross(columns_[1], columns_[2]))); }
+
 float Instance::doubt(const Vec3f& p, const Vec3f& normal) const noexcept {
   const Vec3d n(normal), local{dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n)};
   const Vec3d back = rows_[0] * local.x + rows_[1] * local.y + rows_[2] * local.z;

@@ -23,6 +23,8 @@ class Instance {
   [[nodiscard]] std::uint32_t group() const noexcept { return group_; }
   [[nodiscard]] RayD to_local(const RayD& ray) const noexcept;
   [[nodiscard]] Vec3f to_world(const Vec3f& direction) const noexcept;
+  /// How many times as large volumes are in the scene's space as in the group's.
+  [[nodiscard]] double magnification() const noexcept;
   /// How far along its normal a point may be from where the ray of Embree meets it.
   [[nodiscard]] float doubt(const Vec3f& p, const Vec3f& n) const noexcept;
   /// The box around a box of the group's space.

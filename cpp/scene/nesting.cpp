@@ -140,17 +140,20 @@ void rank_bodies(const SceneDescription& d, const ShapesToNest& shapes, Nesting&
 class Search {
  public:
   Search(Nesting& nesting, const ShapesToNest& shapes, const std::vector<Surface>& surfaces, bool medium_is_said)
-      : nesting_(nesting), shapes_(shapes), surfaces_(surfaces), medium_is_said_(medium_is_said) {
+      : nesting_(nesting),
+        shapes_(shapes),
+        surfaces_(surfaces),
+        medium_is_said_(medium_is_said),
+        first_(shapes.camera_motion ? shapes.camera_motion->place(0) : nesting.camera) {
     if (shapes.camera_motion)
       reach_ = shapes.camera_motion->places();
     else
       reach_.include(nesting.camera);
   }
 
-  /// Of shapes in an instance of that number; `placed` is where their boxes are, and `camera` where it is first among
-  /// them.
+  /// Of shapes in an instance of that number, which is `in` at first; `placed` is where their boxes are.
   template <class Placed>
-  void look_at(const SetOfShapes& set, const Geometries& all, std::uint32_t instance, bool moves, const Vec3d& camera,
+  void look_at(const SetOfShapes& set, const Geometries& all, std::uint32_t instance, const Instance* in, bool moves,
                Placed&& placed) {
     each_of(shapes_, set, all, [&](ClosedShape closed) {
       const Surface& surface = surfaces_[closed.shape];
@@ -160,7 +163,7 @@ class Search {
       if (changes && touch(placed(bounds_of(closed)), reach_))
         nesting_.sometimes.push_back(closed);
       else
-        closed.look(nesting_.always, surface, camera, 0);
+        closed.look(nesting_.always, surface, first_, in, 0);
     });
   }
 
@@ -169,7 +172,8 @@ class Search {
   const ShapesToNest& shapes_;
   const std::vector<Surface>& surfaces_;
   bool medium_is_said_;
-  Bounds reach_;  // where the camera comes
+  Vec3d first_;   // where the camera is at first
+  Bounds reach_;  // where it comes
 };
 
 }  // namespace
@@ -194,15 +198,23 @@ Bsdf within(const Bsdf& bsdf, float outside) noexcept {
   return clear;
 }
 
-void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d& camera, float time) const noexcept {
+void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
+                       float time) const noexcept {
   const bool ranked = surface.rank != kNoRank;
+  const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;
   const auto found =
-      mesh != nullptr ? enclosure(*mesh, camera, time) : std::optional(enclosure(*sphere, surface.flipped, camera));
+      mesh != nullptr ? enclosure(*mesh, place, time) : std::optional(enclosure(*sphere, surface.flipped, place));
   const bool turned = mesh != nullptr && surface.flipped;
   if (!found || found->behind == turned) return;
-  if (ranked) beginning.bodies |= only(surface.rank);
-  if (ranked || !(found->volume < beginning.smallest)) return;
-  beginning.smallest = found->volume;
+  if (ranked) {
+    beginning.bodies |= only(surface.rank);
+    return;
+  }
+  // Each group's space has a unit of its own, so that volumes compare in the scene's alone. They are finite there: its
+  // unit is made for all that is placed in it.
+  const double volume = in != nullptr ? found->volume * in->magnification() : found->volume;
+  if (!(volume < beginning.smallest)) return;
+  beginning.smallest = volume;
   beginning.medium = surface.media[1];
 }
 
@@ -211,18 +223,17 @@ Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, cons
   Nesting nesting{{}, {0, camera_medium}, {}, camera};
   rank_bodies(d, shapes, nesting, surfaces);
   Search search(nesting, shapes, surfaces, d.camera_medium.has_value());
-  const Vec3d first = shapes.camera_motion ? shapes.camera_motion->place(0) : camera;
-  search.look_at(shapes.top_set, shapes.top, kNone, false, first, [](const Bounds& own) { return own; });
+  search.look_at(shapes.top_set, shapes.top, kNone, nullptr, false, [](const Bounds& own) { return own; });
   for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
     const Instance& instance = shapes.instances[i];
     search.look_at(shapes.group_sets[instance.group()], shapes.groups[instance.group()], static_cast<std::uint32_t>(i),
-                   false, instance.to_local({first, {0, 0, 1}, 1}).origin,
-                   [&](const Bounds& own) { return instance.placed(own); });
+                   &instance, false, [&](const Bounds& own) { return instance.placed(own); });
   }
   for (std::size_t i = 0; i < shapes.moving.size(); ++i) {
     const auto& [group, to_world] = shapes.moving[i];
+    const Instance at_first(group, to_world.at(0));
     search.look_at(shapes.group_sets[group], shapes.groups[group],
-                   static_cast<std::uint32_t>(shapes.instances.size() + i), true, to_world.at(0).local_point(first),
+                   static_cast<std::uint32_t>(shapes.instances.size() + i), &at_first, true,
                    [&](const Bounds& own) { return to_world.swept(own); });
   }
   return nesting;

@@ -21,6 +21,8 @@ struct Body {
   float ior;             // over that of what is round all bodies
 };
 
+class Instance;
+
 /// A set of bodies by their ranks: the higher, the higher the priority.
 using Bodies = std::uint64_t;
 inline constexpr std::size_t kMostBodies = 64;
@@ -30,7 +32,7 @@ inline constexpr std::size_t kMostBodies = 64;
 struct Beginning {
   Bodies bodies = 0;             // those that the camera is in
   std::uint32_t medium = kNone;  // what is round it where no body is
-  double smallest = kNowhere;    // the volume of the shape that has it
+  double smallest = kNowhere;    // the volume, in the scene's space, of the shape that has it
 
   static constexpr double kNowhere = static_cast<double>(kInfinity);
 };
@@ -42,8 +44,10 @@ struct ClosedShape {
   const SphereGeometry* sphere = nullptr;
   std::uint32_t instance = kNone;  // that it is seen in, by its number, if any
 
-  /// Notes whether the camera, at this place in the space of the shape, is in it at a time.
-  void look(Beginning& beginning, const Surface& surface, const Vec3d& camera, float time) const noexcept;
+  /// Notes whether the camera, at this place in the scene's space, is in it at a time. `in` is the instance as it is
+  /// then; null if the shape is in none.
+  void look(Beginning& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
+            float time) const noexcept;
 };
 
 /// The rank of the body that is there; of a set that is not empty.
@@ -62,7 +66,6 @@ struct Nesting {
 struct Material;
 struct Geometries;
 class CameraMotion;
-class Instance;
 struct MovingInstanceGeometry;
 struct SetOfShapes;
 struct SceneDescription;

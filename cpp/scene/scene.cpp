@@ -32,9 +32,9 @@ Beginning Scene::beginning(float time) const noexcept {
   Beginning now = nesting.always;
   const Vec3d camera = camera_motion ? camera_motion->place(time) : nesting.camera;
   for (const ClosedShape& closed : nesting.sometimes) {
-    Vec3d place = camera;
-    if (closed.instance != kNone) place = instance_at(closed.instance, time).to_local({camera, {0, 0, 1}, 1}).origin;
-    closed.look(now, surfaces[closed.shape], place, time);
+    std::optional<Instance> in;
+    if (closed.instance != kNone) in = instance_at(closed.instance, time);
+    closed.look(now, surfaces[closed.shape], camera, in ? &*in : nullptr, time);
   }
   return now;
 }

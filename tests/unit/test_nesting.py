@@ -13,7 +13,7 @@ from equaltime import _core
 from equaltime.effects import derive
 from equaltime.errors import RenderError, SceneError
 
-from ..statistical.worlds import Add, build, estimate, octahedron
+from ..statistical.worlds import Add, affine, build, estimate, octahedron
 
 SKY = np.array([0.5, 1.0, 2.0])
 SIGMA = np.array([1.0, 2.0, 0.25])
@@ -95,6 +95,31 @@ def test_the_innermost_of_nested_media_is_where_a_camera_begins() -> None:
 
     np.testing.assert_allclose(seen(add), SKY * np.exp(-SIGMA * 1.5), rtol=1e-4)
     np.testing.assert_allclose(seen(add, eye=-1.5), SKY * np.exp(-SIGMA * (0.5 * 0.5 + 2.0 + 0.5)), rtol=1e-4)
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+@pytest.mark.parametrize("scale", [1.0, 0.01, -8.0])
+@pytest.mark.parametrize("moving", [False, True])
+def test_the_innermost_of_nested_media_is_found_in_a_group(moving: bool, scale: float, mesh: bool) -> None:
+    """Of whatever scale and size in its own space: only the world's volumes can be compared."""
+
+    def add(b: _core.SceneBuilder) -> None:
+        outer, inner, nothing = absorbing(b, 0.5), absorbing(b, 1.0), b.add_null()
+        own = 1.5 / abs(scale)
+        if mesh:
+            index = b.add_mesh(*octahedron(3, own), front=nothing, back=nothing, radiance=None)
+        else:
+            index = b.add_sphere((0, 0, 0), own, flip_normals=False, front=nothing, back=nothing, radiance=None)
+        b.set_media(index, exterior=outer, interior=inner)
+        group, places = b.add_group(index), np.array([affine(*scale * np.eye(3), (x, 0, 0)) for x in (0.0, 1e-6)])
+        if moving:
+            b.add_moving_instance(group, [0, 1], places)
+        else:
+            b.add_instance(group, places[0])
+        index = b.add_sphere((0, 0, 0), 2.0, flip_normals=False, front=nothing, back=nothing, radiance=None)
+        b.set_media(index, exterior=None, interior=outer)
+
+    np.testing.assert_allclose(seen(add), SKY * np.exp(-SIGMA * (1.5 + 0.5 * 0.5)), rtol=1e-4)
 
 
 def test_a_mesh_that_is_not_closed_encloses_nothing() -> None:
