@@ -14,7 +14,7 @@ constexpr float kTurn = 2 * kPi;
 /// How the point of a triangle moves with u and v; without usable uvs, what Frame makes of the normal, as long as the
 /// author's unit, as in Mitsuba.
 Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners, const Vec3d& n,
-                    double unit) noexcept {
+                    float unit) noexcept {
   const auto& [a, b, c] = mesh.triangles[primitive];
   const Vec3d v0(corners[0]);
   const Vec3d e1 = Vec3d(corners[1]) - v0, e2 = Vec3d(corners[2]) - v0;
@@ -25,7 +25,7 @@ Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::ar
     if (determinant != 0) return {Vec3f((e1 * w2 - e2 * w1) / determinant), Vec3f((e2 * u1 - e1 * u2) / determinant)};
   }
   const FrameD frame = FrameD::from_normal(n);
-  return {Vec3f(frame.s * unit), Vec3f(frame.t * unit)};
+  return {Vec3f(frame.s) * unit, Vec3f(frame.t) * unit};
 }
 
 /// The height's rise along u and v leans the surface by so much; towards the side of the geometric normal.
@@ -49,7 +49,7 @@ Derivatives Scene::derivatives(const Interaction& it, float time) const noexcept
   if (s.mesh != kNone) {
     const bool deforms = !deforming.empty() && deforming[s.mesh];
     const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
-    return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, normalization.length(1));
+    return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
   }
   const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.place.y : it.place.x);
   const Vec3f outward = s.azimuth[0] * std::cos(turns) + s.azimuth[1] * std::sin(turns);

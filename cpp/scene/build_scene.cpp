@@ -83,6 +83,7 @@ void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
   surfaces_[shape].mesh = static_cast<std::uint32_t>(mesh_shapes_.size());
+  surfaces_[shape].size = static_cast<float>(space_.length(1));
   mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
   geometries_.meshes.push_back(std::move(mesh));
 }

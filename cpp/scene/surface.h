@@ -72,7 +72,8 @@ struct Surface {
   std::uint32_t mesh = kNone;  // its number among the scene's meshes, if it is one
   std::vector<Point2f> uvs;    // one a vertex, or none; of textured meshes only
   // Of spheres, cylinders and disks: the axis round which azimuth is counted, as long as a cylinder; across it, where
-  // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round.
+  // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round. The size of a mesh is
+  // its author's unit, in its own space.
   Vec3f pole, azimuth[2];
   float size = 0;
   std::vector<std::vector<Vec3f>> later_normals;  // of a mesh that deforms, as its later vertices

@@ -107,6 +107,30 @@ def test_a_bump_map_is_a_height(slope: tuple[float, float], size: float) -> None
     assert seen(floor(bend, size)) == pytest.approx(expected((-slope[0], -slope[1], 1.0)), rel=1e-4)
 
 
+@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
+@pytest.mark.parametrize("how", ["in the world", "in a group", "moving"])
+def test_a_bump_map_of_a_mesh_without_uvs_rises_along_the_authors_unit(how: str, scale: float) -> None:
+    """Along that of its group, as it is placed, for a mesh of a group; however large the world or the group is."""
+    slope = np.array([0.5, -0.3])
+    u, v = np.meshgrid(*2 * [(np.arange(64) + 0.5) / 64])
+    height = (slope[0] * u + slope[1] * v)[..., None].astype(np.float32)
+    unit = 1.0 if how == "in the world" else scale
+
+    def add(b: _core.SceneBuilder) -> None:
+        bsdf = b.add_diffuse([0.5] * 3)
+        b.bend(bsdf, b.add_bitmap(height, srgb=False, wrap="clamp"), bump=True)
+        corners = scale / unit * np.array([[-8.0, -8.0, 0.0], [16.0, -8.0, 0.0], [-8.0, 16.0, 0.0]])
+        mesh = b.add_mesh(corners, np.array([[0, 1, 2]], dtype=np.uint32), front=bsdf, back=None, radiance=None)
+        places = np.array([affine(*unit * np.eye(3), (x, 0, 0)) for x in (0.0, 0.1)])
+        if how == "in a group":
+            b.add_instance(b.add_group(mesh), places[0])
+        elif how == "moving":
+            b.add_moving_instance(b.add_group(mesh), [0, 1], places)
+        b.add_sphere((0, 0, -500), 1.0, flip_normals=False, front=None, back=None, radiance=None)  # widens the world
+
+    assert seen(add) == pytest.approx(expected((*-slope / unit, 1.0)), rel=1e-4)
+
+
 def test_a_flat_map_changes_nothing() -> None:
     def bend(b: _core.SceneBuilder, bsdf: int) -> None:
         b.bend(bsdf, b.add_checkerboard([0.5, 0.5, 1.0], [0.5, 0.5, 1.0]), bump=False)
