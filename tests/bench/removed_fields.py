@@ -3,7 +3,7 @@
 Each field of `Effects` in turn is taken out of a copy of the source: no row of kernels has it, and code that asks for
 it is answered no when it is compiled, whatever the kernel. Instructions are those of `instructions.py`, in its room
 that calls for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which calls for
-nothing either; each build takes turns with this source, built the same way.
+nothing either; all builds take turns with this source, built the same way.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import argparse
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from builds import REPOSITORY, Variant, build, rebuild
-from instructions import PATHS, Profile, count
+from builds import REPOSITORY, Variant, build, rebuild, stamp_of
+from instructions import PATHS, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
@@ -35,48 +35,65 @@ UNCOUNTED: tuple[Edit, ...] = (
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("fields", nargs="*", metavar="FIELD", help="of Effects [all]")
+    parser.add_argument("--builds", type=Path, metavar="FOLDER", help="where builds are kept [a temporary folder]")
+    parser.add_argument("--build-only", action="store_true", help="time and count nothing")
     options = parser.parse_args()
     print_conditions(options)
-    less = (TWO_ROWS,) if options.repeats else (TWO_ROWS, *UNCOUNTED)
     known = re.findall(r"\n    \{&Effects::(\w+), ", (REPOSITORY / EFFECTS).read_text())
-    with tempfile.TemporaryDirectory() as folder:
-        here = kept("this", build(Variant({}, less), Path(folder)))
-        room = count(here, "")
-        print(f"{room.total / PATHS:.1f} instructions a path", flush=True)
-        for field in options.fields or known:
-            without = rebuild(Variant({}, (*removal(field), *less)), Path(folder), KERNELS)
-            compare(field, here, kept(field, without), room, options)
+    less = (TWO_ROWS,) if options.repeats else (TWO_ROWS, *UNCOUNTED)
+    with tempfile.TemporaryDirectory() as temporary:
+        here, without = builds(options.builds or Path(temporary), options.fields or known, less)
+        if options.build_only:
+            return
+        report_counts(here, without)
+        if options.repeats:
+            report_times(here, without, options)
 
 
-def kept(name: str, module: str) -> str:
+def builds(folder: Path, fields: list[str], less: tuple[Edit, ...]) -> tuple[str, dict[str, str]]:
+    """Return the core of this source, and those without a field each; what is in the folder is not built again."""
+    whole = Variant({}, less)
+    here = kept(folder / f"{stamp_of(whole)}.so", lambda: build(whole, folder / "whole"))
+    variants = {field: Variant({}, (*removal(field), *less)) for field in fields}
+    return here, {
+        field: kept(folder / f"{stamp_of(variant)}.so", lambda v=variant: rebuild(v, folder / "whole", KERNELS))
+        for field, variant in variants.items()
+    }
+
+
+def kept(copy: Path, make: Callable[[], str]) -> str:
     """Return a copy of a module that the next build does not replace."""
-    return str(shutil.copy(module, Path(module).with_name(f"{name}.so")))
+    if not copy.is_file():
+        shutil.copy(make(), copy)
+    return str(copy)
 
 
-def compare(field: str, here: str, without: str, room: Profile, options: argparse.Namespace) -> None:
-    """Print what the field costs, and the functions in which it does."""
-    other = count(without, "")
-    line = f"  {field:18} {room.total / other.total - 1:+.4%} instructions"
-    if options.repeats:
-        line += f", {text(times(here, without, options), 4)} x the time"
-    print(line, flush=True)
-    for name in sorted({*room.functions, *other.functions}):
-        more = room.functions.get(name, 0) - other.functions.get(name, 0)
-        if more:
-            print(f"    {more / PATHS:+.3f} a path in {name}")
+def report_counts(here: str, without: dict[str, str]) -> None:
+    """Print the instructions that each field costs, and the functions in which it does."""
+    room = count(here, "")
+    print(f"{room.total / PATHS:.1f} instructions a path", flush=True)
+    for field, module in without.items():
+        other = count(module, "")
+        print(f"  {field:18} {room.total / other.total - 1:+.4%} instructions", flush=True)
+        for name in sorted({*room.functions, *other.functions}):
+            more = room.functions.get(name, 0) - other.functions.get(name, 0)
+            if more:
+                print(f"    {more / PATHS:+.3f} a path in {name}")
 
 
-def times(here: str, without: str, options: argparse.Namespace) -> object:
-    """Return the ratio of processor times, this build over the one without the field."""
+def report_times(here: str, without: dict[str, str], options: argparse.Namespace) -> None:
+    """Print the ratios of processor times, this build over those without a field, all taking turns."""
     with ExitStack() as stack:
-        cores = {file: stack.enter_context(Worker("core_worker.py", ["--core", file])) for file in (here, without)}
+        files = [here, *without.values()]
+        cores = {file: stack.enter_context(Worker("core_worker.py", ["--core", file])) for file in files}
         question = {"scene": str(SHIPPED[0]), "threads": options.threads, "size": [256, 256]}
         pilot = cores[here].ask(**question, spp=4)
         spp = max(4, round(1.0 / pilot["seconds"]) * 4)
         found = rounds(
             cores, lambda file, seed: float(cores[file].ask(**question, spp=spp, seed=seed)["cpu"]), options.repeats
         )
-    return ratio(found[here], found[without])
+    for field, module in without.items():
+        print(f"  {field:18} {text(ratio(found[here], found[module]), 4)} x the time")
 
 
 def removal(field: str) -> Iterator[Edit]:
