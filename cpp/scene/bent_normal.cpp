@@ -11,19 +11,18 @@ namespace {
 
 constexpr float kTurn = 2 * kPi;
 
-/// How the point of a triangle moves with u and v; without usable uvs, what Frame makes of the normal, as long as the
-/// author's unit, as in Mitsuba.
+/// How the point of a triangle moves with u and v: along its edges with barycentric ones. Where uvs do not tell, as
+/// Frame makes it of the normal, as long as the author's unit. All as in Mitsuba.
 Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners, const Vec3d& n,
                     float unit) noexcept {
-  const auto& [a, b, c] = mesh.triangles[primitive];
   const Vec3d v0(corners[0]);
   const Vec3d e1 = Vec3d(corners[1]) - v0, e2 = Vec3d(corners[2]) - v0;
-  if (mesh.uvs != nullptr) {
-    const double u1 = mesh.uvs[b].x - mesh.uvs[a].x, w1 = mesh.uvs[b].y - mesh.uvs[a].y;
-    const double u2 = mesh.uvs[c].x - mesh.uvs[a].x, w2 = mesh.uvs[c].y - mesh.uvs[a].y;
-    const double determinant = u1 * w2 - u2 * w1;
-    if (determinant != 0) return {Vec3f((e1 * w2 - e2 * w1) / determinant), Vec3f((e2 * u1 - e1 * u2) / determinant)};
-  }
+  if (mesh.uvs == nullptr) return {Vec3f(e1), Vec3f(e2)};
+  const auto& [a, b, c] = mesh.triangles[primitive];
+  const double u1 = mesh.uvs[b].x - mesh.uvs[a].x, w1 = mesh.uvs[b].y - mesh.uvs[a].y;
+  const double u2 = mesh.uvs[c].x - mesh.uvs[a].x, w2 = mesh.uvs[c].y - mesh.uvs[a].y;
+  const double determinant = u1 * w2 - u2 * w1;
+  if (determinant != 0) return {Vec3f((e1 * w2 - e2 * w1) / determinant), Vec3f((e2 * u1 - e1 * u2) / determinant)};
   const FrameD frame = FrameD::from_normal(n);
   return {Vec3f(frame.s) * unit, Vec3f(frame.t) * unit};
 }

@@ -87,7 +87,7 @@ void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<A
   }
 }
 
-Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners, const std::array<std::array<double, 2>, 3>& uvs) noexcept {
+Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners, const CornerUvs& uvs) noexcept {
   const Vec3d e1 = Vec3d(corners[1]) - Vec3d(corners[0]), e2 = Vec3d(corners[2]) - Vec3d(corners[0]);
   const double u1 = uvs[1][0] - uvs[0][0], v1 = uvs[1][1] - uvs[0][1];
   const double u2 = uvs[2][0] - uvs[0][0], v2 = uvs[2][1] - uvs[0][1];
@@ -100,9 +100,8 @@ std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh, const std::vector
   std::vector<Vec3f> tangents;
   tangents.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    const std::array<std::array<double, 2>, 3> none{};
     const std::array<Vec3f, 3> corners = {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]};
-    tangents.push_back(triangle_tangent(corners, uvs.empty() ? none : std::array{uvs[a], uvs[b], uvs[c]}));
+    tangents.push_back(triangle_tangent(corners, uvs.empty() ? kBarycentric : std::array{uvs[a], uvs[b], uvs[c]}));
   }
   return tangents;
 }

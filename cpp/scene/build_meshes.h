@@ -22,10 +22,13 @@ std::size_t drop_degenerate(std::size_t shape, TriangleMesh& mesh, std::vector<A
 /// Hands the attributes of a mesh to the textures that look them up.
 void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<AttributeValues>& attributes,
                     std::vector<Texture>& textures);
-/// How the point moves with u on a triangle; without usable uvs, what Frame makes of the normal, as Mitsuba does.
-[[nodiscard]] Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners,
-                                     const std::array<std::array<double, 2>, 3>& uvs) noexcept;
-/// The same of each triangle.
+using CornerUvs = std::array<std::array<double, 2>, 3>;
+/// Of the corners of a triangle whose mesh has no uvs.
+inline constexpr CornerUvs kBarycentric = {{{0, 0}, {1, 0}, {0, 1}}};
+/// How the point moves with u on a triangle, of length 1; where uvs do not tell, as Frame makes it of the normal, as in
+/// Mitsuba.
+[[nodiscard]] Vec3f triangle_tangent(const std::array<Vec3f, 3>& corners, const CornerUvs& uvs) noexcept;
+/// The same of each triangle; by barycentric ones if there are no uvs.
 [[nodiscard]] std::vector<Vec3f> triangle_tangents(const TriangleMesh& mesh,
                                                    const std::vector<std::array<double, 2>>& uvs);
 [[nodiscard]] std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);

@@ -32,7 +32,7 @@ std::array<Vec3f, 3> DeformingMesh::normals_of(std::uint32_t primitive, float ti
 }
 
 Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept {
-  std::array<std::array<double, 2>, 3> uvs{};
+  CornerUvs uvs = kBarycentric;
   const std::vector<Point2f>& given = surface->uvs;
   for (std::size_t i = 0; !given.empty() && i < 3; ++i) {
     const Point2f& uv = given[mesh->triangles[primitive][i]];

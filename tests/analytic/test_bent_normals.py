@@ -107,20 +107,16 @@ def test_a_bump_map_is_a_height(slope: tuple[float, float], size: float) -> None
     assert seen(floor(bend, size)) == pytest.approx(expected((-slope[0], -slope[1], 1.0)), rel=1e-4)
 
 
-@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
-@pytest.mark.parametrize("how", ["in the world", "in a group", "moving"])
-def test_a_bump_map_of_a_mesh_without_uvs_rises_along_the_authors_unit(how: str, scale: float) -> None:
-    """Along that of its group, as it is placed, for a mesh of a group; however large the world or the group is."""
-    slope = np.array([0.5, -0.3])
+def on_a_triangle(corners: Array, rise: ArrayLike, uvs: ArrayLike | None, how: str, unit: float) -> Any:
+    """A height that rises so much along u and v, on a triangle that a group is `unit` times as large as it stands."""
     u, v = np.meshgrid(*2 * [(np.arange(64) + 0.5) / 64])
-    height = (slope[0] * u + slope[1] * v)[..., None].astype(np.float32)
-    unit = 1.0 if how == "in the world" else scale
+    height = np.tensordot(rise, np.stack([u, v]), axes=1)[..., None].astype(np.float32)
 
     def add(b: _core.SceneBuilder) -> None:
         bsdf = b.add_diffuse([0.5] * 3)
         b.bend(bsdf, b.add_bitmap(height, srgb=False, wrap="clamp"), bump=True)
-        corners = scale / unit * np.array([[-8.0, -8.0, 0.0], [16.0, -8.0, 0.0], [-8.0, 16.0, 0.0]])
-        mesh = b.add_mesh(corners, np.array([[0, 1, 2]], dtype=np.uint32), front=bsdf, back=None, radiance=None)
+        faces = np.array([[0, 1, 2]], dtype=np.uint32)
+        mesh = b.add_mesh(corners / unit, faces, None, uvs, front=bsdf, back=None, radiance=None)
         places = np.array([affine(*unit * np.eye(3), (x, 0, 0)) for x in (0.0, 0.1)])
         if how == "in a group":
             b.add_instance(b.add_group(mesh), places[0])
@@ -128,7 +124,32 @@ def test_a_bump_map_of_a_mesh_without_uvs_rises_along_the_authors_unit(how: str,
             b.add_moving_instance(b.add_group(mesh), [0, 1], places)
         b.add_sphere((0, 0, -500), 1.0, flip_normals=False, front=None, back=None, radiance=None)  # widens the world
 
-    assert seen(add) == pytest.approx(expected((*-slope / unit, 1.0)), rel=1e-4)
+    return add
+
+
+@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
+@pytest.mark.parametrize("how", ["in the world", "in a group", "moving"])
+def test_a_bump_map_of_a_mesh_without_uvs_rises_along_the_edges(how: str, scale: float) -> None:
+    """From the first corner to the second as u does, and to the third as v does, wherever they are placed."""
+    corners = scale * np.array([[-8.0, -8.0, 0.0], [16.0, -4.0, 0.0], [-3.0, 16.0, 0.0]])
+    edges = (corners[1:] - corners[0])[:, :2]
+    slope = np.array([0.5, -0.3])
+    unit = 1.0 if how == "in the world" else scale
+    assert seen(on_a_triangle(corners, edges @ slope, None, how, unit)) == pytest.approx(
+        expected((*-slope, 1.0)), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
+@pytest.mark.parametrize("how", ["in the world", "in a group", "moving"])
+def test_a_bump_map_where_uvs_are_all_the_same_rises_along_the_authors_unit(how: str, scale: float) -> None:
+    """Along that of its group, as it is placed, for a mesh of a group; however large the world or the group is."""
+    corners = scale * np.array([[-8.0, -8.0, 0.0], [16.0, -8.0, 0.0], [-8.0, 16.0, 0.0]])
+    slope = np.array([0.5, -0.3])
+    unit = 1.0 if how == "in the world" else scale
+    assert seen(on_a_triangle(corners, slope, np.full((3, 2), 0.4), how, unit)) == pytest.approx(
+        expected((*-slope / unit, 1.0)), rel=1e-4
+    )
 
 
 def test_a_flat_map_changes_nothing() -> None:
