@@ -169,6 +169,9 @@ SCENES: dict[str, Callable[[Path], et.Scene]] = {
     ),
     "a flat mesh": lambda path: scene(FLOOR, LAMP, icosahedron(path / "mesh.obj", smooth=False)),
     "a smooth mesh": lambda path: scene(FLOOR, LAMP, SKY, icosahedron(path / "mesh.obj", smooth=True)),
+    "a brushed mesh": lambda path: scene(
+        *(FLOOR, LAMP, WINDOW, SKY), icosahedron(path / "mesh.obj", smooth=True) | {"bsdf": rough("ggx", 0.1, 0.5)}
+    ),
     "an environment image": lambda path: scene(
         FLOOR, environment(path / "sky.exr"), {"type": "sphere", "bsdf": rough("ggx", 0.2, 0.2)}
     ),

@@ -127,9 +127,12 @@ def _cube_tangents(to_world: Array, corners: Array) -> Array:
 
 
 def _uv_tangents(corners: Array, uvs: Array | None, normals: Array) -> Array:
-    """Return how the point moves with u: solves p = p0 + u dp_du + v dp_dv on each triangle."""
+    """Return how the point moves with u: solves p = p0 + u dp_du + v dp_dv on each triangle.
+
+    Without texture coordinates, u and v are barycentric.
+    """
     if uvs is None:
-        return perpendicular(normals)
+        return corners[:, 1] - corners[:, 0]
     edges, steps = corners[:, 1:] - corners[:, :1], uvs[:, 1:] - uvs[:, :1]
     determinant = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
     tangents = (edges[:, 0] * steps[:, 1, 1:] - edges[:, 1] * steps[:, 0, 1:]) * np.sign(determinant)[:, None]
