@@ -36,7 +36,7 @@ struct Material {
   // Of the material or any part of it:
   bool textured = false;
   bool anisotropic = false;         // looks at the azimuth of directions, so that the shading frame's tangent matters
-  bool passes = false;              // may let light pass straight on
+  bool passes = false;              // may let light pass straight on: nothing, and glass without thickness
   std::uint32_t parts[2] = {0, 0};  // of a mixture
   float weight = 0;                 // of the second part, where no texture speaks
 

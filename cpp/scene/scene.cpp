@@ -49,13 +49,6 @@ std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, double u
   return index;
 }
 
-float Scene::passing(std::uint32_t index, const Interaction& it) const noexcept {
-  const Material& m = materials[index];
-  if (m.kind != Material::Kind::mixture || !m.passes) return m.passes ? 1.0F : 0.0F;
-  const float w = m.weight_at(textures, place(it));
-  return (1 - w) * passing(m.parts[0], it) + w * passing(m.parts[1], it);
-}
-
 std::size_t Scene::triangle_count() const noexcept {
   std::size_t n = 0;
   for (const Surface& surface : surfaces) n += surface.planes.size();

@@ -100,8 +100,6 @@ struct Scene {
   }
   /// The part of a material that is picked at the point: a leaf or nothing.
   [[nodiscard]] std::uint32_t picked(std::uint32_t material, const Interaction& it, double u) const noexcept;
-  /// The share of light that passes straight through a material at the point.
-  [[nodiscard]] float passing(std::uint32_t material, const Interaction& it) const noexcept;
   /// BSDF of a leaf at the point, whose frame it may bend. One that textures make is put in `own`.
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it, std::optional<Bsdf>& own,

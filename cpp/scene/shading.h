@@ -80,6 +80,16 @@ template <auto E>
   return Scattering{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->radiance_scale};
 }
 
+/// What the BSDF lets go straight on towards -wo: of glass without thickness, what its samples bring on the mean. None
+/// of what others scatter, be it in that direction.
+template <auto E>
+[[nodiscard]] Spectrum straight_through(const Interaction& it, const Bsdf& bsdf) noexcept {
+  const auto* pane = std::get_if<ThinDielectric>(&bsdf);
+  const Vec3f wo = it.frame.to_local(it.wo);
+  if (pane == nullptr || !(wo.z > 0) || !detail::same_side<E>(it, -it.wo, -wo)) return {};
+  return detail::shadowed<E>(it, -it.wo, pane->transmittance(wo));
+}
+
 /// Whether the BSDF scatters to the other side of the surface too.
 template <auto E>
 [[nodiscard]] EQUALTIME_INLINE bool transmits(const Bsdf& bsdf) noexcept {

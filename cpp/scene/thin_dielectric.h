@@ -27,6 +27,10 @@ struct ThinDielectric {
     if (u_lobe < reflectance(wo)) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
     return BsdfSample{-wo, specular_transmittance, 0, true};
   }
+  /// What goes straight through, of the light of both ways.
+  [[nodiscard]] Spectrum transmittance(const Vec3f& wo) const noexcept {
+    return specular_transmittance * (1 - reflectance(wo));
+  }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
     const float r = reflectance(wo);
     return specular_reflectance * r + specular_transmittance * (1 - r);

@@ -78,13 +78,13 @@ template <Effects E, class Probe>
   if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, probe.time) : scene.radiance_of(light);
   probe.aims(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
-  const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
-  if constexpr (E.media) {
+  if constexpr (E.masks || E.media) {
+    const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
     const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, probe);
     if constexpr (Probe::listens) probe.note(event::Receives{weight, left.max_component()});
     return left.is_black() ? Spectrum() : unoccluded * left;
   }
-  const float share = unblocked<E>(scene, it, above, light, crossings, probe);
+  const float share = unblocked<E>(scene, it, above, light, probe);
   if constexpr (Probe::listens) probe.note(event::Receives{weight, share});
   return share > 0 ? unoccluded * share : Spectrum();
 }

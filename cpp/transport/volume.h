@@ -1,11 +1,10 @@
 // What becomes of a path between surfaces: where a medium scatters it, and how much of a light's radiance reaches a
-// vertex through media and through surfaces of nothing between them. Which medium a ray is in is said by the surface
-// that it left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba. Where
-// shapes have priorities, it is that of the highest of those that the ray is in (scene/nesting.h).
+// vertex through media and through surfaces that let it pass. Which medium a ray is in is said by the surface that it
+// left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba. Where shapes have
+// priorities, it is that of the highest of those that the ray is in (scene/nesting.h).
 #pragma once
 
-#include "scene/lights.h"
-#include "transport/effects.h"
+#include "transport/shadow.h"
 
 namespace equaltime {
 
@@ -119,32 +118,34 @@ requires(E.media) class Surroundings<E> {
   std::uint32_t around_;  // the medium where no body is; kNone: vacuum
 };
 
-/// The part of a light's radiance that gets through to the vertex, by colour.
+/// The part of a light's radiance that gets through to the vertex, by colour, with at most so many surfaces crossed;
+/// `above` tells on which side of the vertex the light is.
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
                                    const LightSample& light, int crossings, Probe& probe) noexcept {
   static_assert(E.textures, "light samples have their numbers");
+  const bool glass_passes = shines_through_glass(scene, light);
   Spectrum share(1);
   Interaction from = vertex;
   for (;;) {
     within.leave(scene, from, above);
-    const Ray shadow =
-        light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
+    const Ray shadow = shadow_ray(from, above, light);
     const auto it = probe.template blocker<E>(scene, shadow);
-    const bool endless = !it && light.infinite;
-    share *=
-        within.transmittance(scene, endless ? kInfinity : length((it ? it->anchor.p : light.target.p) - shadow.origin));
-    if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
-      if (within.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
+    if constexpr (E.media) {
+      const bool endless = !it && light.infinite;
+      share *= within.transmittance(scene,
+                                    endless ? kInfinity : length((it ? it->anchor.p : light.target.p) - shadow.origin));
+      if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
+        if (within.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
+    }
     if (!it || share.is_black()) return share;
     from = *it;
     above = false;
     if (within.hides(scene, *it)) continue;
     const std::uint32_t material = scene.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
-    const float passing = scene.passing(material, *it);
-    if (!(passing > 0)) return {};
-    share *= passing;
+    share *= passing<E>(scene, material, *it, glass_passes, probe.time);
+    if (share.is_black()) return {};
   }
 }
 

@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .scene_parts import Dict, at, ball, box, copies, floor, lamp, point, rgb, rough, scene, window
+from .scene_parts import Dict, at, ball, box, copies, floor, lamp, point, rgb, rough, scene, spot, window
 
 __all__ = ["EVERYDAY_MEDIA", "MEDIA"]
 
-EVERYDAY_MEDIA = ("a ball of coloured fog", "air and dust everywhere")
+EVERYDAY_MEDIA = ("a ball of coloured fog", "air and dust everywhere", "lights without extent behind thin glass")
 NOTHING: Dict = {"type": "null"}
 DUSTY: Dict = {
     "type": "blendphase",
@@ -67,6 +67,23 @@ def half_there(opacity: float) -> Dict:
     return {"type": "mask", "opacity": opacity, "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse"}}}
 
 
+def behind_glass() -> Dict:
+    """Panes of all kinds over a floor and a ball, below a point, a spot, a sun and a window."""
+    glass: Dict = {"type": "thindielectric", "specular_transmittance": rgb(0.9, 0.8, 0.7)}
+    squares = {"type": "checkerboard", "color0": rgb(0.9, 0.8, 0.3), "color1": rgb(0.2, 0.5, 0.9)}
+    kinds = (
+        glass,
+        {"type": "mask", "opacity": 0.6, "bsdf": glass},
+        {"type": "blendbsdf", "weight": 0.3, "glass": glass, "grain": {"type": "diffuse"}},
+        {"type": "thindielectric", "int_ior": 2.0, "specular_transmittance": squares},
+    )
+    places = [at(1.1 * i - 1.6, 1.2 + 0.2 * i, 0.2, 0.6, -60 - 20 * i, (1, 0, 0)) for i in range(len(kinds))]
+    panes = [{"type": "rectangle", "to_world": to, "bsdf": b} for to, b in zip(places, kinds, strict=True)]
+    sun = {"type": "directional", "direction": [0.2, -1, -0.1], "irradiance": rgb(2, 2, 1)}
+    lamps = (point(-1, 4, 1), spot((2, 4, 0), (0.5, -1, 0)), sun, window())
+    return volume(floor(), ball(NOTHING, interior=fog(0.3)), *panes, *lamps, depth=4)
+
+
 MEDIA: dict[str, Callable[[Path], Dict]] = {
     "a ball of fog": lambda _: lit(ball(NOTHING, interior=fog(0.6))),
     "a ball of coloured fog": lambda _: lit(ball(NOTHING, interior=fog(0.0, RUST, (0.9, 0.3, 0.1), scale=3.0))),
@@ -101,6 +118,7 @@ MEDIA: dict[str, Callable[[Path], Dict]] = {
         {"type": "sphere", "to_world": at(0.8, 0, 0, 0.6), "bsdf": {"type": "thindielectric"}, "interior": fog()},
         depth=2,
     ),
+    "lights without extent behind thin glass": lambda _: behind_glass(),
     "fog in instances": lambda _: (
         copies(
             *(at(-1.2, 0, 0, 0.7, 30), at(0.8, 0.2, 0.5, [0.9, 0.5, 0.6], 60)),
