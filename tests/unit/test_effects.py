@@ -264,3 +264,20 @@ def test_glass_of_the_airs_own_index_is_there_where_its_crossings_count_or_light
         integrator = {"type": kind, "max_depth": depth}
         found = scene(integrator=integrator, pane=glass, **({} if light is None else {"light": light}))
         assert found.core.shapes - scene(integrator=integrator).core.shapes == there - 1, (kind, depth)
+
+
+def test_a_sheet_of_the_airs_own_index_is_not_there_where_crossings_are_no_vertices() -> None:
+    """Lights that no ray meets shine through it then."""
+    glass = pane({"type": "thindielectric", "int_ior": 1.33, "ext_ior": 1.33})
+    bulb = {"type": "point", "position": [0, 0, 3]}
+    for kind, there in (("volpath", 0), ("path", 1)):
+        integrator = {"type": kind, "max_depth": 4}
+        found, bare = (scene(integrator=integrator, light=bulb, **more) for more in ({"pane": glass}, {}))
+        assert found.core.shapes - bare.core.shapes == there, kind
+        assert (bits(found) == bits(bare)) == (kind == "volpath")
+
+
+def test_thin_glass_calls_for_what_lets_light_pass_where_crossings_are_no_vertices() -> None:
+    for kind in ("volpath", "path"):
+        whole = scene(integrator={"type": kind}, pane=pane({"type": "thindielectric"}), light={"type": "point"})
+        assert ("masks" in derive(whole)) == (kind == "volpath") == whole.core.effects()["masks"]

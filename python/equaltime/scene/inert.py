@@ -5,7 +5,8 @@ maps, lenses of no aperture. Lights of no power are never added. Here are surfac
 with the index of refraction of what is around it. A path that crosses one counts it, so that one is left out only where
 paths have no limit, or crossings do not count, and nothing else is asked of it than to let light pass; glass only where
 paths have no limit, since it always counts, and no light is a point or has one direction, since such do not shine
-through it. A medium without density does nothing, but to bound another.
+through it. Thin glass is as a `null` where crossings do not count, and as other glass elsewhere. A medium without
+density does nothing, but to bound another.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from equaltime.scene.model import (
     Shape,
     Solid,
     Spot,
+    ThinDielectric,
     ThinLens,
 )
 
@@ -52,14 +54,15 @@ def shown(model: SceneModel) -> tuple[int, ...]:
     """Return which of the model's shapes are built: all that can change the image or are asked for by number."""
     integrator = model.integrator
     counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters  # by outputs, or before what is hidden
-    if counted or not (integrator.max_depth == -1 or sees_media(integrator)):
+    endless, freely = integrator.max_depth == -1, sees_media(integrator)
+    if counted or not (endless or freely):
         return tuple(range(len(model.shapes)))
     aimed_at = any(isinstance(emitter, Point | Spot | Directional) for emitter in model.emitters)
-    glass = integrator.max_depth == -1 and not aimed_at
+    glass = (Dielectric,) if endless and not aimed_at else (ThinDielectric,) if freely else ()
     return tuple(i for i, shape in enumerate(model.shapes) if not _is_nothing(shape, glass))
 
 
-def _is_nothing(shape: Shape, glass: bool) -> bool:
+def _is_nothing(shape: Shape, glass: tuple[type[Dielectric], ...]) -> bool:
     if isinstance(shape, Instance):
         return all(_is_nothing(part, glass) for part in shape.shapegroup.shapes)
     bounds_nothing = shape.interior is None and shape.exterior is None and shape.priority is None
@@ -70,12 +73,12 @@ def _is_dark(shape: Solid) -> bool:
     return shape.emitter is None or (isinstance(shape.emitter.radiance, tuple) and not any(shape.emitter.radiance))
 
 
-def _is_clear(bsdf: Bsdf, glass: bool) -> bool:
-    """Tell whether all light passes straight on, as it came; ``glass`` may be clear too."""
+def _is_clear(bsdf: Bsdf, glass: tuple[type[Dielectric], ...]) -> bool:
+    """Tell whether all light passes straight on, as it came; of glass, only such may be clear."""
     if isinstance(bsdf, Null):
         return True
     if isinstance(bsdf, Dielectric) and not isinstance(bsdf, RoughDielectric):
-        return glass and bsdf.int_ior == bsdf.ext_ior and bsdf.specular_transmittance == WHITE
+        return isinstance(bsdf, glass) and bsdf.int_ior == bsdf.ext_ior and bsdf.specular_transmittance == WHITE
     if isinstance(bsdf, Mask):
         return bsdf.opacity == 0.0 or _is_clear(bsdf.bsdf, glass)
     return isinstance(bsdf, BlendBsdf) and all(_is_clear(part, glass) for part in bsdf.bsdf)
