@@ -1,6 +1,10 @@
-"""Where things stand, as `lint` sees it: what is in a group stands nowhere by itself, and lights may stand askew."""
+"""Where things stand, as `lint` sees it: what is in a group stands nowhere by itself, lights may stand askew, and not
+all glass hides those that it is around.
+"""
 
 from __future__ import annotations
+
+from equaltime.scene.lint import Finding
 
 from .test_lint import GLASS, found, scene
 
@@ -19,3 +23,16 @@ def test_a_flat_light_that_stands_askew_is_turned_away_too() -> None:
         place = [{"rotate": {"axis": [1, 0, 0], "angle": 180.0 + 30.0}}, {"translate": [0, 0, 40]}]
         lamp = {"type": "rectangle", "to_world": place, "flip_normals": flip, "emitter": {"type": "area"}}
         assert ("lights-turned-away" in found(scene(ball={"type": "sphere"}, lamp=lamp))) == flip
+
+
+def test_lights_shine_through_thin_glass_where_paths_cross_it_freely() -> None:
+    """What it reflects of them is left out all the same."""
+
+    def lit(kind: str, bsdf: str) -> dict[str, Finding]:
+        ball = {"type": "sphere", "bsdf": {"type": bsdf}}
+        return found(scene(light={"type": "point"}, ball=ball, integrator={"type": kind}))
+
+    assert "lights-behind-glass" not in lit("volpath", "thindielectric")
+    assert "caustics-left-out" in lit("volpath", "thindielectric")
+    for kind, bsdf in (("path", "thindielectric"), ("volpath", "dielectric")):
+        assert "thindielectric" in lit(kind, bsdf)["lights-behind-glass"].advice, "the twin"

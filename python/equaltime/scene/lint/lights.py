@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import DiskSurface
 from equaltime.scene.lint.facts import within
 from equaltime.scene.lint.finding import Finding, first_places
@@ -23,6 +24,7 @@ from equaltime.scene.model import (
     RoughConductor,
     RoughDielectric,
     Spot,
+    ThinDielectric,
 )
 
 __all__ = ["check_lights"]
@@ -150,7 +152,8 @@ def _through_glass(world: World) -> Iterator[Finding]:
     smooth = [part for part in world.parts if any(map(_is_smooth, leaves(part.shape.bsdf)))]
     if not lights or not smooth:
         return
-    glass = [part for part in smooth if any(isinstance(leaf, Dielectric) for leaf in leaves(part.shape.bsdf))]
+    freely = sees_media(world.scene.model.integrator)
+    glass = [part for part in smooth if any(_hides(leaf, freely) for leaf in leaves(part.shape.bsdf))]
     inside = [light for light in lights if any(_within(light, part) for part in glass)]
     if inside:
         yield Finding(
@@ -160,7 +163,8 @@ def _through_glass(world: World) -> Iterator[Finding]:
             first_places(world.called(light) for light in inside),
             len(inside),
             "renders the scene without their light",
-            "put a small sphere with an area emitter in their place, or make the glass rough",
+            "put a small sphere with an area emitter in their place, or make the glass rough; thindielectric lets them "
+            "shine through with the integrator volpath",
         )
     if len(inside) < len(lights):
         yield Finding(
@@ -172,7 +176,8 @@ def _through_glass(world: World) -> Iterator[Finding]:
                 [*(world.called(light) for light in lights if light not in inside), *(p.name for p in smooth)]
             ),
             len(lights) - len(inside),
-            "renders the scene without such caustics; shadows of smooth glass are black",
+            "renders the scene without such caustics; shadows of smooth glass are black, but for those of "
+            "thindielectric with the integrator volpath",
             "use small area lights, a sun as wide as it is, or rough surfaces, where the caustics matter",
         )
 
@@ -180,6 +185,11 @@ def _through_glass(world: World) -> Iterator[Finding]:
 def _is_smooth(leaf: BsdfPlugin) -> bool:
     """Tell whether all it reflects and lets through goes into single directions."""
     return isinstance(leaf, Conductor | Dielectric) and not isinstance(leaf, RoughConductor | RoughDielectric)
+
+
+def _hides(leaf: BsdfPlugin, freely: bool) -> bool:
+    """Tell whether it is glass that lights without extent do not shine through; ``freely``: if thin, they do."""
+    return isinstance(leaf, Dielectric) and _is_smooth(leaf) and not (freely and isinstance(leaf, ThinDielectric))
 
 
 def _place(light: Point | Spot) -> Array:
