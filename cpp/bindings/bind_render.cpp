@@ -142,12 +142,13 @@ void bind_render(py::module_& m) {
            "`also` names effects that the kernel must cover though the scene does not call for them.")
       .def(
           "advance",
-          [](Renderer& r, std::uint64_t samples, std::optional<double> seconds,
-             const std::optional<py::function>& poll) {
+          [](Renderer& r, std::uint64_t samples, std::optional<double> seconds, const std::optional<py::function>& poll,
+             std::optional<double> pause) {
             const py::gil_scoped_release release;
-            return r.advance(samples, seconds, [&poll] { return go_on(poll); });
+            const auto asked = [&poll] { return go_on(poll); };
+            return r.advance(samples, seconds, asked, pause);
           },
-          "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none())
+          "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none(), "pause"_a = py::none())
       .def(
           "take_up",
           [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays,

@@ -19,6 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{50};
+constexpr double kMostSeconds = 1e9;  // a clock holds nine times that; whoever asks for more never waits so long
 /// A pass adds at most so many samples to a pixel, so that a block is short and a stop is prompt.
 constexpr std::uint64_t kPassSamples = 16;
 /// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
@@ -74,10 +75,11 @@ Effects both(Effects a, const Effects& b) noexcept {
 
 /// When to stop between blocks: shared by the workers of one call of `advance`.
 struct Renderer::Stop {
-  explicit Stop(const std::function<bool()>& p) : poll(p) {}
+  Stop(std::optional<double> seconds, const std::function<bool()>& p, std::optional<double> pause_seconds)
+      : poll(p), deadline(in(seconds)), pause(in(pause_seconds)) {}
 
   const std::function<bool()>& poll;
-  std::optional<Clock::time_point> deadline;
+  std::optional<Clock::time_point> deadline, pause;
   std::thread::id caller = std::this_thread::get_id();
   Clock::time_point last_poll = Clock::now();
   std::atomic<bool> requested{false};
@@ -98,6 +100,21 @@ struct Renderer::Stop {
       }
     }
     return requested;
+  }
+
+  /// Whether a worker that has finished a block takes no other; paths that are on their way go on.
+  [[nodiscard]] bool pauses() const noexcept { return pause && Clock::now() >= *pause; }
+
+  /// Lets the calling thread go on polling where a pause left it nothing to do but to wait for the paths of others.
+  void wait_for(const std::atomic<unsigned>& others) noexcept {
+    if (std::this_thread::get_id() != caller) return;
+    while (others > 0 && pauses() && !now()) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+
+ private:
+  static std::optional<Clock::time_point> in(std::optional<double> seconds) {
+    if (!seconds || !(*seconds < kMostSeconds)) return {};
+    return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
   }
 };
 
@@ -121,10 +138,9 @@ std::vector<PixelBlock> Renderer::blocks() const {
   return list;
 }
 
-bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const std::function<bool()>& poll) {
-  Stop stop(poll);
-  if (seconds)
-    stop.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const std::function<bool()>& poll,
+                       std::optional<double> pause) {
+  Stop stop(seconds, poll, pause);
   (void)this->settings();  // what is learnt is a part of the time
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
@@ -136,7 +152,7 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
       at_.done = at_.target;
       at_.next_block = 0;
     }
-    const bool stopped = stop.now();
+    const bool stopped = stop.now() || stop.pauses();
     if (stop.error) std::rethrow_exception(stop.error);
     if (!complete || (stopped && at_.done < samples)) return false;
   }
@@ -186,16 +202,18 @@ void Renderer::run_pass(Stop& stop) {
   const std::vector<std::size_t> again = std::exchange(again_, {});
   const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
   std::atomic<std::size_t> next{0};
+  std::atomic<unsigned> at_work{0};
   std::mutex merge;
   std::uint64_t* rays = options_.pixel_rays ? pixel_rays_.data() : nullptr;
   const std::function<bool()> stops = [&stop] { return stop.now(); };
   const auto work = [&](unsigned) {
+    ++at_work;
     RayCounter probe;
     probe.stop = &stops;
     BlockBefore before;
     std::vector<NonFinite> nonfinite;
     std::vector<FaultySample> faulty;
-    while (!stop.now()) {
+    for (bool first = true; !stop.now() && (first || !stop.pauses()); first = false) {
       const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
       if (n >= tasks) break;
       const std::size_t i = n < again.size() ? again[n] : at_.next_block + n - again.size();
@@ -214,10 +232,14 @@ void Renderer::run_pass(Stop& stop) {
       const std::lock_guard lock(merge);
       again_.push_back(i);
     }
-    const std::lock_guard lock(merge);
-    counters_ += probe.counters;
-    log(nonfinite_, nonfinite);
-    log(faulty_, faulty);
+    {
+      const std::lock_guard lock(merge);
+      counters_ += probe.counters;
+      log(nonfinite_, nonfinite);
+      log(faulty_, faulty);
+    }
+    --at_work;
+    stop.wait_for(at_work);
   };
   on_threads(threads_, work);
   const std::size_t begun = std::min(next.load(), tasks);

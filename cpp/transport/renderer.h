@@ -29,9 +29,11 @@ class Renderer {
 
   /// Brings every pixel to `samples`. Ends early, between blocks, when `seconds` have passed or `poll` (called about
   /// every 50 ms by the calling thread) returns false or throws, which is thrown on; the next call takes up where this
-  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. Returns whether every
-  /// pixel has its samples.
-  bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {});
+  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. After `pause` seconds it
+  /// ends early too, but every worker has finished a block then, so that a caller who goes on comes to the end. Returns
+  /// whether every pixel has its samples.
+  bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
+               std::optional<double> pause = {});
 
   /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
   /// for those that were given up.

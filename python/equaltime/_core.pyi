@@ -11,6 +11,8 @@ _Floats = NDArray[np.float64]
 _Counts = NDArray[np.int64]
 _Named = dict[str, Any]
 _Vec3 = Sequence[float] | _Floats
+_Seconds = float | None
+_Poll = Callable[[], bool] | None
 _Facets = Literal["ggx", "beckmann"]
 
 parts: Any  # a module of the estimator's pieces by themselves, over arrays: for tests
@@ -263,7 +265,7 @@ class Renderer:
         also: Sequence[str] = (),
         traps: Literal["ignore", "check", "stop"] = "ignore",
     ) -> None: ...
-    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool: ...
+    def advance(self, samples: int, seconds: _Seconds = None, poll: _Poll = None, pause: _Seconds = None) -> bool: ...
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None: ...
     def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None: ...
     @property

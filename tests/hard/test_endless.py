@@ -130,3 +130,34 @@ def test_C07_a_checkpoint_of_blocks_that_were_given_up_is_taken_up() -> None:  #
     assert subject.advance(4)
     assert subject.moments.tobytes() == whole.moments.tobytes()
     assert subject.counters == whole.counters
+
+
+def test_C07_a_pause_waits_for_long_paths_and_so_comes_to_the_end_with_the_same_bits() -> None:  # noqa: N802
+    whole = renderer(6000, threads=1)
+    assert whole.advance(4)
+    subject = renderer(6000, threads=3)
+    pauses = 0
+    while not subject.advance(4, pause=0.0):
+        pauses += 1
+    assert pauses > 0
+    assert subject.moments.tobytes() == whole.moments.tobytes()
+    assert subject.counters == whole.counters
+
+
+def test_C07_a_pause_that_waits_for_a_long_path_does_not_hold_up_who_stops_the_render() -> None:  # noqa: N802
+    """The calling thread sleeps when it is asked, until the other has come to a block of paths that take minutes."""
+    scene = trap(10**9).with_(size=(512, 512), crop=(0, 0, 384, 32))
+    settings = _core.Settings(roulette="none", sampler="independent", max_depth=10**9)
+    subject = _core.Renderer(scene.core, settings, seed=3, threads=2, tile=32)
+    asked: list[float] = []
+    begin = time.perf_counter()
+
+    def poll() -> bool:
+        asked.append(time.perf_counter() - begin)
+        time.sleep(max(0.0, 1.2 - asked[-1]))
+        return len(asked) < 2
+
+    assert not subject.advance(16, poll=poll, pause=1.0)
+    assert time.perf_counter() - begin < 10.0
+    assert len(asked) == 2
+    assert subject.counters["paths"] == subject.moments["count"].sum()

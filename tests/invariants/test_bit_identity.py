@@ -6,7 +6,7 @@ The renders compared are of the same scene, strategy, sample range and seed; the
 from __future__ import annotations
 
 from functools import cache
-from itertools import product
+from itertools import pairwise, product
 from typing import Any, Final
 
 import pytest
@@ -88,6 +88,18 @@ def test_passes_that_a_clock_cuts_go_on_where_they_stopped(file: str, threads: i
         cuts += 1
         limit *= 1.02  # on a machine that is busy elsewhere nothing may be done in time, again and again
     assert cuts > 0, "the limit was too long to test anything"
+    assert same_bits(subject.moments, reference(file, "best"))
+
+
+@pytest.mark.parametrize("threads", [1, 2, 7])
+@pytest.mark.parametrize("file", FILES)
+def test_passes_that_pause_go_on_and_come_to_the_end_however_short_their_runs(file: str, threads: int) -> None:
+    subject = renderer(shipped(file).core, threads=threads, tile=5)
+    begun = [0]
+    while not subject.advance(SAMPLES, pause=0.0):
+        begun.append(int(subject.moments["count"].sum()))
+    assert len(begun) > 1, "it never paused"
+    assert all(a < b for a, b in pairwise(begun)), "a pause that nothing was done before"
     assert same_bits(subject.moments, reference(file, "best"))
 
 
