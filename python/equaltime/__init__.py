@@ -39,7 +39,7 @@ from equaltime.errors import (
     StrategyError,
 )
 from equaltime.merge import merge
-from equaltime.passes import Progress
+from equaltime.progress import Progress
 from equaltime.progressive import Progressive, progressive
 from equaltime.quote import Quote, quote
 from equaltime.render import render

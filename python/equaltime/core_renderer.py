@@ -49,16 +49,23 @@ class _AdaptiveRenderer(_core.Renderer):
         self._pilot = partial(_core.Renderer, scene, settings, **options)
         self._decided = False
 
-    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
+    def advance(
+        self,
+        samples: int,
+        seconds: float | None = None,
+        poll: Callable[[], bool] | None = None,
+        pause: float | None = None,
+    ) -> bool:
         """Bring the image to ``samples`` a pixel, on average."""
         if samples <= PILOT or self._decided:
-            return super().advance(samples, seconds, poll)
+            return super().advance(samples, seconds, poll, pause)
         begin = time.perf_counter()
-        if not super().advance(PILOT, seconds, poll) or self.nonfinite:  # which ends the render
+        if not super().advance(PILOT, seconds, poll, pause) or self.nonfinite:  # which ends the render
             return False
         self._decide(self)
-        left = None if seconds is None else max(0.0, seconds - (time.perf_counter() - begin))
-        return super().advance(samples, left, poll)
+        took = time.perf_counter() - begin
+        seconds, pause = (None if limit is None else max(0.0, limit - took) for limit in (seconds, pause))
+        return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
         """Take up a render; its pilot is made once more, since the film holds more than that by now."""

@@ -9,24 +9,20 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits, Look, Looks
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics
+from equaltime.progress import ProgressCallback, Reporter
 from equaltime.result import StoppedBy
+from equaltime.saving import Saving
 
-__all__ = ["PassRenderer", "Passes", "Progress", "ProgressCallback", "pass_end"]
+__all__ = ["PassRenderer", "Passes", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
-_REPORT_INTERVAL = 0.1
-# Share of the time that may go into the error that the progress shows: with the final one, measuring stays under 1 %.
-_ESTIMATE_SHARE = 0.003
-# What an estimate is taken to cost before there was one.
-_ESTIMATE_SECONDS_A_PIXEL = 3e-7
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
 
@@ -34,8 +30,14 @@ _LIKELY_LAW = 0.55
 class PassRenderer(Protocol):
     """What the loop needs of `equaltime._core.Renderer`."""
 
-    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
-        """Bring every pixel to ``samples`` samples; False if a limit ended the pass before."""
+    def advance(
+        self,
+        samples: int,
+        seconds: float | None = None,
+        poll: Callable[[], bool] | None = None,
+        pause: float | None = None,
+    ) -> bool:
+        """Bring every pixel to ``samples`` samples; False if a limit, or a pause, ended the pass before."""
 
     @property
     def moments(self) -> NDArray[Any]:
@@ -48,27 +50,6 @@ class PassRenderer(Protocol):
     @property
     def faulty(self) -> list[tuple[int, int, int, str]]:
         """(x, y, sample index, what) of samples that raised floating-point faults, if these are looked for."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a render stands."""
-
-    samples: int
-    """Samples that every pixel has."""
-    target: int | None
-    """Samples per pixel asked for, if any."""
-    seconds: float
-    """Since the first sample."""
-    fraction: float
-    """Done of what was asked for, 0 … 1, by the limit that is nearer."""
-    time_left: float | None
-    """Estimated seconds to the end; None before the first pass has ended."""
-    error: Estimate | None
-    """Error of the image as of a recent pass; None before there is one, and once the samples have doubled since."""
-
-
-ProgressCallback = Callable[[Progress], object]
 
 
 def pass_end(samples: int, pixels: int) -> int:
@@ -118,14 +99,16 @@ class Passes:
         """Samples that every pixel has."""
         self.pixels = pixels
         self.rendering = 0.0
-        """Seconds spent in passes that have ended, without what is done between them."""
+        """Seconds spent in passes that have ended, without what is done between them, or in their pauses."""
+        self.saving: Saving | None = None
+        """What saves what is done so far, if that is wanted: between passes, and in pauses within long ones."""
         self._pass_began: float | None = None
         self._pace: float | None = None  # seconds a sample a pixel, of the last pass: the load may have changed
         self._renderer, self._clock, self._start = renderer, clock, clock()
         self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is under way
         self._cancelled = False
         self._looks, self._hidden = Looks(looks), hidden
-        self._report = None if progress is None else _Reporter(self, progress)
+        self._report = None if progress is None else Reporter(self, progress)
 
     @property
     def renderer(self) -> PassRenderer:
@@ -159,10 +142,7 @@ class Passes:
         try:
             while (reason := self._met()) is None:
                 end = self._next_end()
-                limit = self.limits.seconds
-                self._pass_began = before = self.seconds
-                complete = self._renderer.advance(end, None if limit is None else limit - before, self._tick)
-                took, self._pass_began = self.seconds - before, None
+                complete, took = self._pass(end)
                 self.rendering += took
                 if wrong := _went_wrong(self._renderer):
                     reason = wrong
@@ -173,10 +153,35 @@ class Passes:
                 self.samples, self._pace = end, took / (end - self.samples)
                 if self._report is not None:
                     self._report.pass_ended()
+                if self._until_saving() == 0.0:
+                    self._save()
                 yield end
         except KeyboardInterrupt:
             reason = "interrupt"
         self.stopped_by = reason
+
+    def _pass(self, end: int) -> tuple[bool, float]:
+        """Bring every pixel to ``end`` samples; return whether they have them, and the seconds without the pauses."""
+        self._pass_began = self.seconds
+        while True:
+            limit, pause = self.limits.seconds, self._until_saving()
+            left = None if limit is None else limit - self.seconds
+            complete = self._renderer.advance(end, left, self._tick, pause)
+            if complete or pause is None or not self._tick():
+                took, self._pass_began = self.seconds - self._pass_began, None
+                return complete, took
+            if self._until_saving() is not None:
+                self._pass_began += self._save()
+
+    def _until_saving(self) -> float | None:
+        """Return the seconds until what is done is to be saved; None if it is not, or if a sample went wrong."""
+        if self.saving is None or _went_wrong(self._renderer):
+            return None
+        return self.saving.left(self.seconds, self.limits.seconds)
+
+    def _save(self) -> float:
+        assert self.saving is not None
+        return self.saving.run(lambda: self.seconds)
 
     def _tick(self) -> bool:
         if self._report is not None:
@@ -247,40 +252,3 @@ def _went_wrong(renderer: PassRenderer) -> Literal["nonfinite", "faulty"] | None
     if renderer.nonfinite:
         return "nonfinite"
     return "faulty" if renderer.faulty else None
-
-
-class _Reporter:
-    """Calls the progress callback: at the end of every pass, and now and then within."""
-
-    def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
-        self._passes, self._callback = passes, callback
-        self._reported = 0.0
-        self._estimating, self._last_estimate = 0.0, _ESTIMATE_SECONDS_A_PIXEL * passes.pixels
-        self._error: Estimate | None = None
-        self._estimated_at = 0
-
-    def tick(self) -> bool:
-        """Report if some time has passed; always go on."""
-        if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
-            self._report()
-        return True
-
-    def pass_ended(self) -> None:
-        """Report the end of a pass, with a new error if that is cheap by now."""
-        begin = self._passes.seconds
-        if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
-            self._error = image_error(pixel_statistics(self._passes.renderer.moments))
-            self._estimated_at = self._passes.samples
-            self._last_estimate = self._passes.seconds - begin
-            self._estimating += self._last_estimate
-        self._report()
-
-    def _report(self) -> None:
-        samples, limits, seconds = self._passes.samples, self._passes.limits, self._passes.seconds
-        self._reported = seconds
-        error = self._error if samples < 2 * self._estimated_at else None
-        fractions = [0.0, *(samples / target for target in self._passes.targets)]
-        if limits.seconds is not None:
-            fractions.append(seconds / limits.seconds)
-        fraction, left = min(1.0, max(fractions)), self._passes.time_left
-        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error))

@@ -21,7 +21,7 @@ from equaltime.error_estimate import Estimate
 from equaltime.errors import RenderError
 from equaltime.law import Law, fit
 from equaltime.noise_places import Places
-from equaltime.passes import ProgressCallback
+from equaltime.progress import ProgressCallback
 from equaltime.scene import Scene
 from equaltime.session import Session
 from equaltime.strategy import Strategy

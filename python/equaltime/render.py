@@ -20,7 +20,7 @@ from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, ImageError, RenderError, StrategyError
 from equaltime.first_hits import asked_for
 from equaltime.outputs import outputs
-from equaltime.passes import ProgressCallback
+from equaltime.progress import ProgressCallback
 from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
 from equaltime.scene import Scene, load, load_dict
@@ -97,7 +97,8 @@ def render(
     resume
         A file that `Result.save` wrote: the render goes on from there, to the same bits as if it had not stopped.
     checkpoint
-        Where to save what is done so far (EXR), every ``checkpoint_every`` seconds.
+        Where to save what is done so far (EXR), every ``checkpoint_every`` seconds, within a pass too; less often where
+        saving would take more than half of the time.
     quoted
         Called once, after 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
         cost or bring.

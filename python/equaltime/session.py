@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -17,8 +18,10 @@ from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
 from equaltime.noise_places import Places, noise_places
-from equaltime.passes import Passes, ProgressCallback
+from equaltime.passes import Passes
+from equaltime.progress import ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
+from equaltime.saving import Saving
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
@@ -29,8 +32,6 @@ Traps = Literal["ignore", "check", "stop"]
 """What becomes of floating-point faults: nothing, or the sample is named, or the process ends there, by SIGFPE."""
 _SECONDS_A_PIXEL = 1e-6
 """What saving is taken to cost before it was done once."""
-_ROOM = 2.0
-"""Times what saving took last: what must be left before the time limit."""
 
 
 class Session:
@@ -61,7 +62,6 @@ class Session:
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
         self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
-        self._saving = 0.0
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
             self._take_up(resumed)
@@ -90,8 +90,9 @@ class Session:
     ) -> Result:
         """Run all passes, call ``pass_ended`` after each, and return the result.
 
-        If ``path`` is given, what is done so far is saved there every so many seconds. After Ctrl-C the result is what
-        was finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the result so far.
+        If ``path`` is given, what is done so far is saved there every so many seconds, within passes too. After Ctrl-C
+        the result is what was finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the
+        result so far.
         """
         stopped_by = self._run_passes(path, every, pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
@@ -103,27 +104,20 @@ class Session:
                 stopped_by = "interrupt"
 
     def _run_passes(self, path: Path | None, every: float, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
-        saved_at, takes = 0.0, _SECONDS_A_PIXEL * self.passes.pixels
+        if path is not None:
+            self.passes.saving = Saving(partial(self._save, path), every, _SECONDS_A_PIXEL * self.passes.pixels)
         try:
             for _ in self.passes:
                 if pass_ended is not None:
                     pass_ended(self)
-                before = self.passes.seconds
-                if path is not None and before - saved_at >= every and self._has_time(_ROOM * takes):
-                    with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
-                        self.result("unfinished").save(path)
-                    saved_at = self.passes.seconds
-                    takes = saved_at - before
-                    self._saving += takes
-        except KeyboardInterrupt:  # between two passes, such as while saving
+        except KeyboardInterrupt:  # between two passes
             return "interrupt"
         assert self.passes.stopped_by is not None
         return self.passes.stopped_by
 
-    def _has_time(self, seconds: float) -> bool:
-        """Tell whether so much time is left before the limit, if there is one."""
-        limit = self.passes.limits.seconds
-        return limit is None or self.passes.seconds + seconds <= limit
+    def _save(self, path: Path) -> None:
+        with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
+            self.result("unfinished").save(path)
 
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""
@@ -147,8 +141,8 @@ class Session:
         """Return what is done so far; raises `SampleError` with it if a sample went wrong."""
         counters = self._renderer.counters
         phases = {**self._scene.timings, "render": self._before + self.passes.total_seconds}
-        if self._saving:
-            phases["save"] = self._saving
+        if self.passes.saving is not None and self.passes.saving.seconds:
+            phases["save"] = self.passes.saving.seconds
         stats = Stats(
             phases=phases,
             paths=counters["paths"],

@@ -14,7 +14,7 @@ from typing import Any
 from measuring import SHIPPED, arguments, print_conditions, text
 
 import equaltime as et
-from equaltime import passes, result, session
+from equaltime import progress, result, session
 from equaltime.bench import spread
 
 
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--max-depth", type=int, default=8)
     options = parser.parse_args()
     print_conditions(options)
-    during = timed(passes, "pixel_statistics", "image_error")
+    during = timed(progress, "pixel_statistics", "image_error")
     after = timed(session, "pixel_statistics") + timed(result, "standard_error", "image_error")
     for path in SHIPPED:
         scene = et.load(path).with_(size=tuple(options.size), max_depth=options.max_depth)
@@ -37,8 +37,8 @@ def main() -> None:
             seconds = render.stats.phases["render"]
             if number > 0:
                 shares.append((100.0 * sum(map(sum, after)) / seconds, 100.0 * sum(map(sum, during)) / seconds))
-        both, end, progress = (spread(column) for column in ([a + b for a, b in shares], *zip(*shares, strict=True)))
-        print(f"  {path.stem:14} {text(both)} % of the render: {text(end)} % at its end, {text(progress)} % meanwhile")
+        both, end, meanwhile = (spread(column) for column in ([a + b for a, b in shares], *zip(*shares, strict=True)))
+        print(f"  {path.stem:14} {text(both)} % of the render: {text(end)} % at its end, {text(meanwhile)} % meanwhile")
 
 
 def timed(module: ModuleType, *names: str) -> list[list[float]]:

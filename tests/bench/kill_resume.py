@@ -2,7 +2,7 @@
 
 One render is killed at random moments, each time taken up from its checkpoint, and at last finished: its moments must
 be those of a render that was never stopped. After every kill the checkpoint must be whole, and hold what was rendered
-up to one interval (and the saving and the pass that were going on) before.
+up to one interval (and the saving and the blocks that were going on) before, however long a pass of its film takes.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of the moments [%(default)s]")
     parser.add_argument("--interval", type=float, default=0.2, help="seconds between checkpoints [%(default)s]")
     parser.add_argument("--strategy", default="best")
+    parser.add_argument("--size", type=int, nargs=2, default=[64, 64], help="of the film; large ones have long passes")
     options = parsed(parser, kills=8)
     moments = random.Random(options.seed)
     lost: list[float] = []
@@ -50,7 +51,7 @@ def main() -> None:
             lost.append(time.time() - output.stat().st_mtime)
         target = before + 64
         subprocess.run(command(output, options, target), check=True)
-        whole = et.render(et.load(SCENE).with_(size=(64, 64)), spp=target, strategy=options.strategy)
+        whole = et.render(et.load(SCENE).with_(size=tuple(options.size)), spp=target, strategy=options.strategy)
         found = images.read_moments(output)
         assert found is not None
         assert whole.moments is not None
@@ -70,7 +71,7 @@ def command(output: Path, options: object, spp: int) -> list[str]:
         "--spp",
         str(spp),
         "--size",
-        "64x64",
+        "{}x{}".format(*values["size"]),
         "--strategy",
         values["strategy"],
         "--threads",

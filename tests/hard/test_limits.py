@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 from equaltime.cli.progress import describe
-from equaltime.passes import Progress
+from equaltime.progress import Progress
 from equaltime.selftest.cases import scenes_folder
 
 from ..statistical.worlds import affine, build, looking, octahedron, render, turned

@@ -16,7 +16,7 @@ import pytest
 import equaltime as et
 from equaltime import images
 from equaltime.moments import DTYPE, channel_names, joined, split
-from equaltime.passes import Progress
+from equaltime.progress import Progress
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -226,7 +226,7 @@ def test_what_a_render_saved_that_is_killed_again_and_again_is_taken_up_with_the
     done = []
     for pause in (0.2, 0.0, 0.07):
         kill(output, pause)
-        done.append(int(images.read(output).record["samples"]["max"]))
+        done.append(int(images.read(output).record["paths"]))
     assert done == sorted(set(done))
     saved = images.read(output).record
     assert saved["stopped_by"] == "unfinished"
@@ -236,6 +236,23 @@ def test_what_a_render_saved_that_is_killed_again_and_again_is_taken_up_with_the
     read = images.read_moments(output)
     assert read is not None
     assert read.tobytes() == moments_of(whole).tobytes()
+
+
+def test_a_render_that_is_killed_within_its_first_pass_keeps_what_was_saved_of_it(tmp_path: Path) -> None:
+    output = tmp_path / "a.exr"
+    size = ("--size", "480x360")
+    process = subprocess.Popen(command(output, "--spp", "1000000", "--checkpoint", "10ms", "-q", *size))
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and not output.exists():
+        time.sleep(0.001)
+    process.kill()
+    process.wait()
+    samples = images.read(output).record["samples"]
+    assert (samples["min"], samples["max"]) == (0, 2)
+    subprocess.run(command(output, "--spp", "2", "--resume", "-q", *size), check=True)
+    read = images.read_moments(output)
+    assert read is not None
+    assert read.tobytes() == moments_of(et.render(et.load(SCENE).with_(size=(480, 360)), spp=2)).tobytes()
 
 
 def test_resume_begins_anew_where_there_is_no_file(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from equaltime.cli import main
 from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
 from equaltime.cli.progress import describe
 from equaltime.error_estimate import Estimate
-from equaltime.passes import Progress
+from equaltime.progress import Progress
 from equaltime.strategy import PRESETS, Strategy
 
 SCENE = """

@@ -1,56 +1,17 @@
 """The loop of passes, over a renderer and a clock that the test controls."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import islice, pairwise, takewhile
 from typing import Any
 
-import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits
-from equaltime.passes import Passes, Progress, pass_end
+from equaltime.passes import Passes, pass_end
+from equaltime.progress import Progress
 
-MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
-PIXELS = 12
-
-
-class FakeRenderer:
-    """Takes 1 ms a sample of the whole image; polls after every sample; stops exactly at its limit."""
-
-    def __init__(self, interrupt_at: float = np.inf, bad_sample: int | None = None) -> None:
-        self.now, self.seconds_a_sample = 0.0, 0.001
-        self.done = 0
-        self.targets: list[int] = []
-        self.nonfinite: list[tuple[int, int, int]] = []
-        self.faulty: list[tuple[int, int, int, str]] = []
-        self.interrupt_at, self.bad_sample = interrupt_at, bad_sample
-
-    def clock(self) -> float:
-        return self.now
-
-    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
-        self.targets.append(samples)
-        end = np.inf if seconds is None else self.now + seconds
-        while self.done < samples:
-            if self.now + self.seconds_a_sample > end + 1e-9:
-                return False
-            self.now += self.seconds_a_sample
-            if self.now >= self.interrupt_at:
-                raise KeyboardInterrupt
-            if self.done == self.bad_sample:
-                self.nonfinite.append((1, 2, self.done))
-            self.done += 1
-            if poll is not None and not poll():
-                return False
-        return True
-
-    @property
-    def moments(self) -> NDArray[Any]:
-        moments = np.zeros((2, 3, PIXELS // 3), MOMENTS)
-        moments["count"] = self.done // 2
-        moments["mean"] = np.arange(1.0, 3.0)[:, None, None, None]
-        return moments
+from .fake_renderer import PIXELS, FakeRenderer
 
 
 def run(renderer: FakeRenderer, spp: int | None = None, seconds: float | None = None, **options: Any) -> str:
@@ -114,8 +75,8 @@ def test_a_time_limit_that_falls_between_passes_starts_no_further_pass() -> None
 class Heedless(FakeRenderer):
     """Knows of no time limit; only between passes is there a clock."""
 
-    def advance(self, samples: int, seconds: float | None = None, poll: Callable[[], bool] | None = None) -> bool:
-        return super().advance(samples, None, poll)
+    def advance(self, samples: int, seconds: float | None = None, *others: Any) -> bool:
+        return super().advance(samples, None, *others)
 
 
 def test_a_limit_that_is_looked_at_between_passes_only_would_be_overrun() -> None:

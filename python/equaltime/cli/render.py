@@ -94,7 +94,7 @@ def render(
             parser=parse_duration,
             metavar="DURATION",
             show_default=False,
-            help="How often what is done so far is saved to FILE.exr, at the end of a pass [default: 60s].",
+            help="How often what is done so far is saved to FILE.exr, within a pass too [default: 60s].",
         ),
     ] = None,
     backend: Annotated[
