@@ -46,6 +46,14 @@ CASES = {
     "projector": (scene(beam={"type": "projector"}), "beam: the emitter 'projector' is replaced by 'spot'"),
     "bsplinecurve": (scene(fur={"type": "bsplinecurve"}), "fur: the shape 'bsplinecurve' is left out"),
     "prb": (scene(how={"type": "prb", "max_depth": 4}), "how: the integrator 'prb' is replaced by 'path'"),
+    "prb_projective": (
+        scene(how={"type": "prb_projective"}),
+        "how: the integrator 'prb_projective' is replaced by 'path'",
+    ),
+    "direct_projective": (
+        scene(how={"type": "direct_projective"}),
+        "how: the integrator 'direct_projective' is replaced by 'direct'",
+    ),
     "heterogeneous": (
         scene(ball=BALL | {"interior": {"type": "heterogeneous"}}),
         "ball.interior: the medium 'heterogeneous' is left out",
@@ -69,6 +77,12 @@ def test_what_cannot_be_rendered_is_refused_or_replaced(name: str) -> None:
     loaded = et.load_dict(description, substitute=True)
     assert [str(substitution) for substitution in loaded.substitutions] == [done]
     assert done in loaded.warnings
+
+
+def test_an_integrator_goes_on_hiding_emitters() -> None:
+    for name in ("ptracer", "direct_projective"):
+        loaded = et.load_dict(scene(how={"type": name, "hide_emitters": True}), substitute=True)
+        assert loaded.model.integrator.hides_emitters
 
 
 def test_parameters_that_mean_the_same_are_kept() -> None:

@@ -200,7 +200,7 @@ DISNEY: Final = {
 THIN: Final = ("base_color", "roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "eta")
 SPECULAR: Final = ("int_ior", "ext_ior", "diffuse_reflectance", "specular_reflectance", "nonlinear", "alpha")
 _diffuse = _as("bsdf", "diffuse", {"reflectance": "reflectance"})
-_path = _as("integrator", "path", _same("max_depth", "rr_depth"))
+_path = _as("integrator", "path", _same("max_depth", "rr_depth", "hide_emitters"))
 
 SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
     "bsdf": {
@@ -238,7 +238,8 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
         "irrcache": _inner,
         "multichannel": _inner,
         "aov": _outputs,
-        **dict.fromkeys(("prb", "prb_basic", "prbvolpath", "ptracer", "stokes"), _path),
+        **dict.fromkeys(("prb", "prb_basic", "prb_projective", "prbvolpath", "ptracer", "stokes"), _path),
+        "direct_projective": _as("integrator", "direct", _same("hide_emitters")),
     },
     "film": {"specfilm": _as("film", "hdrfilm", _same("width", "height"))},
     "medium": {"heterogeneous": _nothing},
