@@ -55,6 +55,7 @@ def cases(folder: Path) -> dict[str, Dict]:
         "a slide set smaller": spot(
             picture | {"wrap_mode": "mirror", "to_uv": mi.ScalarTransform3f().scale([3.0, 2.0])}, cutoff_angle=13.0
         ),
+        "a beam beyond its cone": spot(None, beam_width=50.0),
         "squares": spot(squares()),
     }
 

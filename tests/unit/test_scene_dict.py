@@ -174,7 +174,6 @@ def test_a_scene_that_is_none_is_refused(description: dict[str, Any], problem: s
         ),
         ({"type": "principled", "eta": 1.5, "specular": 0.5}, ": give either eta or specular, not both"),
         ({"type": "conductor", "material": "Au", "k": 1}, ": give either material or eta and k (found material and k)"),
-        ({"type": "spot", "cutoff_angle": 20, "beam_width": 30}, ": beam_width (30) must not exceed cutoff_angle (20)"),
         (
             {"type": "spot", "cutoff_angle": 100, "texture": {"type": "checkerboard"}},
             ": cutoff_angle (100) of a spot with a texture must not exceed 90",

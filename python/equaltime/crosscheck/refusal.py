@@ -25,6 +25,7 @@ def check(model: SceneModel) -> None:
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
     unknown |= {"'hide_emitters'"} if model.integrator.hides_emitters else set()
+    unknown |= {"'max_depth' of 0"} if model.integrator.max_depth == 0 else set()
     if unknown:
         raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")
 

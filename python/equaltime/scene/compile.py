@@ -32,6 +32,7 @@ from equaltime.scene.model import (
     Constant,
     Direct,
     EnvMap,
+    Instance,
     Mask,
     Null,
     SceneModel,
@@ -49,7 +50,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     Raises ValueError if a file or the scene cannot be used, and `Unsupported`, one of them, for a node that cannot.
     """
     _refuse_other_images(model, assets)
-    model = in_shutters(model)
+    model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)
     textures = Textures(builder, assets)
     materials = Materials(builder, textures)
     media = Media(builder, model)
@@ -66,6 +67,12 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     media.surround(model.sensor)
     set_film(builder, model.sensor.film)
     return builder.build()
+
+
+def _unlit(model: SceneModel) -> SceneModel:
+    """Return the model without lights, which paths of no segment do not see."""
+    dark = [shape if isinstance(shape, Instance) else shape.replace(emitter=None) for shape in model.shapes]
+    return model.replace(shapes=tuple(dark), emitters=())
 
 
 def _refuse_other_images(model: SceneModel, assets: Assets) -> None:

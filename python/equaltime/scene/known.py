@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
-__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "mitsuba_kind", "nearest", "shortened", "suggestion"]
+__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
@@ -51,6 +51,11 @@ SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersect
 def mitsuba_kind(name: str) -> Kind | None:
     """Return the family of the Mitsuba 3 plugin `name`, or None if there is none."""
     return next((kind for kind, names in MITSUBA.items() if name in names), None)
+
+
+def a(noun: str) -> str:
+    """Return a noun with its article."""
+    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:

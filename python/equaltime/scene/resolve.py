@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, mitsuba_kind, nearest, suggestion
+from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, a, mitsuba_kind, nearest, suggestion
 from equaltime.scene.model import (
     NO_MORE,
     NOT_YET,
@@ -15,6 +15,7 @@ from equaltime.scene.model import (
     Area,
     FreeEmitter,
     Kind,
+    Perspective,
     Plugin,
     SceneModel,
     Shape,
@@ -115,7 +116,10 @@ class _Resolver:
                 self._report.add(nodes[1].place, message)
             for _, part in parts.get(kind, [])[:1]:
                 fields[kind] = part
-            if kind == "sensor" and not nodes:
+            if kind == "sensor" and not nodes and shapes:
+                fields[kind] = Perspective()  # until all files are read
+                self._report.note("the scene has no sensor: one is added that has everything in view")
+            elif kind == "sensor" and not nodes:
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
 
@@ -178,7 +182,7 @@ class _Resolver:
         what = self._kind(node) or "plugin"
         origin = "" if node.variable is None else f", the value of ${node.variable},"
         if plugin is not None:
-            return f"'{node.type}'{origin} is {_a(plugin.kind)}, not {_a(what)}"
+            return f"'{node.type}'{origin} is {a(plugin.kind)}, not {a(what)}"
         hint = f"; choose one with -D {node.variable}=path" if what == "integrator" and node.variable else ""
         if (known_kind := mitsuba_kind(node.type)) is not None and node.kind in (None, known_kind):
             hint = hint or ("; --substitute replaces it" if node.type in SUBSTITUTES.get(known_kind, {}) else "")
@@ -242,7 +246,7 @@ class _Resolver:
             role = child.name
         if role is None:
             names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
-            message = f"'{_title(plugin)}' cannot contain {_a(nested.kind)} ({shown(nested)})"
+            message = f"'{_title(plugin)}' cannot contain {a(nested.kind)} ({shown(nested)})"
             if names:
                 called = f" as '{child.name}'" if child.name else " without a name"
                 message += f"{called}{suggestion(child.name or '', names)}"
@@ -291,7 +295,3 @@ def _texture_slots(node: Object) -> list[str]:
 
 def _title(plugin: type[Plugin]) -> str:
     return str(plugin.model_fields["type"].default)
-
-
-def _a(noun: str) -> str:
-    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"

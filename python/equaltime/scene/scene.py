@@ -17,22 +17,24 @@ from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
 from equaltime.scene.changes import changed, deep
+from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
 from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.digest import digest
+from equaltime.scene.extents import seen_whole
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.merged import unmerged
-from equaltime.scene.model import Bitmap, EnvMap, MeshFile, Plugin, SceneModel, Solid, Sphere
+from equaltime.scene.model import Plugin, SceneModel
 from equaltime.scene.motion import closed_shutter, still
 from equaltime.scene.places import NOWHERE, Places
 from equaltime.scene.resolve import Resolved, resolve
 from equaltime.scene.search import Search
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Object, Place, Report
+from equaltime.scene.tree import Object, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.xml_reader import read_xml
 
@@ -259,38 +261,13 @@ def _finish(
     if root is not None and substitute:
         root, done = substituted(root)
     resolved = Resolved(None, [], []) if root is None else resolve(unmerged(root, report), report)
-    warnings = (*report.notes, *map(str, done), *_check_files(resolved, assets, report))
+    warnings = (*report.notes, *map(str, done), *check_parts(resolved, assets, report))
     report.raise_if_any()
-    assert resolved.model is not None, "a scene without problems has a model"
-    odd = (unseen_media(resolved.model), closed_shutter(resolved.model), deforming.uneven(resolved.model))
+    model = resolved.model
+    assert model is not None, "a scene without problems has a model"
+    if all(part is not model.sensor for _, part in resolved.parts):
+        model = seen_whole(model, assets)
+    odd = (unseen_media(model), closed_shutter(model), deforming.uneven(model))
     warnings += tuple(told for told in odd if told is not None)
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
-    return Scene(resolved.model, source, assets, warnings, done, places, {"load": perf_counter() - started})
-
-
-def _check_files(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
-    """Read all files that the scene names, report what is wrong with them, and return their readers' warnings."""
-    warnings: dict[str, None] = {}
-    for node, part in resolved.parts:
-        try:
-            warnings |= dict.fromkeys(_check_part(node.place, part, assets))
-        except Unsupported:
-            continue  # it is refused when it is compiled; until then it can be looked at and converted
-        except ValueError as error:
-            report.add(node.place_of("filename"), str(error))
-    return tuple(warnings)
-
-
-def _check_part(place: Place, part: Plugin, assets: Assets) -> Iterator[str]:
-    """Read the file that `part` names, if any, and iterate over its reader's warnings."""
-    if isinstance(part, MeshFile):
-        yield from deforming.check(part, assets)
-    elif isinstance(part, Solid):
-        geometry.surface(part, assets)
-        if isinstance(part, Sphere) and part.is_stretched:
-            along = f"its radius is that along x, {part.world_radius:g}"
-            yield f"{place}: a sphere is not stretched, here as in Mitsuba: {along}"
-    elif isinstance(part, EnvMap):
-        yield from assets.check_image(part)
-    elif isinstance(part, Bitmap):
-        assets.texture(part)
+    return Scene(model, source, assets, warnings, done, places, {"load": perf_counter() - started})

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.extents import bounds
+from equaltime.scene.geometry import MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import (
     Bsdf,
     Dielectric,
@@ -64,18 +65,7 @@ class Part:
     @cached_property
     def bounds(self) -> Array:
         """The lower and the upper corner, in the scene's units."""
-        if self.mesh is not None:
-            used = self.mesh.vertices
-            return np.array([used.min(axis=0), used.max(axis=0)])
-        if isinstance(self.surface, DiskSurface):
-            columns = self.surface.to_world[:3, :2]
-            reach, center = np.linalg.norm(columns, axis=1), self.surface.to_world[:3, 3]
-            return np.array([center - reach, center + reach])
-        if isinstance(self.surface, CylinderSurface):
-            ends = np.array([self.surface.base, self.surface.end])
-            return np.array([ends.min(axis=0) - self.surface.radius, ends.max(axis=0) + self.surface.radius])
-        assert not isinstance(self.surface, MeshSurface | QuadSurface)
-        return np.array([self.surface.center - self.surface.radius, self.surface.center + self.surface.radius])
+        return bounds(self.surface)
 
     @property
     def extent(self) -> float:

@@ -73,12 +73,6 @@ class Spot(EmitterPlugin):
     to_world: Transform = IDENTITY
 
     @model_validator(mode="after")
-    def _beam_in_cone(self) -> Self:
-        if self.beam > self.cutoff_angle:
-            raise ValueError(f"beam_width ({self.beam:g}) must not exceed cutoff_angle ({self.cutoff_angle:g})")
-        return self
-
-    @model_validator(mode="after")
     def _projects_ahead(self) -> Self:
         if self.texture is not None and self.cutoff_angle > 90.0:
             raise ValueError(f"cutoff_angle ({self.cutoff_angle:g}) of a spot with a texture must not exceed 90")
@@ -92,8 +86,8 @@ class Spot(EmitterPlugin):
 
     @property
     def beam(self) -> float:
-        """Where the light begins to fall, in degrees."""
-        return 0.75 * self.cutoff_angle if self.beam_width is None else self.beam_width
+        """Where the light begins to fall, in degrees: not beyond the cone, which then is full of it."""
+        return 0.75 * self.cutoff_angle if self.beam_width is None else min(self.beam_width, self.cutoff_angle)
 
 
 class Directional(EmitterPlugin):

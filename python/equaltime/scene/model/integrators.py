@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import AfterValidator, Field, NonNegativeInt, PositiveInt, model_validator
+from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 
 from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import Kind, Plugin
@@ -36,12 +36,6 @@ OWN_OUTPUTS: Final = {"rays": "N", "time_from_rays": "T", "bounces": ""}
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
-def _sees_something(depth: int) -> int:
-    if depth == 0:
-        raise ValueError("must be -1 or at least 1, the depth that sees emitted light: 0 would see nothing")
-    return depth
-
-
 class IntegratorPlugin(Plugin):
     """Base of the integrators."""
 
@@ -68,8 +62,8 @@ class Path(IntegratorPlugin):
     hints: ClassVar[frozenset[str]] = IntegratorPlugin.hints | {"rr_depth"}
 
     type: Literal["path"] = "path"
-    max_depth: Annotated[int, Field(ge=-1, lt=2**31), AfterValidator(_sees_something)] = -1
-    """1: emitted light only, 2: direct light too, ...; -1: no limit."""
+    max_depth: Annotated[int, Field(ge=-1, lt=2**31)] = -1
+    """0: nothing at all, 1: emitted light only, 2: direct light too, ...; -1: no limit."""
     rr_depth: PositiveInt = 5
     """From where on Russian roulette may end a path; a default that the strategy may override."""
 

@@ -22,11 +22,13 @@ from equaltime.scene.model.values import (
     as_radiance,
     as_reflectance,
     as_share,
+    as_weight,
 )
 
 __all__ = [
     *("Bitmap", "Checkerboard", "MeshAttribute", "Texture", "TexturePlugin"),
     *("CoefficientTexture", "ConstantRoughness", "RadianceTexture", "ReflectanceTexture", "Roughness", "UnitTexture"),
+    "WeightTexture",
 ]
 
 
@@ -141,6 +143,8 @@ RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
 """Emission per channel, or a texture of such."""
 UnitTexture = Annotated[Texture | float, _or_texture(as_share)]
 """A number in [0, 1], or a texture of such."""
+WeightTexture = Annotated[Texture | float, _or_texture(as_weight)]
+"""The same, to which other numbers are cut."""
 Roughness = Annotated[Texture | float, _or_texture(_roughness)]
 """A positive number, or a texture of such; 0 stands for the smallest."""
 ConstantRoughness = Annotated[float, BeforeValidator(_roughness)]

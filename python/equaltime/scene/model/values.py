@@ -36,6 +36,7 @@ __all__ = [
     "as_radiance",
     "as_reflectance",
     "as_share",
+    "as_weight",
     "linear_scale",
     "mirrors",
     "scale_across",
@@ -146,6 +147,13 @@ def as_share(value: object) -> float:
     if not 0.0 <= (number := as_number(value)) <= 1.0:
         raise ValueError("must lie in [0, 1]")
     return number
+
+
+def as_weight(value: object) -> float:
+    """Return `value` as one number in [0, 1], to which a plain number is cut, as in Mitsuba; raises ValueError else."""
+    if isinstance(value, Real | Spectrum):
+        return min(max(as_number(value), 0.0), 1.0)
+    return as_share(value)
 
 
 def _finite(color: object) -> Color:

@@ -21,7 +21,7 @@ from equaltime.scene.model.bsdfs import (
     ThinDielectric,
 )
 from equaltime.scene.model.principled import Principled
-from equaltime.scene.model.textures import Texture, UnitTexture
+from equaltime.scene.model.textures import Texture, WeightTexture
 
 __all__ = ["BlendBsdf", "Bsdf", "BumpMap", "Mask", "NormalMap", "TwoSided"]
 
@@ -50,7 +50,7 @@ class BlendBsdf(BsdfPlugin):
     """Two BSDFs, mixed by a weight."""
 
     type: Literal["blendbsdf"] = "blendbsdf"
-    weight: UnitTexture
+    weight: WeightTexture
     """How much of the second there is: 0 is the first alone, 1 the second alone."""
     bsdf: Annotated[tuple[Bsdf, ...], Field(min_length=2, max_length=2)]
 
@@ -67,7 +67,7 @@ class Mask(BsdfPlugin):
     """A BSDF with holes: where it is not opaque, light passes as if there were no surface."""
 
     type: Literal["mask"] = "mask"
-    opacity: UnitTexture = 0.5
+    opacity: WeightTexture = 0.5
     bsdf: Bsdf
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}

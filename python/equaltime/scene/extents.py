@@ -1,0 +1,67 @@
+"""How far surfaces reach, and the camera that sees all of a scene which has none.
+
+It is the one that Mitsuba gave such scenes before 3.9, which reads them and then has nothing to render them with.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import transforms
+from equaltime.scene.assets import Assets
+from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.model import Instance, Perspective, SceneModel, Shape, as_array, poses
+
+__all__ = ["bounds", "seen_whole"]
+
+Array = NDArray[np.float64]
+
+FOV: Final = 45.0
+
+
+def bounds(of: Surface) -> Array:
+    """Return the lower and the upper corner (2, 3) of what holds a surface."""
+    if isinstance(of, QuadSurface):
+        of = of.mesh()
+    if isinstance(of, MeshSurface):
+        return np.array([of.vertices.min(axis=0), of.vertices.max(axis=0)])
+    if isinstance(of, DiskSurface):
+        reach, center = np.linalg.norm(of.to_world[:3, :2], axis=1), of.to_world[:3, 3]
+        return np.array([center - reach, center + reach])
+    if isinstance(of, CylinderSurface):
+        ends = np.array([of.base, of.end])
+        return np.array([ends.min(axis=0) - of.radius, ends.max(axis=0) + of.radius])
+    return np.array([of.center - of.radius, of.center + of.radius])
+
+
+def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
+    """Return the scene with a camera before it that looks along +z and has its nearest side in view.
+
+    Its clips, which cut nothing there, are left out. Raises ValueError if a file cannot be used.
+    """
+    corners = np.concatenate([_corners(shape, assets) for shape in model.shapes])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    distance = float((high - low).max()) / (2.0 * math.tan(math.radians(FOV) / 2.0))
+    x, y, _ = (0.5 * low + 0.5 * high).tolist()
+    to_world = transforms.translate((x, y, float(low[2]) - distance))
+    return model.replace(sensor=Perspective().replace(fov=FOV, to_world=to_world))
+
+
+def _corners(shape: Shape, assets: Assets) -> Array:
+    """Return the corners (N, 3) of boxes around a shape: for an instance, of that around its group."""
+    if not isinstance(shape, Instance):
+        return bounds(surface(shape, assets))
+    to_world = as_array(poses(shape.to_world)[0])
+    parts = np.concatenate([bounds(surface(part, assets)) for part in shape.shapegroup.shapes])
+    return np.array(list(_box(parts))) @ to_world[:3, :3].T + to_world[:3, 3]
+
+
+def _box(points: Array) -> Iterator[tuple[float, ...]]:
+    """Iterate over the corners of the box around some points."""
+    return product(*zip(points.min(axis=0).tolist(), points.max(axis=0).tolist(), strict=True))
