@@ -1,6 +1,6 @@
 """How far surfaces reach, and the camera that sees all of a scene which has none.
 
-It is the one that Mitsuba gave such scenes before 3.9, which reads them and then has nothing to render them with.
+It is the one that Mitsuba 2 gave such scenes; Mitsuba 3.9 reads them, but does not render them.
 """
 
 from __future__ import annotations

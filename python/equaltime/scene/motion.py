@@ -7,7 +7,7 @@ the core (``cpp/math/motion.h``) does the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from equaltime.scene.model import (
 __all__ = ["animation", "at_time", "center", "closed_shutter", "in_shutters", "moves", "pose", "posed", "span", "still"]
 
 Array = NDArray[np.float64]
+CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
@@ -127,8 +128,8 @@ def at_time(model: SceneModel, time: float) -> SceneModel:
 
 def _changing(node: Plugin) -> dict[str, Animation | Deformation]:
     """Return the parameters of a node that are animated, by name."""
-    values = {name: vars(node).get(name) for name in ("to_world", "filename")}
-    return {name: value for name, value in values.items() if isinstance(value, Animation | Deformation)}
+    found = ((name, vars(node).get(name)) for name in ("to_world", "filename"))
+    return {name: value for name, value in found if isinstance(value, CHANGING)}
 
 
 def _changed(model: SceneModel, change: Callable[[Animation | Deformation], object]) -> SceneModel:

@@ -245,13 +245,14 @@ class _Interpreter:
         What is wrong is reported; None if the element cannot be read because something is missing or undefined.
         """
         given, known = element.attributes, required + optional
-        for name in sorted(given):
-            if name not in known:
-                near = suggestion(name, {*known})
-                self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{near}")
+        for name in sorted(given.keys() - known):
+            near = suggestion(name, {*known})
+            self._report.add(element.place, f"unknown attribute '{name}' of <{element.tag}>{near}")
         missing = [name for name in required if name not in given]
         for name in missing:
             self._report.add(element.place, f"<{element.tag}> needs the attribute '{name}'")
+        if not missing and "$" not in "".join(given.values()):
+            return given
         defined = {name: text for name in given if (text := self._expand(element, name)) is not None}
         return None if missing or len(defined) < len(given) else defined
 
