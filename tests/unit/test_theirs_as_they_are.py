@@ -79,6 +79,17 @@ def test_colours_for_them_are_not_as_mitsuba_refuses_them_too() -> None:
         read(a={"type": "sphere", "bsdf": {"type": "mask", "opacity": [1.5, 1.5, 1.5], "bsdf": HALF}})
 
 
+def test_a_texture_of_a_shape_that_nothing_looks_at_is_passed_over() -> None:
+    """Mitsuba takes it for an attribute of the shape, which a texture of type mesh_attribute may name."""
+    squares = {"type": "checkerboard"}
+    loaded = read(a={"type": "sphere", "vertex_color": squares})
+    assert loaded.warnings == ("a.vertex_color: nothing looks at the texture 'checkerboard' of the shape: passed over",)
+    assert loaded.model.shapes == read(a={"type": "sphere"}).model.shapes
+    looking = {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}
+    with pytest.raises(SceneError, match="'sphere' cannot contain a texture"):
+        read(a={"type": "sphere", "vertex_color": squares, "bsdf": looking})
+
+
 def test_a_beam_beyond_its_cone_fills_it() -> None:
     loaded = read(a={"type": "spot", "cutoff_angle": 20, "beam_width": 30})
     (spot,) = loaded.model.emitters

@@ -244,7 +244,9 @@ class _Resolver:
         place, role = child.node.place, plugin.roles.get(nested.kind)
         if nested.kind in plugin.slots().get(child.name or "", ()):
             role = child.name
-        if role is None:
+        if role is None and plugin.kind == "shape" and "bsdf" in plugin.roles and self._is_spare(child.name, nested):
+            self._report.note(f"{place}: nothing looks at the texture {shown(nested)} of the shape: passed over")
+        elif role is None:
             names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
             message = f"'{_title(plugin)}' cannot contain {a(nested.kind)} ({shown(nested)})"
             if names:
@@ -259,6 +261,10 @@ class _Resolver:
             self._report.add(place, f"'{_title(plugin)}' can have only one {what}; {shown(nested)} is another")
         else:
             fields.values[role] = nested
+
+    def _is_spare(self, name: str | None, attribute: Plugin) -> bool:
+        """Tell whether a shape's texture is none of the attributes that others look at, or look up, by name."""
+        return attribute.kind == "texture" and name not in self._mentioned
 
     # -- references --------------------------------------------------------------------------------------------------
 
@@ -281,16 +287,11 @@ class _Resolver:
         name = node.id if isinstance(node, Reference) else str(node.data)
         if name not in self._by_id:
             hint = suggestion(name, self._by_id)
-            if isinstance(node, Value) and "did you mean" not in hint and child.name in _texture_slots(parent):
+            slots = PLUGINS[parent.type].slots() if parent.type in PLUGINS else {}
+            if isinstance(node, Value) and "did you mean" not in hint and "texture" in slots.get(child.name or "", ()):
                 hint = "; expected a number, a colour, or the name of a texture"
             self._report.add(node.place, f"no object has the name '{name}'{hint}")
         return self._by_id.get(name)
-
-
-def _texture_slots(node: Object) -> list[str]:
-    """Return the parameters of `node` that take a texture by its name."""
-    plugin = PLUGINS.get(node.type)
-    return [] if plugin is None else [name for name, kinds in plugin.slots().items() if "texture" in kinds]
 
 
 def _title(plugin: type[Plugin]) -> str:
