@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,18 @@ import pytest
 import equaltime as et
 
 mi = pytest.importorskip("mitsuba")
-mi.set_variant("scalar_rgb")
 
 FLOAT = 1e-5
+
+
+@pytest.fixture(autouse=True)
+def scalar() -> Iterator[None]:
+    """Choose the variant that starts at once, and give back the one that other tests chose."""
+    chosen = mi.variant()
+    mi.set_variant("scalar_rgb")
+    yield
+    if chosen:
+        mi.set_variant(chosen)
 
 
 def scene(bsdf: dict[str, Any], depth: int) -> dict[str, Any]:
