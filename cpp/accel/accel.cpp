@@ -109,16 +109,18 @@ struct Accel::Impl {
   Device device;
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
-  EmbreeScene scene;  // of all but these:
+  EmbreeScene scene;  // of all but these, and what moves if that is few:
   Walls walls;
   std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
 
   EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
                     const std::vector<InstanceGeometry>& instances, bool moves);
-  void set_moving(const std::vector<MovingInstanceGeometry>& instances, std::size_t before);
   /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
+  template <bool kMoves>
   [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  template <bool kMoves>
   [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
   /// How many geometries of the scene are no instances.
   [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
@@ -173,18 +175,6 @@ void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) co
   attach(to, geometry);
 }
 
-void Accel::Impl::set_moving(const std::vector<MovingInstanceGeometry>& instances, std::size_t before) {
-  for (const auto& [group, to_world] : instances) {
-    RTCBounds b;
-    rtcGetSceneBounds(group_scenes[group].get(), &b);
-    Bounds local;
-    local.include(Vec3d(Vec3f(b.lower_x, b.lower_y, b.lower_z)));
-    local.include(Vec3d(Vec3f(b.upper_x, b.upper_y, b.upper_z)));
-    const auto id = static_cast<std::uint32_t>(before + moving.size());
-    moving.push_back({group_scenes[group].get(), to_world, local, id, to_world.parts(local)});
-  }
-}
-
 EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
                                const std::vector<InstanceGeometry>& instances, bool moves) {
   EmbreeScene made(rtcNewScene(device.get()));
@@ -198,8 +188,8 @@ EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry>& sph
   add_primitives(made.get(), all.disks);
   add_primitives(made.get(), all.cylinders);
   for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
-  if (moves)
-    for (MovingInstance& instance : moving) attach(made.get(), new_geometry(device.get(), instance));
+  if (moves && moving.size() > kFewMoving)
+    for (MovingInstance& instance : moving) attach(made.get(), instance.new_geometry(device.get()));
   rtcCommitScene(made.get());
   check(device.get(), "building the scene");
   return made;
@@ -220,7 +210,10 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
       &impl_->memory);
   for (Geometries& group : impl_->groups)
     impl_->group_scenes.push_back(impl_->build(group, group.spheres, mode, {}, false));
-  impl_->set_moving(moving, impl_->before_instances() + instances.size());
+  const std::size_t unmoving = impl_->before_instances() + instances.size();
+  for (const auto& [group, to_world] : moving)
+    impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
+                               static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
   std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
   impl_->walls = Walls(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
@@ -231,6 +224,7 @@ Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
+template <bool kMoves>
 EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -239,12 +233,15 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene.get(), &context, &query);
+  if constexpr (kMoves)
+    if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
   if (!walls.empty())
     if (const auto nearer = walls.nearest(to_ray(query.ray)))
       return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size()), *nearer}};
   return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
 }
 
+template <bool kMoves>
 EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
   if (!walls.empty() && walls.any(RayD(Ray{o, d, t_max}))) return true;
   RTCIntersectContext context;
@@ -252,11 +249,13 @@ EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float 
   RTCRay query;
   write(query, o, d, t_max, time);
   rtcOccluded1(scene.get(), &context, &query);
+  if (kMoves && moving.size() <= kFewMoving && query.tfar >= 0) return equaltime::occluded(moving, query);
   return query.tfar < 0;
 }
 
+template <bool kMoves>
 Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
-  InstancedId hit = met(ray.origin, ray.direction, ray.t_max, time);
+  InstancedId hit = met<kMoves>(ray.origin, ray.direction, ray.t_max, time);
   if (hit.id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   static_assert(kNotInstanced == RTC_INVALID_GEOMETRY_ID);
   if (hit.instance != kNotInstanced) hit.instance -= static_cast<std::uint32_t>(before_instances());
@@ -265,20 +264,22 @@ Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noe
 
 Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
                                        float t_max) const noexcept {
-  const PrimitiveId id = impl_->met({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
+  const PrimitiveId id = impl_->met<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
   if (id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return id;
 }
-Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept { return impl_->nearest(ray, 0); }
+Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept {
+  return impl_->nearest<false>(ray, 0);
+}
 Optional<InstancedId> Accel::intersect_at(const Ray& ray, float time) const noexcept {
-  return impl_->nearest(ray, time);
+  return impl_->nearest<true>(ray, time);
 }
 
 bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
-  return impl_->blocked({ox, oy, oz}, {dx, dy, dz}, t_max, 0);
+  return impl_->blocked<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0);
 }
 bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
-  return impl_->blocked(ray.origin, ray.direction, ray.t_max, time);
+  return impl_->blocked<true>(ray.origin, ray.direction, ray.t_max, time);
 }
 
 const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }

@@ -1,6 +1,6 @@
 // Accel: nearest hit and occlusion over triangle meshes (Embree), spheres, disks and cylinders (analytic, float64,
-// inside its BVH; walls beside it). The only place that knows Embree. Immutable once built and safe to query by any
-// number of threads.
+// inside its BVH; walls and a few moving instances beside it). The only place that knows Embree. Immutable once built
+// and safe to query by any number of threads.
 #pragma once
 
 #include <array>

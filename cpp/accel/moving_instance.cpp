@@ -1,72 +1,125 @@
 #include "accel/moving_instance.h"
 
+#include <algorithm>
+
 #include "accel/embree_values.h"
 
 namespace equaltime {
 
 namespace {
 
-void moving_bounds(const RTCBoundsFunctionArguments* args) {
-  const MovingInstance& m = *static_cast<const MovingInstance*>(args->geometryUserPtr);
-  const double here = static_cast<double>(args->timeStep) / m.parts;
+/// The box at one end of parts of the shutter: what is within moves evenly but for what a part strays from that.
+RTCBounds box_at(const Motion& to_world, const Bounds& local, unsigned step, unsigned parts) noexcept {
+  const double here = static_cast<double>(step) / parts;
   double off = 0;
-  if (args->timeStep > 0) off = m.to_world.deviation(m.local, static_cast<double>(args->timeStep - 1) / m.parts, here);
-  if (args->timeStep < m.parts)
-    off = std::max(off, m.to_world.deviation(m.local, here, static_cast<double>(args->timeStep + 1) / m.parts));
-  const Bounds b = m.to_world.bounds_at(m.local, here);
-  // Embree interpolates in float32.
+  if (step > 0) off = to_world.deviation(local, static_cast<double>(step - 1) / parts, here);
+  if (step < parts) off = std::max(off, to_world.deviation(local, here, static_cast<double>(step + 1) / parts));
+  const Bounds b = to_world.bounds_at(local, here);
+  // Interpolation is in float32.
   const double slack = off + 8 * static_cast<double>(kUnitRoundoff) * max_component(max(abs(b.lo), abs(b.hi)));
-  *args->bounds_o = bounds_around(b.center(), b.extent() * 0.5 + Vec3d{slack, slack, slack});
+  return bounds_around(b.center(), b.extent() * 0.5 + Vec3d{slack, slack, slack});
 }
 
 /// Writes the ray as the group sees it.
-void write_local(RTCRay& local, const MovingInstance& m, const RTCRay& r) noexcept {
-  const Placement now = m.to_world.at(static_cast<double>(r.time));
+void write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcept {
+  const Placement now = to_world.at(static_cast<double>(r.time));
   const Vec3d o = now.local_point(Vec3d(Vec3f(r.org_x, r.org_y, r.org_z)));
   const Vec3d d = now.local_vector(Vec3d(Vec3f(r.dir_x, r.dir_y, r.dir_z)));
   write(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
 }
 
-void intersect_moving(const RTCIntersectFunctionNArguments* args) {
+__m128 inverse_direction(const RTCRay& r) noexcept { return 1 / _mm_load_ps(&r.dir_x); }
+
+// Only single rays are ever traced: see accel.cpp.
+void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   if (args->valid[0] == 0) return;
-  const MovingInstance& m = *static_cast<const MovingInstance*>(args->geometryUserPtr);
-  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
-  RTCRayHit local;
-  write_local(local.ray, m, query.ray);
-  local.hit.geomID = local.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(m.group, &context, &local);
-  if (local.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
-  query.ray.tfar = local.ray.tfar;
-  query.hit.geomID = local.hit.geomID;
-  query.hit.primID = local.hit.primID;
-  query.hit.instID[0] = m.id;
+  static_cast<const MovingInstance*>(args->geometryUserPtr)->intersect(*reinterpret_cast<RTCRayHit*>(args->rayhit));
 }
 
-void occluded_moving(const RTCOccludedFunctionNArguments* args) {
+void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   if (args->valid[0] == 0) return;
-  const MovingInstance& m = *static_cast<const MovingInstance*>(args->geometryUserPtr);
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-  RTCRay local;
-  write_local(local, m, ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(m.group, &context, &local);
-  if (local.tfar < 0) ray.tfar = -kInfinity;
+  if (static_cast<const MovingInstance*>(args->geometryUserPtr)->occludes(ray)) ray.tfar = -kInfinity;
 }
 
 }  // namespace
 
-RTCGeometry new_geometry(RTCDevice device, MovingInstance& instance) {
+MovingInstance::MovingInstance(RTCScene group, const Motion& to_world, std::uint32_t id)
+    : group_(group), to_world_(to_world), id_(id) {
+  RTCBounds b;
+  rtcGetSceneBounds(group, &b);
+  Bounds local;
+  local.include(Vec3d(Vec3f(b.lower_x, b.lower_y, b.lower_z)));
+  local.include(Vec3d(Vec3f(b.upper_x, b.upper_y, b.upper_z)));
+  const unsigned parts = to_world.parts(local);
+  for (unsigned step = 0; step <= parts; ++step) boxes_.push_back(box_at(to_world, local, step, parts));
+}
+
+RTCGeometry MovingInstance::new_geometry(RTCDevice device) {
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, 1);
-  rtcSetGeometryTimeStepCount(geometry, instance.parts + 1);
-  rtcSetGeometryUserData(geometry, &instance);
-  rtcSetGeometryBoundsFunction(geometry, moving_bounds, nullptr);
-  rtcSetGeometryIntersectFunction(geometry, intersect_moving);
-  rtcSetGeometryOccludedFunction(geometry, occluded_moving);
+  rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(boxes_.size()));
+  rtcSetGeometryUserData(geometry, this);
+  const auto bounds = [](const RTCBoundsFunctionArguments* args) {
+    *args->bounds_o = static_cast<const MovingInstance*>(args->geometryUserPtr)->boxes_[args->timeStep];
+  };
+  rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, intersect_callback);
+  rtcSetGeometryOccludedFunction(geometry, occluded_callback);
   return geometry;
+}
+
+/// What comes of 0 times infinity is all the same: such a ray runs along a side of the box, which nothing in it
+/// touches.
+EQUALTIME_INLINE bool MovingInstance::near(const RTCRay& r, __m128 inverse) const noexcept {
+  const float time = r.time * static_cast<float>(boxes_.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(time), boxes_.size() - 2);
+  const RTCBounds &a = boxes_[i], &b = boxes_[i + 1];
+  const float f = time - static_cast<float>(i);
+  const __m128 lo = _mm_load_ps(&a.lower_x) * (1 - f) + _mm_load_ps(&b.lower_x) * f;
+  const __m128 hi = _mm_load_ps(&a.upper_x) * (1 - f) + _mm_load_ps(&b.upper_x) * f;
+  const __m128 origin = _mm_load_ps(&r.org_x), low = (lo - origin) * inverse, high = (hi - origin) * inverse;
+  const __m128 first = _mm_min_ps(low, high), last = _mm_max_ps(low, high);
+  const float enters = std::max(0.0F, std::max(first[0], std::max(first[1], first[2])));
+  const float leaves = std::min(r.tfar, std::min(last[0], std::min(last[1], last[2])));
+  constexpr float kMore = 1 + 16 * kUnitRoundoff;
+  return enters <= leaves * kMore;
+}
+
+void MovingInstance::intersect(RTCRayHit& query) const noexcept {
+  RTCRayHit local;
+  write_local(local.ray, to_world_, query.ray);
+  local.hit.geomID = local.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(group_, &context, &local);
+  if (local.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
+  query.ray.tfar = local.ray.tfar;
+  query.hit.geomID = local.hit.geomID;
+  query.hit.primID = local.hit.primID;
+  query.hit.instID[0] = id_;
+}
+
+bool MovingInstance::occludes(const RTCRay& ray) const noexcept {
+  RTCRay local;
+  write_local(local, to_world_, ray);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(group_, &context, &local);
+  return local.tfar < 0;
+}
+
+void intersect(const std::vector<MovingInstance>& instances, RTCRayHit& query) noexcept {
+  const __m128 inverse = inverse_direction(query.ray);
+  for (const MovingInstance& instance : instances)
+    if (instance.near(query.ray, inverse)) instance.intersect(query);
+}
+
+bool occluded(const std::vector<MovingInstance>& instances, const RTCRay& ray) noexcept {
+  const __m128 inverse = inverse_direction(ray);
+  return std::any_of(instances.begin(), instances.end(), [&](const MovingInstance& instance) {
+    return instance.near(ray, inverse) && instance.occludes(ray);
+  });
 }
 
 }  // namespace equaltime

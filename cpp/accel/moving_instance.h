@@ -1,25 +1,42 @@
-// MovingInstance: a group of geometries, placed by a motion, as a geometry of Embree's whose rays this class takes to
-// the group's space. Embree's own moving instances turn by fast approximations, which no offset of a ray could bound
-// well.
+// MovingInstance: a group of geometries, placed by a motion, whose rays this class takes to the group's space. Embree's
+// own moving instances turn by fast approximations, which no offset of a ray could bound well. Where there are many,
+// each is a geometry of Embree's; a few are met beside its tree, without the steps of one whose boxes move.
 #pragma once
 
 #include <embree3/rtcore.h>
+#include <xmmintrin.h>
 
 #include <cstdint>
+#include <vector>
 
 #include "math/motion.h"
 
 namespace equaltime {
 
-struct MovingInstance {
-  RTCScene group;
-  Motion to_world;
-  Bounds local;      // of the group, in its own space
-  std::uint32_t id;  // what its hits have as instID
-  unsigned parts;    // of the shutter: Embree interpolates its box between evenly spaced times
+class MovingInstance {
+ public:
+  /// Its hits have this id as instID.
+  MovingInstance(RTCScene group, const Motion& to_world, std::uint32_t id);
+
+  /// The instance must stay where it is for as long as the geometry is used.
+  [[nodiscard]] RTCGeometry new_geometry(RTCDevice device);
+  /// Whether the ray may meet its box. The inverse is that of each coordinate of the direction.
+  [[nodiscard]] bool near(const RTCRay& ray, __m128 inverse) const noexcept;
+  /// Puts what the ray meets into the query, if that is nearer than what is there.
+  void intersect(RTCRayHit& query) const noexcept;
+  [[nodiscard]] bool occludes(const RTCRay& ray) const noexcept;
+
+ private:
+  RTCScene group_;
+  Motion to_world_;
+  std::uint32_t id_;
+  std::vector<RTCBounds> boxes_;  // at two evenly spaced times or more; between them, interpolated in float32
 };
 
-/// The instance must stay where it is for as long as the geometry is used.
-[[nodiscard]] RTCGeometry new_geometry(RTCDevice device, MovingInstance& instance);
+/// Up to so many are few.
+inline constexpr std::size_t kFewMoving = 8;
+/// Both for a few.
+void intersect(const std::vector<MovingInstance>& instances, RTCRayHit& query) noexcept;
+[[nodiscard]] bool occluded(const std::vector<MovingInstance>& instances, const RTCRay& ray) noexcept;
 
 }  // namespace equaltime
