@@ -33,8 +33,8 @@ class MovingInstance {
   std::vector<RTCBounds> boxes_;  // at two evenly spaced times or more; between them, interpolated in float32
 };
 
-/// Up to so many are few.
-inline constexpr std::size_t kFewMoving = 8;
+/// Up to so many are few: from three on, a tree is as fast or faster.
+inline constexpr std::size_t kFewMoving = 2;
 /// Both for a few.
 void intersect(const std::vector<MovingInstance>& instances, RTCRayHit& query) noexcept;
 [[nodiscard]] bool occluded(const std::vector<MovingInstance>& instances, const RTCRay& ray) noexcept;

@@ -22,14 +22,13 @@ std::vector<Geometries> wedge_and_balls() {
   return {wedge, balls};
 }
 
-/// Four that swing, one that stays, and as many as are asked for that swing far away.
+/// Two that swing, and as many as are asked for that swing far away.
 std::vector<MovingInstanceGeometry> swinging(std::uint32_t far_away) {
   std::vector<MovingInstanceGeometry> all;
-  for (std::uint32_t i = 0; i < 4; ++i) {
-    const double x = 0.75 * i - 1;
-    all.push_back({i % 2, Motion(scenes::swing({x, 0, -1}, {-x, 0.5, 1.5}, 0.25 + 0.125 * i))});
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const double x = 1.5 * i - 1;
+    all.push_back({i % 2, Motion(scenes::swing({x, 0, -1}, {-x, 0.5, 1.5}, 0.5 + 0.25 * i))});
   }
-  all.push_back({1, Motion({MotionKey{}})});
   for (std::uint32_t i = 0; i < far_away; ++i)
     all.push_back({0, Motion(scenes::swing({1e3, 0, 0}, {1e3, 9, 9.0 * i}, 1))});
   return all;
@@ -62,7 +61,7 @@ TEST("a few moving instances are met one by one where Embree's tree finds them")
   std::printf("  %d rays meet what moves, %d what does not; %d shadows; at other times %d differ\n", moving, still,
               shadows, different_later);
   CHECK(different == 0);
-  CHECK(moving > 10'000 && still > 10'000 && shadows > 20'000 && different_later > 5'000);
+  CHECK(moving > 5'000 && still > 10'000 && shadows > 20'000 && different_later > 5'000);
 }
 
 }  // namespace
