@@ -151,6 +151,14 @@ def colored(folder: Path) -> Dict:
     return stage(knot_on_floor("ply", write_ply(folder / "knot.ply", colors=True), paint))
 
 
+def cloudy(phase: Dict, sigma_t: object = 1.5, albedo: object = 0.98) -> Scene:
+    """Return a ball of nothing but a medium, in the light of a lamp behind it."""
+    medium = {"type": "homogeneous", "sigma_t": sigma_t, "albedo": albedo, "phase": phase}
+    behind = {"type": "point", "position": [1.5, 2.5, -4.0], "intensity": 20.0}
+    whole = stage(ball({"type": "null"}, interior=medium), lights=(sunset(0.3), behind))
+    return lambda _: whole | {"integrator": {"type": "volpath", "max_depth": 16}}
+
+
 def spotlight(*color: float) -> Dict:
     """Return a cone of light from above."""
     place = view((-1.5, 4.0, 2.5), (0.0, 0.7, 0.0))
@@ -203,6 +211,14 @@ LIGHTS: dict[str, Scene] = {
     "constant": lit({"type": "constant", "radiance": 0.9}),
     "envmap": lit(sunset(1.0)),
 }
+MEDIA: dict[str, Scene] = {
+    "homogeneous": cloudy({"type": "isotropic"}, sigma_t=2.5, albedo=[0.97, 0.85, 0.6]),
+    "constvolume": cloudy({"type": "isotropic"}, sigma_t={"type": "constvolume", "value": [3.0, 1.0, 0.3]}, albedo=0.0),
+    "isotropic": cloudy({"type": "isotropic"}),
+    "hg": cloudy({"type": "hg", "g": 0.8}),
+    "rayleigh": cloudy({"type": "rayleigh"}),
+    "blendphase": cloudy({"type": "blendphase", "weight": 0.5, "a": {"type": "rayleigh"}, "b": {"type": "hg", "g": 0.8}}),
+}
 CAMERAS: dict[str, Scene] = {
     "perspective": seen(),
     "thinlens": seen(type="thinlens", aperture_radius=0.25, focus_distance=6.2),
@@ -238,6 +254,7 @@ PICTURES: dict[str, dict[str, Scene]] = {
     "Surfaces": SURFACES,
     "Textures": TEXTURES,
     "Lights": LIGHTS,
+    "Media": MEDIA,
     "Cameras": CAMERAS,
     "Filters, enlarged": FILTERS,
     "Integrators": INTEGRATORS,

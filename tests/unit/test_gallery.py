@@ -5,7 +5,7 @@ from pathlib import Path
 from equaltime.scene.model import PLUGINS
 
 GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
-KINDS = {"shape", "bsdf", "texture", "emitter", "sensor", "rfilter", "integrator"}
+KINDS = {"shape", "bsdf", "texture", "emitter", "volume", "medium", "phase", "sensor", "rfilter", "integrator"}
 SEEN_WITH_OTHERS = {"shapegroup", "volpath", "volpathmis", "moment"}
 """In the picture of an instance; and integrators that make the same picture as `path`."""
 SPECTRA = {"blackbody", "d65", "irregular", "rawconstant", "regular", "srgb", "uniform"}
