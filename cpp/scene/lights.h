@@ -199,7 +199,7 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
   });
   if constexpr (E.motion)
     if (const MovingLights* lights = moving(pick.light)) sample = lights->cleared(sample, time);
-  if constexpr (E.textures) sample->light = pick.light;
+  if constexpr (E.textures || E.media) sample->light = pick.light;
   return sample;
 }
 

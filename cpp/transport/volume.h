@@ -123,7 +123,6 @@ requires(E.media) class Surroundings<E> {
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
                                    const LightSample& light, int crossings, Probe& probe) noexcept {
-  static_assert(E.textures, "light samples have their numbers");
   const bool glass_passes = shines_through_glass(scene, light);
   Spectrum share(1);
   Interaction from = vertex;
