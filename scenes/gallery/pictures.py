@@ -32,6 +32,7 @@ Scene = Callable[[Path], Dict]
 RED, CREAM, BLUE = (0.65, 0.1, 0.08), (0.75, 0.68, 0.55), (0.1, 0.2, 0.55)
 GOLD = {"type": "roughconductor", "material": "Au", "alpha": 0.15}
 DIM = (sunset(0.12),)
+MIXED = {"type": "blendphase", "weight": 0.5, "a": {"type": "rayleigh"}, "b": {"type": "hg", "g": 0.8}}
 
 
 def picture(folder: Path, name: str = "weave.png") -> str:
@@ -217,7 +218,7 @@ MEDIA: dict[str, Scene] = {
     "isotropic": cloudy({"type": "isotropic"}),
     "hg": cloudy({"type": "hg", "g": 0.8}),
     "rayleigh": cloudy({"type": "rayleigh"}),
-    "blendphase": cloudy({"type": "blendphase", "weight": 0.5, "a": {"type": "rayleigh"}, "b": {"type": "hg", "g": 0.8}}),
+    "blendphase": cloudy(MIXED),
 }
 CAMERAS: dict[str, Scene] = {
     "perspective": seen(),

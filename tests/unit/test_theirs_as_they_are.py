@@ -79,8 +79,8 @@ def test_colours_for_them_are_not_as_mitsuba_refuses_them_too() -> None:
         read(a={"type": "sphere", "bsdf": {"type": "mask", "opacity": [1.5, 1.5, 1.5], "bsdf": HALF}})
 
 
-def test_a_texture_of_a_shape_that_nothing_looks_at_is_passed_over() -> None:
-    """Mitsuba takes it for an attribute of the shape, which a texture of type mesh_attribute may name."""
+def test_an_attribute_of_a_shape_that_nothing_looks_at_is_passed_over() -> None:
+    """Mitsuba takes every texture there for an attribute, but mesh_attribute looks up names of vertices and faces."""
     squares = {"type": "checkerboard"}
     loaded = read(a={"type": "sphere", "vertex_color": squares})
     assert loaded.warnings == ("a.vertex_color: nothing looks at the texture 'checkerboard' of the shape: passed over",)
@@ -88,6 +88,8 @@ def test_a_texture_of_a_shape_that_nothing_looks_at_is_passed_over() -> None:
     looking = {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}
     with pytest.raises(SceneError, match="'sphere' cannot contain a texture"):
         read(a={"type": "sphere", "vertex_color": squares, "bsdf": looking})
+    with pytest.raises(SceneError, match="'sphere' cannot contain a texture"):
+        read(a={"type": "sphere", "reflectance": squares})
 
 
 def test_a_beam_beyond_its_cone_fills_it() -> None:

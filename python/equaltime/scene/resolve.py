@@ -244,7 +244,8 @@ class _Resolver:
         place, role = child.node.place, plugin.roles.get(nested.kind)
         if nested.kind in plugin.slots().get(child.name or "", ()):
             role = child.name
-        if role is None and plugin.kind == "shape" and "bsdf" in plugin.roles and self._is_spare(child.name, nested):
+        has_surface = plugin.kind == "shape" and "bsdf" in plugin.roles
+        if role is None and has_surface and self._is_spare(child.name or "", nested):
             self._report.note(f"{place}: nothing looks at the texture {shown(nested)} of the shape: passed over")
         elif role is None:
             names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
@@ -262,9 +263,10 @@ class _Resolver:
         else:
             fields.values[role] = nested
 
-    def _is_spare(self, name: str | None, attribute: Plugin) -> bool:
-        """Tell whether a shape's texture is none of the attributes that others look at, or look up, by name."""
-        return attribute.kind == "texture" and name not in self._mentioned
+    def _is_spare(self, name: str, nested: Plugin) -> bool:
+        """Tell whether a shape's part is an attribute by its name, and none that others look up."""
+        is_attribute = nested.kind == "texture" and name.startswith(("vertex_", "face_"))
+        return is_attribute and name not in self._mentioned
 
     # -- references --------------------------------------------------------------------------------------------------
 
