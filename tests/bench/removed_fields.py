@@ -16,15 +16,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from builds import REPOSITORY, Variant, build, rebuild, stamp_of
+from builds import KERNELS, REPOSITORY, TWO_ROWS, Edit, Variant, build, rebuild, stamp_of
 from instructions import PATHS, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
-Edit = tuple[str, str, str]
-EFFECTS, KERNELS = "cpp/transport/effects.h", "cpp/transport/kernels.cpp"
-TWO_ROWS: Edit = (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", "")
-"""Only the kernel of the scenes here, and the one for all: minutes of compiling less."""
+EFFECTS = "cpp/transport/effects.h"
 UNCOUNTED: tuple[Edit, ...] = (
     ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|limit|replay|sampling|split|unseen)\.cpp", ""),
     ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),

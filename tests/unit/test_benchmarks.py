@@ -29,6 +29,7 @@ ELSEWHERE = {
     "against_mitsuba": "needs a peer",
     "agreement": "needs a peer",
     "build_variants": "builds the core anew",
+    "building": "builds the core anew",
     "inert": "needs valgrind",
     "instructions": "needs valgrind",
     "loading_beside_mitsuba": "needs a peer",
