@@ -3,7 +3,8 @@
 Each field of `Effects` in turn is taken out of a copy of the source: no row of kernels has it, and code that asks for
 it is answered no when it is compiled, whatever the kernel. Instructions are those of `instructions.py`, in its room
 that calls for nothing; what differs is told by symbol. Times are the processors', of the Cornell box, which calls for
-nothing either; all builds take turns with this source, built the same way.
+nothing either; each build takes turns with this source, built the same way, in runs so short that what else the
+machine does is the same for both.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ from instructions import PATHS, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
+from equaltime.bench import Spread
+
 EFFECTS = "cpp/transport/effects.h"
+RUN = 0.25
+"""Seconds that a render takes, about."""
 UNCOUNTED: tuple[Edit, ...] = (
     ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|limit|replay|sampling|split|unseen)\.cpp", ""),
     ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
@@ -30,7 +35,7 @@ UNCOUNTED: tuple[Edit, ...] = (
 
 
 def main() -> None:
-    parser = arguments(__doc__)
+    parser = arguments(__doc__, repeats=80)
     parser.add_argument("fields", nargs="*", metavar="FIELD", help="of Effects [all]")
     parser.add_argument("--builds", type=Path, metavar="FOLDER", help="where builds are kept [a temporary folder]")
     parser.add_argument("--build-only", action="store_true", help="time and count nothing")
@@ -43,8 +48,8 @@ def main() -> None:
         if options.build_only:
             return
         report_counts(here, without)
-        if options.repeats:
-            report_times(here, without, options)
+        for field, module in without.items() if options.repeats else ():
+            print(f"  {field:18} {text(times(here, module, options), 4)} x the time", flush=True)
 
 
 def builds(folder: Path, fields: list[str], less: tuple[Edit, ...]) -> tuple[str, dict[str, str]]:
@@ -78,19 +83,17 @@ def report_counts(here: str, without: dict[str, str]) -> None:
                 print(f"    {more / PATHS:+.3f} a path in {name}")
 
 
-def report_times(here: str, without: dict[str, str], options: argparse.Namespace) -> None:
-    """Print the ratios of processor times, this build over those without a field, all taking turns."""
+def times(here: str, without: str, options: argparse.Namespace) -> Spread:
+    """Return the ratios of processor times, this build over one without a field, in short runs that take turns."""
     with ExitStack() as stack:
-        files = [here, *without.values()]
-        cores = {file: stack.enter_context(Worker("core_worker.py", ["--core", file])) for file in files}
+        cores = {file: stack.enter_context(Worker("core_worker.py", ["--core", file])) for file in (here, without)}
         question = {"scene": str(SHIPPED[0]), "threads": options.threads, "size": [256, 256]}
         pilot = cores[here].ask(**question, spp=4)
-        spp = max(4, round(1.0 / pilot["seconds"]) * 4)
+        spp = 2 * max(1, round(2 * RUN / pilot["seconds"]))
         found = rounds(
             cores, lambda file, seed: float(cores[file].ask(**question, spp=spp, seed=seed)["cpu"]), options.repeats
         )
-    for field, module in without.items():
-        print(f"  {field:18} {text(ratio(found[here], found[module]), 4)} x the time")
+    return ratio(found[here], found[without])
 
 
 def removal(field: str) -> Iterator[Edit]:
