@@ -45,6 +45,29 @@ def test_it_has_instances_and_meshes_of_files_in_view(tmp_path: Path) -> None:
     assert np.allclose(np.array(sensor.to_world)[:3, 3], [-0.5, 0.0, -3.0 - distance])
 
 
+def test_it_sees_what_moves_where_that_is_at_its_time() -> None:
+    keys = [{"time": t, "transform": [{"translate": [10 * t, 0, 0]}]} for t in (-10, 10)]
+    moving = {"type": "cube", "to_world": {"animation": keys}}
+    assert seen_from(ball=moving) == seen_from(ball={"type": "cube"})
+    group = {"type": "shapegroup", "id": "g", "a": {"type": "cube"}}
+    copy = {"type": "instance", "shapegroup": {"type": "ref", "id": "g"}, "to_world": {"animation": keys}}
+    assert seen_from(group=group, copy=copy) == seen_from(ball={"type": "cube"})
+
+
+def seen_from(**parts: Any) -> list[float]:
+    """Return where the camera is that a scene without one gets."""
+    sensor = et.load_dict({"type": "scene", "sky": SKY, **parts}).model.sensor
+    assert isinstance(sensor, model.Perspective)
+    return [float(row[3]) for row in np.array(sensor.to_world)[:3]]
+
+
+def test_a_shape_that_is_refused_is_all_that_is_wrong() -> None:
+    with pytest.raises(SceneError) as refused:
+        et.load_dict({"type": "scene", "sky": SKY, "hair": {"type": "bsplinecurve"}})
+    assert "bsplinecurve" in str(refused.value)
+    assert "sensor" not in str(refused.value)
+
+
 def test_a_scene_of_nothing_is_still_refused() -> None:
     with pytest.raises(SceneError, match="the scene has no sensor; expected one of type 'perspective'"):
         et.load_dict({"type": "scene", "sky": SKY})
@@ -72,6 +95,12 @@ def test_weights_and_opacities_are_cut(given: float, cut: float) -> None:
         f"a.bsdf.opacity: opacity is cut to {cut:g}, as in Mitsuba, from {given:g}",
         f"b.bsdf.weight: weight is cut to {cut:g}, as in Mitsuba, from {given:g}",
     )
+
+
+def test_constant_spectra_are_cut_too() -> None:
+    spectrum = {"type": "spectrum", "value": 1.5}
+    loaded = read(a={"type": "sphere", "bsdf": {"type": "mask", "opacity": spectrum, "bsdf": HALF}})
+    assert loaded.warnings == ("a.bsdf.opacity: opacity is cut to 1, as in Mitsuba, from 1.5",)
 
 
 def test_colours_for_them_are_not_as_mitsuba_refuses_them_too() -> None:

@@ -6,7 +6,20 @@ from collections.abc import Iterator
 
 from equaltime.scene import deforming, geometry
 from equaltime.scene.assets import Assets
-from equaltime.scene.model import Bitmap, BlendBsdf, EnvMap, Mask, MeshFile, Path, Plugin, Solid, Sphere, Spot
+from equaltime.scene.model import (
+    Bitmap,
+    BlendBsdf,
+    EnvMap,
+    Mask,
+    MeshFile,
+    Path,
+    Plugin,
+    Solid,
+    Spectrum,
+    Sphere,
+    Spot,
+)
+from equaltime.scene.model.values import as_number
 from equaltime.scene.resolve import Resolved
 from equaltime.scene.tree import Object, Report, Value
 from equaltime.scene.unsupported import Unsupported
@@ -52,5 +65,5 @@ def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[str]:
     """Yield what a number of `part` was before it was cut, if it was."""
     given = [child.node for child in node.children if child.name == name and isinstance(child.node, Value)]
     for value in given:
-        if isinstance(value.data, int | float) and value.data != getattr(part, name):
-            yield f"{value.place}: {name} is cut to {getattr(part, name):g}, as in Mitsuba, from {value.data:g}"
+        if isinstance(value.data, int | float | Spectrum) and (was := as_number(value.data)) != getattr(part, name):
+            yield f"{value.place}: {name} is cut to {getattr(part, name):g}, as in Mitsuba, from {was:g}"

@@ -17,6 +17,7 @@ from equaltime.scene import transforms
 from equaltime.scene.assets import Assets
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import Instance, Perspective, SceneModel, Shape, as_array, poses
+from equaltime.scene.motion import at_time
 
 __all__ = ["bounds", "seen_whole"]
 
@@ -43,9 +44,10 @@ def bounds(of: Surface) -> Array:
 def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
     """Return the scene with a camera before it that looks along +z and has its nearest side in view.
 
-    Its clips, which cut nothing there, are left out. Raises ValueError if a file cannot be used.
+    Its clips, which cut nothing there, are left out; its shutter opens and closes at time 0. Raises ValueError if a
+    file cannot be used.
     """
-    corners = np.concatenate([_corners(shape, assets) for shape in model.shapes])
+    corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
     low, high = corners.min(axis=0), corners.max(axis=0)
     distance = float((high - low).max()) / (2.0 * math.tan(math.radians(FOV) / 2.0))
     x, y, _ = (0.5 * low + 0.5 * high).tolist()
@@ -54,7 +56,7 @@ def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
 
 
 def _corners(shape: Shape, assets: Assets) -> Array:
-    """Return the corners (N, 3) of boxes around a shape: for an instance, of that around its group."""
+    """Return the corners (N, 3) of boxes around a shape at rest: for an instance, of that around its group."""
     if not isinstance(shape, Instance):
         return bounds(surface(shape, assets))
     to_world = as_array(poses(shape.to_world)[0])

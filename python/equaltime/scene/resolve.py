@@ -119,7 +119,7 @@ class _Resolver:
             if kind == "sensor" and not nodes and shapes:
                 fields[kind] = Perspective()  # until all files are read
                 self._report.note("the scene has no sensor: one is added that has everything in view")
-            elif kind == "sensor" and not nodes:
+            elif kind == "sensor" and not nodes and None not in self._built.values():
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
 
