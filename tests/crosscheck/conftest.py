@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -18,6 +18,17 @@ BLOCK = 4
 SEEDS = 16
 ROUNDING = 2e-6
 """What float32 may do to a mean that has no noise, relative."""
+
+
+@pytest.fixture
+def scalar_mitsuba() -> Iterator[None]:
+    """Choose Mitsuba's variant that starts at once, and give back the one that other tests chose."""
+    mi = pytest.importorskip("mitsuba")
+    chosen = mi.variant()
+    mi.set_variant("scalar_rgb")
+    yield
+    if chosen:
+        mi.set_variant(chosen)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from equaltime.scene.export import PlainWriter
 from equaltime.scene.mitsuba_dict import mitsuba_dict, with_transforms
 
 mi = pytest.importorskip("mitsuba")
+pytestmark = pytest.mark.usefixtures("scalar_mitsuba")
 
 from .feature_scenes import SCENES  # noqa: E402
 
@@ -25,16 +26,6 @@ TOLERANCE = 1e-5
 """For what single precision makes of the same matrix by another way."""
 OTHER_ORDER = ("many lights of unlike power", "hidden emitters")
 """Their lights stand in another order in the model, so that the same numbers choose others."""
-
-
-@pytest.fixture(autouse=True)
-def scalar() -> Iterator[None]:
-    """Choose the variant that starts at once, and give back the one that other tests chose."""
-    chosen = mi.variant()
-    mi.set_variant("scalar_rgb")
-    yield
-    if chosen:
-        mi.set_variant(chosen)
 
 
 def as_mitsuba(scene: et.Scene) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,18 +10,9 @@ import pytest
 import equaltime as et
 
 mi = pytest.importorskip("mitsuba")
+pytestmark = pytest.mark.usefixtures("scalar_mitsuba")
 
 FLOAT = 1e-5
-
-
-@pytest.fixture(autouse=True)
-def scalar() -> Iterator[None]:
-    """Choose the variant that starts at once, and give back the one that other tests chose."""
-    chosen = mi.variant()
-    mi.set_variant("scalar_rgb")
-    yield
-    if chosen:
-        mi.set_variant(chosen)
 
 
 def scene(bsdf: dict[str, Any], depth: int) -> dict[str, Any]:

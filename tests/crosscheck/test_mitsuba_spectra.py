@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +13,10 @@ from equaltime.scene import model as m
 from equaltime.scene.spectrum_values import parse_spectrum, read_spectrum
 
 mi = pytest.importorskip("mitsuba")
+pytestmark = pytest.mark.usefixtures("scalar_mitsuba")
 
 ROUNDING = 3e-6
 """Single precision over a sum of a thousand terms."""
-
-
-@pytest.fixture(autouse=True)
-def scalar() -> Iterator[None]:
-    chosen = mi.variant()
-    mi.set_variant("scalar_rgb")
-    yield
-    if chosen:
-        mi.set_variant(chosen)
 
 
 def theirs(parent: str, parameter: str, value: str) -> Any:
