@@ -66,6 +66,18 @@ void log(std::vector<T>& to, const std::vector<T>& from) {
 /// What a strategy calls for, whatever the scene.
 Effects effects_of(const Settings& settings) noexcept { return {.forks = settings.roulette == Roulette::efficiency}; }
 
+/// Counts who is at work, for as long as it lives: also if that ends with an exception, which others must not wait for.
+class Present {
+ public:
+  explicit Present(std::atomic<unsigned>& count) noexcept : count_(count) { ++count_; }
+  ~Present() { --count_; }
+  Present(const Present&) = delete;
+  Present& operator=(const Present&) = delete;
+
+ private:
+  std::atomic<unsigned>& count_;
+};
+
 Effects both(Effects a, const Effects& b) noexcept {
   for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
   return a;
@@ -206,8 +218,8 @@ void Renderer::run_pass(Stop& stop) {
   std::mutex merge;
   std::uint64_t* rays = options_.pixel_rays ? pixel_rays_.data() : nullptr;
   const std::function<bool()> stops = [&stop] { return stop.now(); };
-  const auto work = [&](unsigned) {
-    ++at_work;
+  const auto take_blocks = [&] {
+    const Present here(at_work);
     RayCounter probe;
     probe.stop = &stops;
     BlockBefore before;
@@ -232,13 +244,13 @@ void Renderer::run_pass(Stop& stop) {
       const std::lock_guard lock(merge);
       again_.push_back(i);
     }
-    {
-      const std::lock_guard lock(merge);
-      counters_ += probe.counters;
-      log(nonfinite_, nonfinite);
-      log(faulty_, faulty);
-    }
-    --at_work;
+    const std::lock_guard lock(merge);
+    counters_ += probe.counters;
+    log(nonfinite_, nonfinite);
+    log(faulty_, faulty);
+  };
+  const auto work = [&](unsigned) {
+    take_blocks();
     stop.wait_for(at_work);
   };
   on_threads(threads_, work);
