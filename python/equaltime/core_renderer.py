@@ -19,7 +19,16 @@ from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["REPLICATES", "bad_sample", "build_info", "core_settings", "make_renderer", "split_light", "traced"]
+__all__ = [
+    "REPLICATES",
+    "AdaptiveRenderer",
+    "bad_sample",
+    "build_info",
+    "core_settings",
+    "make_renderer",
+    "split_light",
+    "traced",
+]
 
 REPLICATES = 2
 """Independent parts of a render, whose difference tells its error."""
@@ -31,7 +40,7 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
     _check_memory(scene)
-    make = _core.Renderer if strategy.adaptive == "none" else partial(_AdaptiveRenderer, metric=strategy.adaptive)
+    make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
     try:
         return make(scene.core, settings, seed=seed, threads=threads, replicates=REPLICATES, **options)
     except MemoryError as error:
@@ -39,7 +48,7 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
 
 
-class _AdaptiveRenderer(_core.Renderer):
+class AdaptiveRenderer(_core.Renderer):
     """A renderer whose samples are averages once every pixel has the pilot's; decisions follow from that alone."""
 
     def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
@@ -47,7 +56,14 @@ class _AdaptiveRenderer(_core.Renderer):
         super().__init__(scene, settings, **options)
         self._metric = METRICS[metric]
         self._pilot = partial(_core.Renderer, scene, settings, **options)
-        self._decided = False
+        self._rates: NDArray[np.float32] | None = None
+
+    def rates(self, samples: int) -> NDArray[np.float64]:
+        """Return what each pixel has of ``samples`` a pixel on average, (H, W), once it has the pilot's."""
+        if self._rates is None:
+            self._decide(self)
+        assert self._rates is not None
+        return np.asarray(PILOT / samples + self._rates.astype(np.float64) * (1.0 - PILOT / samples))
 
     def advance(
         self,
@@ -57,7 +73,7 @@ class _AdaptiveRenderer(_core.Renderer):
         pause: float | None = None,
     ) -> bool:
         """Bring the image to ``samples`` a pixel, on average."""
-        if samples <= PILOT or self._decided:
+        if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
         begin = time.perf_counter()
         if not super().advance(PILOT, seconds, poll, pause) or self.nonfinite:  # which ends the render
@@ -76,8 +92,8 @@ class _AdaptiveRenderer(_core.Renderer):
 
     def _decide(self, pilot: _core.Renderer) -> None:
         rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
-        self.adapt(PILOT, rates.astype(np.float32))
-        self._decided = True
+        self._rates = rates.astype(np.float32)
+        self.adapt(PILOT, self._rates)
 
 
 def split_light(

@@ -24,7 +24,15 @@ from numpy.typing import NDArray
 from equaltime.film import error_contributions, join_replicates, standard_errors
 from equaltime.tails import tail_of_one
 
-__all__ = ["Estimate", "PixelStatistics", "error_parts", "image_error", "pixel_statistics", "standard_error"]
+__all__ = [
+    "Estimate",
+    "PixelStatistics",
+    "error_parts",
+    "expected_width",
+    "image_error",
+    "pixel_statistics",
+    "standard_error",
+]
 
 Floats = NDArray[np.float64]
 
@@ -163,7 +171,7 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     if square == 0.0:
         return Estimate(0.0, 0.0, 0.0)
     spread = _spread(contributions, pixels.degrees)
-    realised = max(spread, 2.0 / (1.0 + 2.0 / pixels.degrees) * float(np.square(contributions).mean()))
+    realised = max(spread, _of_gaussians(pixels.degrees) * float(np.square(contributions).mean()))
     estimated, realised = (v / (contributions.size * square**2) for v in (spread + moved, realised))
     value = math.sqrt(square)
     effective = min(contributions.size * pixels.degrees, 2.0 / estimated)
@@ -172,13 +180,37 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
         return Estimate(value, 0.0, math.inf, tail.doubt)
     deviation = 0.5 * math.sqrt(estimated + realised)
     chance = _quantile(level, effective) * deviation
-    # of even noise in two replicates, the deviation is one over the root of the number of pixels
-    skewed = min(max(0.5 * (deviation * math.sqrt(contributions.size) - 1.0), 0.0), 1.0)
-    both = _BOTH_ABOVE * leant * smooth
-    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, both, _LEAST_DOUBT)
-    below = math.hypot(_LEANING_BELOW * leant, _SMOOTH_BELOW * smooth, _LEAST_DOUBT)
+    above, below = _doubts(deviation, contributions.size, leant, smooth)
     low, high = math.exp(-math.hypot(chance, _Z95 * below)), math.exp(math.hypot(chance, _Z95 * above))
     return Estimate(value, value * low, value * high, tail.doubt)
+
+
+def expected_width(squares: float, pixels: int, degrees: float, leant: float, smooth: float) -> float:
+    """Return the logarithm of the upper limit over the error, at 95 %, that `image_error` will find.
+
+    Parameters
+    ----------
+    squares
+        Mean of the squares of pixels' contributions, over the square of their mean.
+    leant, smooth
+        Of `error_parts`.
+    """
+    deviation = 0.5 * math.sqrt(2.0 * _of_gaussians(degrees) * squares / pixels)
+    return _Z95 * math.hypot(deviation, _doubts(deviation, pixels, leant, smooth)[0])
+
+
+def _doubts(deviation: float, pixels: int, leant: float, smooth: float) -> tuple[float, float]:
+    """Return what the reference leaves to the logarithm of the error, above and below, as standard deviations."""
+    # of even noise in two replicates, the deviation is one over the root of the number of pixels
+    skewed = min(max(0.5 * (deviation * math.sqrt(pixels) - 1.0), 0.0), 1.0)
+    both = _BOTH_ABOVE * leant * smooth
+    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, both, _LEAST_DOUBT)
+    return above, math.hypot(_LEANING_BELOW * leant, _SMOOTH_BELOW * smooth, _LEAST_DOUBT)
+
+
+def _of_gaussians(degrees: float) -> float:
+    """Return the variance of the square of a Gaussian, over the mean square of its estimate from so many degrees."""
+    return 2.0 / (1.0 + 2.0 / degrees)
 
 
 def _quantile(level: float, degrees: float) -> float:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from statistics import NormalDist, linear_regression
+from typing import Any, NamedTuple
 
 from equaltime.budget import Looks
 from equaltime.error_estimate import Estimate
 
-__all__ = ["Law", "fit"]
+__all__ = ["Law", "Probed", "fit"]
 
 _Z95 = 1.960
 _NORMAL = NormalDist()
@@ -19,6 +21,7 @@ _NORMAL = NormalDist()
 # samples have ½ exactly, but for the finite sample of the pilot; those of low discrepancy between 0.45, where many
 # bounces and rare paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13)}
+_LEAST_EXPONENT, _MOST_EXPONENT = 0.3, 1.0
 # By how much the exponent beyond the pilot differs from that within: a standard deviation (measured).
 _BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06}
 # By how much estimates drift against the law while the noise falls, of the logarithm of the error. Where it falls fast,
@@ -35,17 +38,30 @@ _DRAWS = 63
 """Renders that are imagined for a quote: its interval is between the second and the last but one of their stops."""
 
 
+class Probed(NamedTuple):
+    """What a probe (`equaltime.probe`) says of the error of the whole image."""
+
+    samples: int
+    """A pixel."""
+    error: float
+    doubt: float
+    """The standard deviation of its logarithm, by the scatter of the pixels that were drawn."""
+    width: float
+    """Logarithm of the upper limit over the error, as the image will state it."""
+
+
 @dataclass(frozen=True)
 class Law:
     """``error(n) = error · (n / samples)^-exponent``, and ``seconds(n) = n · seconds_per_sample``.
 
+    If a probe showed more than the pilot, that is beyond its last point, and the law goes through all of its points.
     Doubts are standard deviations, of logarithms where the name says so.
     """
 
     samples: int
-    """A pixel, where the pilot ended."""
+    """A pixel, where the pilot ended, or its probe."""
     error: float
-    """Of the pilot's image, as estimated."""
+    """Of the image there, as estimated."""
     width: float
     """Logarithm of that error's upper limit over itself."""
     narrowing: float
@@ -54,14 +70,43 @@ class Law:
     exponent_doubt: float
     seconds_per_sample: float
     """A sample of every pixel."""
+    before: tuple[tuple[int, float], ...] = ()
+    """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
+    doubt: float = 0.0
+    """What the pixels that a probe has not seen leave to the logarithm of its error."""
+
+    def through(self, probed: Sequence[Probed], sampler: str) -> Law:
+        """Return the law that goes through what a probe found of the image, which was the pilot of this one.
+
+        The last that it found is weighed against what the pilot foretells.
+        """
+        last = probed[-1]
+        own = self.error_at(last.samples)
+        foretold = math.log(own.high / own.value) / _Z95
+        weight = foretold**2 / (foretold**2 + last.doubt**2) if math.isfinite(last.doubt) else 0.0
+        value = own.value * math.pow(last.error / own.value, weight)
+        before = [(self.samples, self.error), *((found.samples, found.error) for found in probed[:-1])]
+        start, error = next((n, e) for n, e in reversed(before) if 2 * n <= last.samples or n == self.samples)
+        exponent = math.log(error / value) / math.log(last.samples / start)
+        return replace(
+            self,
+            samples=last.samples,
+            error=value,
+            width=last.width,
+            narrowing=math.log(self.width / last.width) / math.log(last.samples / self.samples),
+            exponent=min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT),
+            exponent_doubt=_BEND[sampler],
+            before=tuple(before),
+            doubt=math.sqrt(weight) * last.doubt,
+        )
 
     def error_at(self, samples: float) -> Estimate:
         """Return the error after ``samples`` a pixel, as it will be estimated then."""
-        growth = math.log(samples / self.samples)
         kept = min(1.0, self.samples / samples)
         chance = math.hypot((1.0 - kept) * self._chance(self.samples), self._fresh(samples))
-        doubt = math.hypot(chance, self.exponent_doubt * growth)
-        return _interval(self.error * math.exp(-self.exponent * growth), doubt)
+        growth = self._beyond(samples)
+        doubt = math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
+        return _interval(self._error(samples, self.exponent), doubt)
 
     def samples_until(self, error: float) -> Estimate:
         """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks.
@@ -101,29 +146,61 @@ class Law:
         value = samples.value * self.seconds_per_sample
         return Estimate(value, value / below, value * above)
 
+    def looks_until(self, error: float) -> list[int]:
+        """Return the counts at which a render looks at its error, as is expected, up to where it stops."""
+        return list(self._looks(error, (0.0, 0.0, 0.0, 0.0)))
+
     def _stop(self, error: float, draw: tuple[float, ...]) -> float:
         """Return where one imagined render stops."""
+        return float(list(self._looks(error, draw))[-1])
+
+    def _looks(self, error: float, draw: tuple[float, ...]) -> Iterator[int]:
+        """Give the counts at which one imagined render looks."""
         looks, samples = Looks(), 0
-        while samples < _MOST_SAMPLES:
+        while samples < _MOST_SAMPLES and not looks.met:
             samples = looks.next
-            if looks.look(partial(self._seen, samples, draw), samples, error):
-                break
-        return float(samples)
+            looks.look(partial(self._seen, samples, draw), samples, error)
+            yield samples
 
     def _seen(self, samples: int, draw: tuple[float, ...], level: float) -> Estimate:
         """Return what a look sees; the pilot's samples are among those, and what chance made of them wears off."""
         of_pilot, of_exponent, of_others, of_width = draw
-        growth = math.log(samples / self.samples)
         kept = min(1.0, self.samples / samples)
-        chance = self._fresh(samples) * of_others - (1.0 - kept) * self._chance(self.samples) * of_pilot
+        of_pixels = (1.0 - kept) * self._chance(self.samples) - self._probes_doubt(samples)
+        chance = self._fresh(samples) * of_others - of_pixels * of_pilot
         exponent = self.exponent + self.exponent_doubt * of_exponent
-        between = _between(samples, exponent) - _between(self.samples, exponent)
-        value = self.error * math.exp(min(chance + between - exponent * growth, 700.0))
+        value = self._error(samples, exponent) * math.exp(min(chance, 700.0))
         z = _NORMAL.inv_cdf(0.5 + 0.5 * level)
-        rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(growth, 0.0)
+        rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(self._beyond(samples), 0.0)
         width = self._width(samples) * math.exp(min(rare, _MOST_WIDENING))
         factor = math.exp(min(z / _Z95 * width, 700.0))
         return Estimate(value, value / factor, value * factor)
+
+    def _error(self, samples: float, exponent: float) -> float:
+        """Return the error, between what is known or beyond by a power of the samples."""
+        points = [(n, math.log(error) - self._between(n)) for n, error in (*self.before, (self.samples, self.error))]
+        last, fallen = points[-1]
+        for (n, error), (after, less) in itertools.pairwise(points):
+            if samples < after:
+                last, fallen, exponent = n, error, (error - less) / math.log(after / n)
+                break
+        return math.exp(min(fallen - exponent * math.log(samples / last) + self._between(samples), 700.0))
+
+    def _between(self, samples: float) -> float:
+        """Return by how much the error is above that at powers of two, if this is none, as a logarithm."""
+        return 0.0 if math.frexp(samples)[0] == 0.5 else _UNEVEN * max(0.0, self.exponent - _SLOW)
+
+    def _beyond(self, samples: float) -> float:
+        """Return the logarithm of the samples over those at which the error is known; negative for fewer."""
+        growth = math.log(samples / self.samples)
+        return max(growth, 0.0) if self.before else growth
+
+    def _probes_doubt(self, samples: float) -> float:
+        """Return the part of a probe's doubt that counts after so many samples: none before it began."""
+        if not self.before:
+            return 0.0
+        begin = self.before[0][0]
+        return self.doubt * min(max(math.log(samples / begin) / math.log(self.samples / begin), 0.0), 1.0)
 
     def _width(self, samples: float) -> float:
         return self.width * math.pow(samples / self.samples, -self.narrowing)
@@ -138,7 +215,7 @@ class Law:
         drift = _DRIFT + 0.5 * _UNEVEN * max(0.0, self.exponent - _SLOW)
         return math.hypot(self._chance(samples) * math.sqrt(1.0 - kept * kept), drift * (1.0 - kept))
 
-    def as_dict(self) -> dict[str, float]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the law as JSON data."""
         return {
             "samples": self.samples,
@@ -146,12 +223,8 @@ class Law:
             "exponent": self.exponent,
             "exponent_doubt": self.exponent_doubt,
             "seconds_per_sample": self.seconds_per_sample,
+            "before": [{"samples": samples, "error": error} for samples, error in self.before],
         }
-
-
-def _between(samples: int, exponent: float) -> float:
-    """Return by how much the error is above that at powers of two, if this is none, as a logarithm."""
-    return 0.0 if samples.bit_count() == 1 else _UNEVEN * max(0.0, exponent - _SLOW)
 
 
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
@@ -171,7 +244,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         # What is seen is in doubt by the errors at both ends, and, since the law bends, for what lies beyond them too.
         chance = math.hypot(widths[near[0]], widths[last]) / (_Z95 * math.sqrt(2.0) * math.log(last / near[0]))
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
-        exponent += weight * (min(max(seen, 0.3), 1.0) - exponent)
+        exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
     before = [n for n in near if 4 * n >= last and n < last]
     first = before[0] if before else None

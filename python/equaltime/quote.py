@@ -1,11 +1,13 @@
 """Quotes: what an error will cost in time, or what error a time will buy, from a short pilot.
 
-The pilot, N samples a pixel, gives the error at its end, the exponent by which it falls (`equaltime.law`) and the time
-of a sample. Intervals are at 95 %: what chance makes of the error, the doubt about the exponent (which counts for more
-the farther the target is from the pilot) and about the speed of the machine. Of low-discrepancy samples the exponent
-beyond the pilot differs by 0.06 (a standard deviation) from that within, whatever the pilot saw. So a pilot of a
-twentieth of the work leaves 0.3 to the logarithm of the samples: within 20 % are about half of such quotes; by the same
-reckoning nine of ten would take a pilot of a third. Heavy tails leave more, and the quote says so.
+A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.law`) and the time of a
+sample. Of low-discrepancy samples the exponent beyond differs by 0.06 (a standard deviation) from that within, whatever
+the pilot saw: over a factor of twenty that leaves 0.3 to the logarithm of the samples, and half of such quotes would be
+within 20 %. So more than half of the pilot's samples go to a probe: a few hundred pixels that are rendered as far as
+the whole will have to be (`equaltime.probe`), with looks at the error where the render itself would look. Pilot and
+probe together are at most a twentieth of the work, or 8 samples a pixel. Intervals are at 95 %: what the pixels that
+were not drawn leave in doubt, what chance makes of the samples to come, and the speed of the machine. Heavy tails leave
+more, and the quote says so where the pilot has met them.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.error_estimate import Estimate
 from equaltime.errors import RenderError
-from equaltime.law import Law, fit
+from equaltime.law import Law, Probed, fit
 from equaltime.noise_places import Places
 from equaltime.progress import ProgressCallback
 from equaltime.scene import Scene
@@ -35,6 +37,13 @@ TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
 """Errors whose price every quote tells."""
 
 _PILOT_SHARE = 0.05
+_FIRST = 4
+"""Samples a pixel, at least, of a pilot whose samples are not to adapt."""
+_SHARE_OF_ALL_PIXELS = 0.4
+"""Of the pilot; the rest is for a probe (`equaltime.probe`)."""
+_PROBE_SHARE = 0.9
+"""Of what is left for a probe: more may be needed than was foretold."""
+_LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 _SHARE_FOR_LIGHT = 0.1
 """Of the pilot, to take the light apart."""
 _BYTES_PER_PIXEL = 219
@@ -89,8 +98,8 @@ def quote(
 ) -> Quote:
     """Say what an error will cost, or what a time will buy, and what limits it.
 
-    Renders a pilot of 8 samples a pixel, or of a twentieth of the work if that is more. Of the latter a tenth is kept
-    to tell which light makes the noise, on a small film (`equaltime.noise_light`).
+    Renders a pilot and a probe of 8 samples a pixel, or of a twentieth of the work if that is more. Of the latter a
+    tenth is kept to tell which light makes the noise, on a small film (`equaltime.noise_light`).
 
     Parameters
     ----------
@@ -141,16 +150,18 @@ class Pilot:
     limits
         What is asked for, one at least: where the nearest ends the render is quoted.
     share
-        Of the twentieth of the work, to be taken.
+        Of the twentieth of the work, to be taken, with the probe.
+    probes
+        Whether to take a probe: its samples are none of the render's.
     """
 
-    def __init__(self, session: Session, limits: Limits, share: float = 1.0) -> None:
-        self._session, self._limits, self._share = session, limits, share
+    def __init__(self, session: Session, limits: Limits, share: float = 1.0, probes: bool = True) -> None:
+        self._session, self._limits, self._share, self._probes = session, limits, share, probes
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
-        self.due = FIRST_LOOK
+        self.due = FIRST_LOOK if session.strategy.adaptive != "none" else _FIRST
         """Samples a pixel at which there may be a quote."""
-        self._work = 0.0
+        self._work = self._probed = self._seconds_probed = 0.0
 
     @property
     def strategy(self) -> Strategy:
@@ -158,9 +169,9 @@ class Pilot:
         return self._session.strategy
 
     @property
-    def taken(self) -> int:
-        """Samples of the image that the pilot has."""
-        return self._session.passes.samples * self._session.passes.pixels
+    def taken(self) -> float:
+        """Samples of the image that the pilot has, with the probe's."""
+        return self._session.passes.samples * self._session.passes.pixels + self._probed
 
     @property
     def left(self) -> float:
@@ -169,7 +180,7 @@ class Pilot:
         return max(0.0, most * self._session.passes.pixels - self.taken)
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote, if that was the pass that made the pilot a twentieth of the work.
+        """Return the quote, if that was the pass after which enough is known.
 
         The error and the time are noted after 2, 4, 8, … samples, half way between, and where a quote may be due;
         raises `RenderError` if a quote is due and the pilot saw no light.
@@ -180,27 +191,60 @@ class Pilot:
             self._errors[samples], self._seconds[samples] = self._session.error(), passes.rendering
         if not due:
             return None
-        found = self._quote()
-        self._work = found.spp.value
-        self.due = 2 * math.floor(0.5 * self._share * _PILOT_SHARE * self._work)
-        return found if self.due <= samples else None
+        if samples < FIRST_LOOK and not self._errors[samples].high < math.inf:
+            self.due = FIRST_LOOK
+            return None
+        law = self._law()
+        self._work = self._end(law)[0].value
+        enough = self._share * _SHARE_OF_ALL_PIXELS * _PILOT_SHARE * self._work
+        self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # as far as what so few samples foretell may be wrong
+        return self._quote(self._probe(law)) if self.due <= samples else None
 
-    def _quote(self) -> Quote:
+    def _law(self) -> Law:
         last = self._errors[max(self._errors)]
         if last.known and last.high == 0.0 and self._session.image().any():
             raise RenderError("the pilot saw no noise: as few samples as it took are exact")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little to say how fast the error falls")
-        law = fit(self._errors, self._seconds, self._session.strategy.sampler)
+        return fit(self._errors, self._seconds, self._session.strategy.sampler)
+
+    def _probe(self, pilot: Law) -> Law:
+        """Return the law that goes through what some pixels show where the render will end."""
+        law, probed, sampler = pilot, list[Probed](), self._session.strategy.sampler
+        begin, spare = clock.perf_counter(), self._share * self.left
+        draws = min(_MOST_DRAWS, math.floor(_PROBE_SHARE * spare / self._work))
+        if draws < _LEAST_DRAWS or not self._probes:
+            return law
+        probe = self._session.probe(round(self._work), draws)
+        most = probe.most_samples(spare)
+        while (samples := min(self._next(law), most)) > law.samples and (found := probe.advance(samples)) is not None:
+            probed.append(found)
+            law = pilot.through(probed, sampler)
+        self._probed, self._seconds_probed = probe.taken, clock.perf_counter() - begin
+        return law
+
+    def _next(self, law: Law) -> int:
+        """Return to how many samples a pixel the probe goes next, which is where the render would look; or no more."""
+        limits, ends = self._limits, list[float]()
+        if limits.error is not None:
+            ends.append(next((n for n in law.looks_until(limits.error) if n > law.samples), 0))
+        if limits.seconds is not None:
+            ends.append(law.samples_in(limits.seconds).value)
+        if limits.spp is not None:
+            ends.append(limits.spp)
+        return 2 * round(0.5 * min(ends))
+
+    def _quote(self, law: Law) -> Quote:
         spp, seconds = self._end(law)
+        first = self._errors[max(self._errors)]
         return Quote(
             seconds=seconds,
             spp=spp,
-            error=replace(law.error_at(spp.value), doubt=last.doubt),
+            error=replace(law.error_at(spp.value), doubt=first.doubt),
             memory=self._session.scene_bytes + self._session.passes.pixels * _BYTES_PER_PIXEL,
             law=law,
-            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < law.error},
-            pilot_seconds=self._session.passes.rendering,
+            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},
+            pilot_seconds=self._session.passes.rendering + self._seconds_probed,
         )
 
     def _end(self, law: Law) -> tuple[Estimate, Estimate]:

@@ -100,8 +100,9 @@ def render(
         Where to save what is done so far (EXR), every ``checkpoint_every`` seconds, within a pass too; less often where
         saving would take more than half of the time.
     quoted
-        Called once, after 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
-        cost or bring.
+        Called once, within 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
+        cost or bring. For an error some pixels are rendered to the end beforehand (`equaltime.probe`), which takes at
+        most 3 % of the work; they are none of the image's.
     without
         Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
         that makes, which a pilot measures.
@@ -161,7 +162,7 @@ def render(
         session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias, traps)
     watchers: list[Callable[[Session], object]] = []
     if quoted is not None and (error or time) and not session.passes.samples:
-        watchers.append(_Watch(Pilot(session, limits), quoted))
+        watchers.append(_Watch(Pilot(session, limits, probes=error is not None), quoted))
     if show is not None:
         watchers.append(partial(_show, show))
 

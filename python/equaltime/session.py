@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
-from equaltime.core_renderer import REPLICATES, bad_sample, build_info, core_settings, make_renderer
+from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
+from equaltime.probe import Probe
 from equaltime.progress import ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.saving import Saving
@@ -58,7 +59,7 @@ class Session:
         bias: Estimate | None = None,
         traps: Traps = "ignore",
     ) -> None:
-        self._scene, self.strategy, self._bias = scene, strategy, bias
+        self._scene, self.strategy, self._bias, self._threads = scene, strategy, bias, threads
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
         self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
@@ -122,6 +123,15 @@ class Session:
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""
         return image_error(pixel_statistics(self._renderer.moments), hidden=self._unseen)
+
+    def probe(self, samples: int, draws: int) -> Probe:
+        """Return a probe of what is done so far, of a render that is to have so many samples a pixel."""
+        renderer = self._renderer
+        rates = (
+            renderer.rates(samples) if isinstance(renderer, AdaptiveRenderer) else np.ones(renderer.moments.shape[1:])
+        )
+        pilot = pixel_statistics(renderer.moments)
+        return Probe(self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws)
 
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""

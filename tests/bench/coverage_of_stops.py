@@ -65,7 +65,7 @@ class Row:
 
 def main() -> None:
     parser = case_arguments(__doc__, seeds=100, size=32, threads=1)
-    parser.add_argument("--paths", type=float, default=4e6, help="at most, of a render [%(default)s]")
+    parser.add_argument("--paths", type=float, default=4e7, help="at most, of a render [%(default)s]")
     parser.add_argument("--records", type=Path, help="a CSV file for every image")
     options = parsed(parser, seeds=12, size=16, paths=4e5)
     everything: list[Row] = []

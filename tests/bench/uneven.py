@@ -54,9 +54,9 @@ def rare_light() -> dict[str, Any]:
 
 FEW = (0.20, 0.10, 0.05)
 CASES: Mapping[str, Case] = {
-    "rare light": Case("", 2, "bsdf,sampler=sobol", targets=FEW),
+    "rare light": Case("", 2, "bsdf,sampler=sobol"),
     "cornell-box": Case("cornell-box.toml", 4),
-    "independent": Case("cornell-box.toml", 3, "best,sampler=independent", targets=(0.10, 0.05, 0.02)),
+    "independent": Case("cornell-box.toml", 3, "best,sampler=independent"),
     "plate": Case("experiments/plate.toml", 3),
     "stadium": Case("hard/stadium.toml", 2),
     "terrain": Case("terrain/terrain.toml", 4),
@@ -65,8 +65,8 @@ CASES: Mapping[str, Case] = {
     "opening": Case("experiments/opening.toml", 4, targets=FEW),
     "caustic": Case("experiments/caustic.toml", 6, targets=FEW),
     "lens": Case("experiments/lens.toml", 4, define={"aperture": "8"}, targets=FEW),
-    "simple": Case("montelight/simple.toml", 4, targets=FEW),
-    "small lamps": Case("montelight/complex.toml", 4, targets=FEW),
+    "simple": Case("montelight/simple.toml", 4),
+    "small lamps": Case("montelight/complex.toml", 4),
     "glossy plates": Case("veach-mis.toml", 3, targets=FEW),
 }
 """By name: light that 2 % of paths find, scenes of even noise and of uneven, one with independent samples."""
