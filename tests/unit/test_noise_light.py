@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import partialmethod
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from equaltime.core_renderer import split_light
 from equaltime.error_estimate import Estimate
 from equaltime.law import fit
 from equaltime.noise_light import LEAST_PATHS, NoiseLight, noise_light
+from equaltime.quote import Pilot
 from equaltime.scene.smaller import smaller
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -124,16 +127,22 @@ def test_a_large_film_is_made_smaller_with_its_crop(crop: tuple[int, int, int, i
     assert (np.abs(np.array((width, height)) - scale * np.array(crop[2:])) <= 1).all()
 
 
+def remembered(self: Pilot, pilots: list[Pilot], begin: Callable[..., None], *arguments: Any) -> None:
+    pilots.append(self)
+    begin(self, *arguments)
+
+
 def test_a_quote_takes_the_light_apart_within_its_pilot(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[float] = []
     monkeypatch.setattr(module, "noise_light", lambda scene, strategy, paths, *rest: given.append(paths))
+    pilots: list[Pilot] = []
+    monkeypatch.setattr(Pilot, "__init__", partialmethod(remembered, pilots, Pilot.__init__))
     scene, pixels = et.load(SCENE).with_(size=(32, 32)), 32 * 32
     for error in (0.05, 0.03, 0.02, 0.3):
-        quote = et.quote(scene, error=error)
-        room = max(8.0, 0.05 * quote.spp.value) - quote.law.samples
-        assert given[-1] == pytest.approx(max(0.0, room * pixels))
-    assert max(given) > 0.0
-    assert given[-1] == 0.0
+        et.quote(scene, error=error)
+        assert given[-1] == pilots[-1].left
+        assert pilots[-1].taken + given[-1] <= max(8.0, 0.05 * pilots[-1]._work) * pixels + 1e-6
+    assert max(given) > 0.1 * pixels
     et.quote(scene, error=0.3, why=False)
     assert len(given) == 4
     et.quote(scene, error=0.3, why=True)

@@ -109,7 +109,7 @@ def lamp_behind_glass() -> dict[str, Any]:
 
 def quoted(crop: tuple[int, int, int, int] | None = None) -> Places:
     scene = et.load_dict(lamp_behind_glass())
-    places = et.quote(scene if crop is None else scene.with_(crop=crop), error=0.02).places
+    places = et.quote(scene if crop is None else scene.with_(crop=crop), error=0.001).places
     assert places is not None
     return places
 
