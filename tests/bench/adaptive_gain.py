@@ -1,9 +1,9 @@
-"""What adaptive counts gain at equal counted rays, what an oracle would, what deciding costs, and that means are right.
+"""What adaptive counts gain in seconds and in counted rays, what an oracle would, what deciding costs, and the mean.
 
-Noise is relMSE over independent seeds times rays, even over adaptive: how many times fewer rays to equal error. It is
-counted, not timed, so the machine may be busy. The oracle knows the variance of every pixel, averaged over 3x3, from
-half of the seeds, and is judged by the other half: no rule that goes by the noise of pixels is far above it. Rays of
-one kind take about the same time, so what is left to time is the deciding, which is timed by the processor's clock.
+Noise is relMSE over independent seeds; times seconds, or rays, even over adaptive: how many times less it takes to
+equal error. Renders of both take turns, seed by seed, so that a machine that drifts hurts them alike; seconds want a
+machine that does nothing else, rays do not. The oracle knows the variance of every pixel, averaged over 3x3, from
+half of the seeds, and is judged by the other half: no rule that goes by the noise of pixels is far above it.
 
 The last lines are a made-up light that two samples in a hundred find: the mean of many images by each metric, over the
 truth, which is 1.
@@ -12,10 +12,11 @@ truth, which is 1.
 from __future__ import annotations
 
 import math
-from time import process_time
+from dataclasses import dataclass, field
+from time import perf_counter
 
 import numpy as np
-from measuring import Floats, noise, parsed, relative_variance
+from measuring import Floats, noise, parsed, ratio, relative_variance
 from uneven import CASES, case_arguments
 
 import equaltime as et
@@ -33,53 +34,77 @@ def main() -> None:
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--images", type=int, default=10_000, help="made-up ones, for the bias [%(default)s]")
     options = parsed(parser, seeds=8, size=64, spp=32, images=300)
-    gains: dict[bool, list[float]] = {True: [], False: []}
+    gains: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     for name in options.scenes:
         scene = CASES[name].scene(options.size)
         gains[name not in EVEN].append(report(name, scene, options.spp, options.seeds, options.threads))
     for uneven, found in gains.items():
         if found:
-            mean = math.exp(sum(map(math.log, found)) / len(found))
-            print(f"{'uneven' if uneven else 'even'}: geometric mean {mean:.3f}, least {min(found):.3f}")
+            for of, parts in zip(("seconds", "rays"), zip(*found, strict=True), strict=True):
+                mean = math.exp(sum(map(math.log, parts)) / len(parts))
+                print(f"{'uneven' if uneven else 'even'}, {of}: geometric mean {mean:.3f}, least {min(parts):.3f}")
     for metric in ("error", "history", "cutoff"):
         mean, error = made_up(metric, options.images)
         print(f"mean of {options.images} images by {metric}: {mean:.4f} ± {error:.4f} of the truth")
 
 
-def report(name: str, scene: et.Scene, spp: int, seeds: int, threads: int) -> float:
-    """Print the line of one scene and return its gain."""
-    even, rays, per_pixel, _ = rendered(scene, "best", spp, seeds, threads)
-    adaptive, adaptive_rays, _, deciding = rendered(scene, "best,adaptive=error", spp, seeds, threads)
-    blocks = [list(range(start, seeds, 4)) for start in range(4)]
-    ratios = [gain(even[block], adaptive[block]) * rays / adaptive_rays for block in blocks]
-    found = gain(even, adaptive) * rays / adaptive_rays
-    best = oracle(even, per_pixel)
-    parts = spread(ratios)
+@dataclass(frozen=True)
+class Rendered:
+    """Images of many seeds, and what they took."""
+
+    images: list[Floats] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    rays: list[float] = field(default_factory=list)
+
+
+def report(name: str, scene: et.Scene, spp: int, seeds: int, threads: int) -> tuple[float, float]:
+    """Print the line of one scene and return its gains in seconds and in rays."""
+    even, adaptive = in_turns(scene, spp, seeds, threads)
+    less_noise = gain(np.stack(even.images), np.stack(adaptive.images))
+    in_rays = less_noise * sum(even.rays) / sum(adaptive.rays)
+    faster = ratio(even.seconds, adaptive.seconds)
+    blocks = [slice(start, None, 4) for start in range(4)]
+    noise_of_parts = spread([gain(np.stack(even.images[part]), np.stack(adaptive.images[part])) for part in blocks])
+    per_pixel, deciding = decided(scene, threads)
+    best = oracle(np.stack(even.images), per_pixel)
     print(
-        f"  {name:16} {found:.3f} (quarters of the seeds {parts.low:.3g} to {parts.high:.3g}), oracle {best:.3f}, "
-        f"deciding {100 * deciding:.2g} % of the render"
+        f"  {name:16} noise {less_noise:.3f} (quarters of the seeds {noise_of_parts.low:.3g} to "
+        f"{noise_of_parts.high:.3g}), seconds {faster.median:.3f} [{faster.low:.3f}, {faster.high:.3f}]: "
+        f"{less_noise * faster.median:.3f} in seconds, {in_rays:.3f} in rays, oracle {best:.3f}, "
+        f"deciding {100 * deciding / float(np.median(adaptive.seconds)):.2g} % of the render",
+        flush=True,
     )
-    return found
+    return less_noise * faster.median, in_rays
 
 
-def rendered(scene: et.Scene, strategy: str, spp: int, seeds: int, threads: int) -> tuple[Floats, float, Floats, float]:
-    """Return images (seeds, H, W, 3), rays of all, rays of a sample of each pixel, and the share of deciding."""
-    images, rays, share = [], 0.0, 0.0
-    parsed = et.Strategy.parse(strategy)
-    for seed in range(seeds):
-        renderer = make_renderer(scene, parsed, seed, threads)
-        begin = process_time()
-        renderer.advance(spp)
-        spent = process_time() - begin
-        images.append(renderer.moments["mean"].mean(axis=0))
-        rays += renderer.counters["rays"] + renderer.counters["shadow_rays"]
+def in_turns(scene: et.Scene, spp: int, seeds: int, threads: int) -> tuple[Rendered, Rendered]:
+    """Render all seeds with even counts and with adaptive ones."""
+    found = {"best": Rendered(), "best,adaptive=error": Rendered()}
+    for seed in range(-1, seeds):  # the first is for caches, and thrown away
+        for words in list(found) if seed % 2 == 0 else list(found)[::-1]:
+            renderer = make_renderer(scene, et.Strategy.parse(words), max(seed, 0), threads)
+            begin = perf_counter()
+            renderer.advance(spp)
+            seconds = perf_counter() - begin
+            if seed >= 0:
+                found[words].seconds.append(seconds)
+                found[words].images.append(renderer.moments["mean"].mean(axis=0))
+                found[words].rays.append(float(renderer.counters["rays"] + renderer.counters["shadow_rays"]))
+    even, adaptive = found.values()
+    return even, adaptive
+
+
+def decided(scene: et.Scene, threads: int) -> tuple[Floats, float]:
+    """Return the rays of a sample of each pixel, and the seconds that deciding takes."""
     pilot = make_renderer(scene, et.Strategy.parse("best,adaptive=error"), 0, threads)
     pilot.advance(PILOT)
     per_pixel = pilot.pixel_rays.astype(np.float64)
-    begin = process_time()
-    error_rates(pilot_statistics(pilot.moments), per_pixel)
-    share = (process_time() - begin) / spent
-    return np.stack(images), rays, per_pixel / PILOT, share
+    took = []
+    for _ in range(5):
+        begin = perf_counter()
+        error_rates(pilot_statistics(pilot.moments), per_pixel)
+        took.append(perf_counter() - begin)
+    return per_pixel / PILOT, float(np.median(took))
 
 
 def gain(even: Floats, adaptive: Floats) -> float:
