@@ -40,7 +40,7 @@ _PILOT_SHARE = 0.05
 _FIRST = 4
 """Samples a pixel, at least, of a pilot whose samples are not to adapt."""
 _SHARE_OF_ALL_PIXELS = 0.4
-"""Of the pilot; the rest is for a probe (`equaltime.probe`)."""
+"""Of a pilot; the rest is for the probe (`equaltime.probe`), if there is one."""
 _PROBE_SHARE = 0.9
 """Of what is left for a probe: more may be needed than was foretold."""
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
@@ -159,7 +159,7 @@ class Pilot:
         self._session, self._limits, self._share, self._probes = session, limits, share, probes
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
-        self.due = FIRST_LOOK if session.strategy.adaptive != "none" else _FIRST
+        self.due = _FIRST if probes and session.strategy.adaptive == "none" else FIRST_LOOK
         """Samples a pixel at which there may be a quote."""
         self._work = self._probed = self._seconds_probed = 0.0
 
@@ -196,7 +196,8 @@ class Pilot:
             return None
         law = self._law()
         self._work = self._end(law)[0].value
-        enough = self._share * _SHARE_OF_ALL_PIXELS * _PILOT_SHARE * self._work
+        of_all_pixels = _SHARE_OF_ALL_PIXELS if self._probes else 1.0
+        enough = self._share * of_all_pixels * _PILOT_SHARE * self._work
         self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # as far as what so few samples foretell may be wrong
         return self._quote(self._probe(law)) if self.due <= samples else None
 
