@@ -66,8 +66,8 @@ def quote(
 ) -> int:
     """Tell what an error will cost, or what a time will buy, before it is rendered.
 
-    A pilot of 8 samples a pixel, or of a twentieth of the work, tells how fast the error falls, where on the picture it
-    is, and which light makes it.
+    A pilot of 8 samples a pixel, or of a twentieth of the work, tells how fast the error falls, by some pixels that are
+    rendered to the end, where on the picture it is, and which light makes it.
 
     For instance:
 
