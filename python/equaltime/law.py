@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from statistics import NormalDist, linear_regression
+from statistics import NormalDist, linear_regression, variance
 from typing import Any, NamedTuple
 
 from equaltime.budget import Looks
@@ -31,8 +31,9 @@ _DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6
 # least exponent and its standard deviation, times the width, and at most.
 _FEW, _MOST_NARROWING = 0.25, 0.5
 _RARE, _MOST_RARE, _MOST_WIDENING = 0.5, 0.3, 0.7
-# Of the logarithm of the speed, from the pilot to the end, on a machine whose load stays the same: assumed.
-_SPEED_DOUBT = 0.03
+# Of the logarithm of the speed, from the pilot to the end. What is taken to be known before the pilot's passes have
+# shown how their speed varies, and as how many passes it counts: machines that others use too vary by 0.1 (measured).
+_SPEED_DOUBT, _KNOWN_PASSES = 0.1, 2
 _MOST_SAMPLES = 2.0**40
 _DRAWS = 63
 """Renders that are imagined for a quote: its interval is between the second and the last but one of their stops."""
@@ -70,6 +71,8 @@ class Law:
     exponent_doubt: float
     seconds_per_sample: float
     """A sample of every pixel."""
+    speed_doubt: float = _SPEED_DOUBT
+    """Of the logarithm of the speed, until the end."""
     before: tuple[tuple[int, float], ...] = ()
     """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
     doubt: float = 0.0
@@ -135,12 +138,12 @@ class Law:
 
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
-        return _interval(max(1.0, seconds / self.seconds_per_sample), _SPEED_DOUBT)
+        return _interval(max(1.0, seconds / self.seconds_per_sample), self.speed_doubt)
 
     def seconds_for(self, samples: Estimate) -> Estimate:
         """Return the time that so many samples a pixel take."""
         above, below = (
-            math.exp(math.hypot(math.log(ratio), _Z95 * _SPEED_DOUBT))
+            math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
         )
         value = samples.value * self.seconds_per_sample
@@ -223,6 +226,7 @@ class Law:
             "exponent": self.exponent,
             "exponent_doubt": self.exponent_doubt,
             "seconds_per_sample": self.seconds_per_sample,
+            "speed_doubt": self.speed_doubt,
             "before": [{"samples": samples, "error": error} for samples, error in self.before],
         }
 
@@ -249,7 +253,15 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
     before = [n for n in near if 4 * n >= last and n < last]
     first = before[0] if before else None
     rate = seconds[last] / last if first is None else (seconds[last] - seconds[first]) / (last - first)
-    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate)
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, _speed_doubt(seconds))
+
+
+def _speed_doubt(seconds: Mapping[int, float]) -> float:
+    """Return how much the speed varies, by that between the counts whose times are known."""
+    steps = itertools.pairwise(sorted(seconds.items()))
+    speeds = [math.log((after - before) / (n - m)) for (m, before), (n, after) in steps if after > before]
+    apart = (len(speeds) - 1) * variance(speeds) if len(speeds) > 1 else 0.0
+    return math.sqrt((_KNOWN_PASSES * _SPEED_DOUBT**2 + apart) / (_KNOWN_PASSES + max(len(speeds) - 1, 0)))
 
 
 def _slope(logs: Mapping[int, float]) -> float:

@@ -182,13 +182,14 @@ class Pilot:
     def pass_ended(self) -> Quote | None:
         """Return the quote, if that was the pass after which enough is known.
 
-        The error and the time are noted after 2, 4, 8, … samples, half way between, and where a quote may be due;
-        raises `RenderError` if a quote is due and the pilot saw no light.
+        The error is noted after 2, 4, 8, … samples, half way between, and where a quote may be due; raises
+        `RenderError` if one is due and the pilot saw no light.
         """
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due
+        self._seconds[samples] = passes.rendering
         if due or _is_noted(samples):
-            self._errors[samples], self._seconds[samples] = self._session.error(), passes.rendering
+            self._errors[samples] = self._session.error()
         if not due:
             return None
         if samples < FIRST_LOOK and not self._errors[samples].high < math.inf:

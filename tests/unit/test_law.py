@@ -111,3 +111,15 @@ def test_a_quote_foretells_the_upper_limit_and_not_the_error() -> None:
 def test_an_interval_that_narrows_asks_for_fewer() -> None:
     wide = Law(8, 0.1, 0.4, 0.0, 0.5, 0.001, 1.0)
     assert replace(wide, narrowing=0.3).samples_until(0.02).value < 0.8 * wide.samples_until(0.02).value
+
+
+def test_speeds_that_varied_leave_the_time_in_doubt() -> None:
+    counts = list(noted(64))
+    errors = {n: Estimate(0.3 * n**-0.5, 0.29 * n**-0.5, 0.31 * n**-0.5) for n in counts}
+    spent = np.cumsum(np.diff([0, *counts]) * np.where(np.arange(len(counts)) % 2, 0.13, 0.1))
+    even = fit(errors, {n: 0.1 * n for n in counts}, "independent")
+    uneven = fit(errors, dict(zip(counts, map(float, spent), strict=True)), "independent")
+    assert even.speed_doubt < 0.06 < 0.1 < uneven.speed_doubt < 0.16
+    samples = Estimate(1000.0, 1000.0, 1000.0)
+    assert uneven.seconds_for(samples).high / uneven.seconds_for(samples).value > 1.2
+    assert even.seconds_for(samples).high / even.seconds_for(samples).value < 1.13
