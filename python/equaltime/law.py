@@ -174,7 +174,8 @@ class Law:
         exponent = self.exponent + self.exponent_doubt * of_exponent
         value = self._error(samples, exponent) * math.exp(min(chance, 700.0))
         z = _NORMAL.inv_cdf(0.5 + 0.5 * level)
-        rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(self._beyond(samples), 0.0)
+        pilot = self.before[0][0] if self.before else self.samples  # a probe's few pixels do not show what is rare
+        rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(math.log(samples / pilot), 0.0)
         width = self._width(samples) * math.exp(min(rare, _MOST_WIDENING))
         factor = math.exp(min(z / _Z95 * width, 700.0))
         return Estimate(value, value / factor, value * factor)
@@ -206,7 +207,10 @@ class Law:
         return self.doubt * min(max(math.log(samples / begin) / math.log(self.samples / begin), 0.0), 1.0)
 
     def _width(self, samples: float) -> float:
-        return self.width * math.pow(samples / self.samples, -self.narrowing)
+        narrowing = self.narrowing
+        if self.before and samples > self.samples:  # rarer paths widened it on the way, and others narrow it again
+            narrowing = max(narrowing, _least_narrowing(self.width))
+        return self.width * math.pow(samples / self.samples, -narrowing)
 
     def _chance(self, samples: float) -> float:
         """Return the standard deviation of the logarithm of an estimate: half the variance of the whole interval's."""
@@ -244,7 +248,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
     if len(near) > 1:
         seen = -_slope({n: math.log(errors[n].value) for n in near})
         narrowing = min(max(-_slope({n: math.log(max(widths[n], 1e-9)) for n in near}), 0.0), _MOST_NARROWING)
-        narrowing = max(narrowing, min(_FEW * widths[last], _MOST_NARROWING))
+        narrowing = max(narrowing, _least_narrowing(widths[last]))
         # What is seen is in doubt by the errors at both ends, and, since the law bends, for what lies beyond them too.
         chance = math.hypot(widths[near[0]], widths[last]) / (_Z95 * math.sqrt(2.0) * math.log(last / near[0]))
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
@@ -254,6 +258,10 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
     first = before[0] if before else None
     rate = seconds[last] / last if first is None else (seconds[last] - seconds[first]) / (last - first)
     return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, _speed_doubt(seconds))
+
+
+def _least_narrowing(width: float) -> float:
+    return min(_FEW * width, _MOST_NARROWING)
 
 
 def _speed_doubt(seconds: Mapping[int, float]) -> float:

@@ -32,6 +32,8 @@ _EVENLY = 0.4
 """Of the draws."""
 _LEAST_DOUBT = 0.04
 """Of the logarithm of the error: what the noise of the pilot does to what squares are divided by (measured)."""
+_MOST_LEANT = 0.5
+"""Where all noise is that of single bright paths; more comes of a pilot's noise on pixels that have little light."""
 
 
 class Probe:
@@ -110,25 +112,24 @@ class Probe:
         # both are sums of variances to the power of 3/2, of which a pilot's few samples make too much
         roots = np.sqrt(np.minimum(parts, 1.0))
         less = float((counts * roots.ravel()[self._drawn]).mean() / counts.mean() * parts.sum() / (parts * roots).sum())
-        width = expected_width(squares, parts.size, self._pilot.degrees, less * leant, less * smooth)
+        leant, smooth = min(less * leant, _MOST_LEANT), min(less * smooth, 1.0)
+        width = expected_width(squares, parts.size, self._pilot.degrees, leant, smooth)
         return Probed(samples, math.sqrt(square), doubt, width)
 
     def _together(self, found: PixelStatistics) -> PixelStatistics:
         """Return the picture of the pilot, and in it the pixels that were found, as if all had gone as far.
 
-        The noise of the others is that of their neighbourhoods in the pilot, less what that of the drawn ones has
-        fallen.
+        The noise of the others is the pilot's, less what that of the drawn ones has fallen.
         """
-        there, pilot = found.samples > 0, self._pilot
+        pilot, there = self._pilot, (found.samples > 0)[..., None]
+        variance = np.where(there, found.variance, pilot.variance)
         before, now = (
-            ((variance * self._scale).mean(axis=-1).ravel() / self._sizes)[self._drawn].sum()
-            for variance in (pilot.variance, found.variance)
+            float(((each * self._scale).mean(axis=-1).ravel() / self._sizes)[self._drawn].sum())
+            for each in (pilot.variance, variance)
         )
-        mean = np.where(there[..., None], found.mean, self._picture)
-        variance = np.where(
-            there[..., None], found.variance, pilot.variance * (float(now / before) if before > 0.0 else 0.0)
-        )
-        return PixelStatistics(mean, variance, np.where(there, found.samples, pilot.samples), pilot.degrees)
+        variance = np.where(there, variance, variance * (now / before if before > 0.0 else 0.0))
+        mean = np.where(there, found.mean, self._picture)
+        return PixelStatistics(mean, variance, np.where(there[..., 0], found.samples, pilot.samples), pilot.degrees)
 
 
 def _without_noise(pixels: PixelStatistics) -> tuple[Floats, Floats]:
