@@ -21,7 +21,6 @@ from uneven import CASES, case_arguments
 
 import equaltime as et
 from equaltime.adaptive import METRICS, PILOT, error_rates, pilot_statistics
-from equaltime.bench import spread
 from equaltime.core_renderer import make_renderer
 from equaltime.error_estimate import PixelStatistics
 
@@ -63,13 +62,13 @@ def report(name: str, scene: et.Scene, spp: int, seeds: int, threads: int) -> tu
     less_noise = gain(np.stack(even.images), np.stack(adaptive.images))
     in_rays = less_noise * sum(even.rays) / sum(adaptive.rays)
     faster = ratio(even.seconds, adaptive.seconds)
-    blocks = [slice(start, None, 4) for start in range(4)]
-    noise_of_parts = spread([gain(np.stack(even.images[part]), np.stack(adaptive.images[part])) for part in blocks])
+    quarters = [(even.images[start::4], adaptive.images[start::4]) for start in range(4)]
+    parts = [gain(np.stack(ours), np.stack(theirs)) for ours, theirs in quarters if len(ours) > 1]
     per_pixel, deciding = decided(scene, threads)
     best = oracle(np.stack(even.images), per_pixel)
     print(
-        f"  {name:16} noise {less_noise:.3f} (quarters of the seeds {noise_of_parts.low:.3g} to "
-        f"{noise_of_parts.high:.3g}), seconds {faster.median:.3f} [{faster.low:.3f}, {faster.high:.3f}]: "
+        f"  {name:16} noise {less_noise:.3f} (quarters of the seeds {min(parts, default=math.nan):.3g} to "
+        f"{max(parts, default=math.nan):.3g}), seconds {faster.median:.3f} [{faster.low:.3f}, {faster.high:.3f}]: "
         f"{less_noise * faster.median:.3f} in seconds, {in_rays:.3f} in rays, oracle {best:.3f}, "
         f"deciding {100 * deciding / float(np.median(adaptive.seconds)):.2g} % of the render",
         flush=True,
