@@ -101,8 +101,8 @@ def render(
         saving would take more than half of the time.
     quoted
         Called once, within 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
-        cost or bring. For an error some pixels are rendered to the end beforehand (`equaltime.probe`), which takes at
-        most 3 % of the work; they are none of the image's.
+        cost or bring. For an error some pixels, 4096 at most, are rendered to the end beforehand (`equaltime.probe`),
+        which takes at most 3 % of the work, or 4 samples a pixel if that is more; they are none of the image's.
     without
         Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
         that makes, which a pilot measures.

@@ -1,20 +1,34 @@
 """Probes: some pixels rendered to the end say what the error of the whole image will be there."""
 
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.stats import chi2
 
 import equaltime as et
 from equaltime import probe as probes
 from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.core_renderer import make_renderer
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics
+from equaltime.error_estimate import (
+    Estimate,
+    PixelStatistics,
+    error_parts,
+    expected_width,
+    image_error,
+    pixel_statistics,
+)
 from equaltime.law import Law, Probed
 from equaltime.quote import Pilot
 from equaltime.session import Session
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Draw = Callable[[Floats, int, np.random.Generator], Indices]
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SIDE, PILOT, SAMPLES, DRAWS, REPEATS = 64, 8, 64, 200, 24
@@ -38,52 +52,65 @@ def probe(pilot: PixelStatistics) -> probes.Probe:
     return probes.Probe(scene(), BEST, 0, 0, pilot, np.ones((SIDE, SIDE)), DRAWS)
 
 
-def probed(pilot: PixelStatistics) -> float:
-    """Return the error that a probe finds."""
-    found = probe(pilot).advance(SAMPLES)
-    assert found is not None
-    return found.error
+@cache
+def drawn(evenly: bool = False) -> tuple[Probed, ...]:
+    """Return what probes of many draws find; wrongly, if pixels are drawn evenly but counted as if not."""
+    pilot, draw, found = statistics(PILOT), probes._draw, []
+    with pytest.MonkeyPatch.context() as patch:
+        for number in range(REPEATS):
+            random = np.random.default_rng(number)
+            ours = partial(_evenly, random) if evenly else partial(_drawn, draw, random)
+            patch.setattr(probes, "_draw", ours)
+            each = probe(pilot).advance(SAMPLES)
+            assert each is not None
+            found.append(each)
+    return tuple(found)
 
 
-def distance(monkeypatch: pytest.MonkeyPatch) -> float:
-    """Return by how many standard deviations probes of many draws miss error², as a mean."""
-    pilot, whole = statistics(PILOT), image_error(statistics(SAMPLES)).value
-    draw, squares = probes._draw, []
-    for number in range(REPEATS):
-        monkeypatch.setattr(
-            probes, "_draw", lambda sizes, draws, _, number=number: draw(sizes, draws, np.random.default_rng(number))
-        )
-        squares.append((probed(pilot) / whole) ** 2)
-    of_draws = float(np.std(squares, ddof=1)) / math.sqrt(REPEATS)
-    return abs(float(np.mean(squares)) - 1.0) / math.hypot(of_draws, DENOMINATORS / 1.96)
+def _drawn(draw: Draw, random: np.random.Generator, sizes: Floats, draws: int, _: object) -> Indices:
+    return draw(sizes, draws, random)
 
 
-def test_probes_say_the_error_of_the_whole_image(monkeypatch: pytest.MonkeyPatch) -> None:
+def _evenly(random: np.random.Generator, sizes: Floats, draws: int, _: object) -> Indices:
+    return random.integers(0, sizes.size, draws)
+
+
+def distance(found: tuple[Probed, ...]) -> float:
+    """Return by how many standard deviations probes miss error², as a mean."""
+    squares = np.square([each.error / whole().value for each in found])
+    of_draws = float(squares.std(ddof=1)) / math.sqrt(REPEATS)
+    return abs(float(squares.mean()) - 1.0) / math.hypot(of_draws, DENOMINATORS / 1.96)
+
+
+@cache
+def whole() -> Estimate:
+    return image_error(statistics(SAMPLES))
+
+
+def test_probes_say_the_error_of_the_whole_image() -> None:
     """False alarms: one in 370."""
-    assert distance(monkeypatch) < 3.0
+    assert distance(drawn()) < 3.0
 
 
-def test_pixels_that_are_drawn_evenly_but_counted_otherwise_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    evenly = np.random.default_rng(1)
-    with monkeypatch.context() as patch:
-        patch.setattr(probes, "_draw", lambda sizes, draws, _: evenly.integers(0, sizes.size, draws))
-        pilot, whole = statistics(PILOT), image_error(statistics(SAMPLES)).value
-        squares = [(probed(pilot) / whole) ** 2 for _ in range(REPEATS)]
-    of_draws = float(np.std(squares, ddof=1)) / math.sqrt(REPEATS)
-    assert abs(float(np.mean(squares)) - 1.0) / math.hypot(of_draws, DENOMINATORS / 1.96) > 3.0
+def test_pixels_that_are_drawn_evenly_but_counted_otherwise_would_be_seen() -> None:
+    assert distance(drawn(evenly=True)) > 3.0
 
 
-def test_stated_doubts_are_as_probes_scatter() -> None:
-    pilot, whole = statistics(PILOT), image_error(statistics(SAMPLES)).value
-    found = []
-    for seed in range(REPEATS):
-        some = probes.Probe(scene(), BEST, 0, 0, pilot, np.ones((SIDE, SIDE)), DRAWS)
-        some._drawn = some._drawn[np.random.default_rng(seed).integers(0, DRAWS, DRAWS)]  # as if drawn again
-        each = some.advance(SAMPLES)
-        assert each is not None
-        found.append(each)
-    scatter = float(np.std([math.log(each.error / whole) for each in found], ddof=1))
-    assert 0.6 < scatter / found[0].doubt < 1.5  # chi² of 23 degrees: 1 in 1000 beyond
+@pytest.mark.parametrize(("share", "holds"), [(1.0, True), (1.0 / 3.0, False)])
+def test_probes_scatter_by_no_more_than_they_state(share: float, holds: bool) -> None:
+    """One in 2000, of variances with 23 degrees of freedom; by less, since draws are stratified."""
+    stated = np.mean([each.doubt**2 - probes._LEAST_DOUBT**2 for each in drawn()])
+    scatter = np.var([math.log(each.error) for each in drawn()], ddof=1)
+    assert (scatter / (share**2 * stated) < chi2.ppf(0.9995, REPEATS - 1) / (REPEATS - 1)) == holds
+
+
+def test_the_upper_limit_follows_from_what_is_known_of_few_pixels() -> None:
+    """To a fifth: what the noise of denominators adds is left out. Without their doubts it would be a half."""
+    contributions, _, *doubts = error_parts(statistics(SAMPLES), float(statistics(SAMPLES).mean.mean()))
+    squares = float(np.square(contributions).mean() / contributions.mean() ** 2)
+    stated = math.log(whole().high / whole().value)
+    assert abs(expected_width(squares, SIDE**2, 1.0, *doubts) / stated - 1.0) < 0.2
+    assert expected_width(squares, SIDE**2, 1.0, 0.0, 0.0) / stated < 0.6
 
 
 def test_its_samples_are_those_of_the_render() -> None:
@@ -109,9 +136,7 @@ def test_a_pilot_and_its_probe_take_what_a_quote_may(error: float, strategy: str
         session.passes.limits = Limits(spp=max(pilot.due, session.passes.samples))
     pixels = session.passes.pixels
     probed = pilot.taken > session.passes.samples * pixels
-    assert (
-        probed or session.passes.samples == FIRST_LOOK
-    )  # there is no room beside a pilot of 8 samples, if it needs them
+    assert probed == (strategy == "best" or error == 0.05)  # else a pilot of 8 samples, which it needs, leaves no room
     assert pilot.taken <= max(FIRST_LOOK, 0.05 * pilot._work) * pixels + DRAWS
     actual = et.render(scene(), error=error, strategy=strategy)
     assert 1.0 / 1.5 < found.spp.value / actual.spp < 1.5  # three standard deviations of 140 pixels
