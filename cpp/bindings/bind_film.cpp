@@ -48,15 +48,33 @@ py::tuple join(const Moments& moments) {
   return py::make_tuple(mean, variance, samples);
 }
 
-Doubles neighbourhood_sums(const Doubles& image) {
+Doubles deviations(const Moments& moments) {
+  if (moments.ndim() != 3) throw std::invalid_argument("moments are (R, H, W)");
+  Doubles found({moments.shape(1), moments.shape(2), py::ssize_t{3}});
+  const PixelMoments* from = moments.data();
+  double* to = found.mutable_data();
+  const auto replicates = static_cast<std::size_t>(moments.shape(0));
+  const auto pixels = static_cast<std::size_t>(moments.shape(1) * moments.shape(2));
+  const py::gil_scoped_release release;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    double deviation[3];
+    sample_deviation(from + i, replicates, pixels, deviation);
+    std::copy_n(deviation, 3, to + 3 * i);
+  }
+  return found;
+}
+
+/// What a function makes of the neighbourhoods of an image.
+template <auto Function>
+Doubles of_neighbourhoods(const Doubles& image) {
   if (image.ndim() != 3) throw std::invalid_argument("an image is (H, W, C)");
   const auto size = [&](int axis) { return static_cast<std::size_t>(image.shape(axis)); };
   const std::span<const double> values(image.data(), static_cast<std::size_t>(image.size()));
-  Doubles sums({image.shape(0), image.shape(1), image.shape(2)});
-  const std::span<double> to(sums.mutable_data(), values.size());
+  Doubles found({image.shape(0), image.shape(1), image.shape(2)});
+  const std::span<double> to(found.mutable_data(), values.size());
   const py::gil_scoped_release release;
-  box_sum(values, size(0), size(1), size(2), to);
-  return sums;
+  Function(values, size(0), size(1), size(2), to);
+  return found;
 }
 
 PixelEstimates estimates(const Doubles& mean, const Doubles& variance, const Counts& samples) {
@@ -99,7 +117,12 @@ void bind_film(py::module_& m) {
   m.def(
       "join_replicates", &join, "moments"_a,
       "(R, H, W) moments as the mean of all samples (H, W, 3), the estimated variance of that mean, and their number.");
-  m.def("box_sum", &neighbourhood_sums, "image"_a, "Sums over 7x7 neighbourhoods of (H, W, C), zeros outside.");
+  m.def("sample_deviations", &deviations, "moments"_a,
+        "(R, H, W) moments as the standard deviation of one sample, (H, W, 3).");
+  m.def("box_sum", &of_neighbourhoods<box_sum>, "image"_a, "Sums over 7x7 neighbourhoods of (H, W, C), zeros outside.");
+  m.def("nearest_mean", &of_neighbourhoods<nearest_mean>, "image"_a,
+        "Means over the pixels around each of (H, W, C) without itself (by not a bit), by a Gaussian of 0.8 pixels "
+        "within 5x5; 0 for a single pixel.");
   m.def("error_contributions", &parts_of_error, "mean"_a, "variance"_a, "samples"_a, "floor"_a,
         "Each pixel's part of error², (H, W), and sums over all pixels (ErrorSums of cpp/film/error_parts.h).");
   m.def("standard_errors", &errors_of_pixels, "mean"_a, "variance"_a, "samples"_a,

@@ -1,7 +1,8 @@
 #include "film/statistics.h"
 
 #include <algorithm>
-#include <iterator>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -33,7 +34,38 @@ JoinedPixel join_replicates(const PixelMoments* first, std::size_t replicates, s
   return joined;
 }
 
+void sample_deviation(const PixelMoments* first, std::size_t replicates, std::size_t stride, double (&to)[3]) noexcept {
+  const JoinedPixel joined = join_replicates(first, replicates, stride);
+  for (int c = 0; c < 3; ++c) {
+    double squares = 0;
+    for (std::size_t r = 0; r < replicates; ++r) {
+      const PixelMoments& m = first[r * stride];
+      const double apart = m.mean[c] - joined.mean[c];
+      squares += m.m2[c] + static_cast<double>(m.count) * (apart * apart);
+    }
+    to[c] = std::sqrt(squares / std::max(static_cast<double>(joined.samples) - 1, 1.0));
+  }
+}
+
 namespace {
+
+/// Rows of an image around one, those outside it all zeros.
+class Rows {
+ public:
+  Rows(std::span<const double> image, std::size_t height, std::size_t length)
+      : image_(image), height_(height), length_(length), outside_(length) {}
+
+  [[nodiscard]] const double* operator()(std::size_t y, std::ptrdiff_t step) const noexcept {
+    const auto row = static_cast<std::ptrdiff_t>(y) + step;
+    if (row < 0 || row >= static_cast<std::ptrdiff_t>(height_)) return outside_.data();
+    return image_.data() + static_cast<std::size_t>(row) * length_;
+  }
+
+ private:
+  std::span<const double> image_;
+  std::size_t height_, length_;
+  std::vector<double> outside_;
+};
 
 double seven(double a, double b, double c, double d, double e, double f, double g) noexcept {
   return ((a + b) + (c + d)) + (e + f) + g;
@@ -45,22 +77,55 @@ void box_sum(std::span<const double> image, std::size_t height, std::size_t widt
              std::span<double> sums) {
   constexpr std::size_t kRadius = 3;
   const std::size_t row = width * channels, margin = kRadius * channels;
-  const std::vector<double> outside(row);
+  const Rows at(image, height, row);
   std::vector<double> padded(row + 2 * margin);
   for (std::size_t y = 0; y < height; ++y) {
-    const double* rows[2 * kRadius + 1];
-    for (std::size_t k = 0; k < std::size(rows); ++k) {
-      const bool inside = y + k >= kRadius && y + k - kRadius < height;
-      rows[k] = inside ? image.data() + (y + k - kRadius) * row : outside.data();
-    }
+    const double* const r[] = {at(y, -3), at(y, -2), at(y, -1), at(y, 0), at(y, 1), at(y, 2), at(y, 3)};
     for (std::size_t i = 0; i < row; ++i)
-      padded[margin + i] = seven(rows[0][i], rows[1][i], rows[2][i], rows[3][i], rows[4][i], rows[5][i], rows[6][i]);
+      padded[margin + i] = seven(r[0][i], r[1][i], r[2][i], r[3][i], r[4][i], r[5][i], r[6][i]);
     const double* p = padded.data();
     double* to = sums.data() + y * row;
     const std::size_t c = channels;
     for (std::size_t i = 0; i < row; ++i, ++p)
       to[i] = seven(p[0], p[c], p[2 * c], p[3 * c], p[4 * c], p[5 * c], p[6 * c]);
   }
+}
+
+namespace {
+
+/// The weighted sums of which `nearest_mean` is made.
+void nearest_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+                 std::span<double> sums) {
+  const double near = std::exp(-0.5 / 0.64), far = std::exp(-2 / 0.64);
+  const auto weighted = [&](double a, double b, double c, double d) { return near * (b + c) + far * (a + d); };
+  const std::size_t row = width * channels, margin = 2 * channels, c = channels;
+  std::vector<double> padded(row + 2 * margin), across(image.size());
+  for (std::size_t y = 0; y < height; ++y) {
+    std::copy_n(image.data() + y * row, row, padded.data() + margin);
+    const double* p = padded.data();
+    double* to = sums.data() + y * row;
+    for (std::size_t i = 0; i < row; ++i, ++p) to[i] = weighted(p[0], p[c], p[3 * c], p[4 * c]);
+  }
+  std::transform(image.begin(), image.end(), sums.begin(), across.begin(), std::plus<>());
+  const Rows at(across, height, row);
+  for (std::size_t y = 0; y < height; ++y) {
+    const double* const r[] = {at(y, -2), at(y, -1), at(y, 1), at(y, 2)};
+    double* to = sums.data() + y * row;
+    for (std::size_t i = 0; i < row; ++i) to[i] += weighted(r[0][i], r[1][i], r[2][i], r[3][i]);
+  }
+}
+
+}  // namespace
+
+void nearest_mean(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+                  std::span<double> means) {
+  nearest_sum(image, height, width, channels, means);
+  const std::vector<double> ones(height * width, 1.0);
+  std::vector<double> weights(ones.size());
+  nearest_sum(ones, height, width, 1, weights);
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    for (std::size_t c = 0; c < channels; ++c)
+      means[i * channels + c] /= std::max(weights[i], std::numeric_limits<double>::min());
 }
 
 }  // namespace equaltime

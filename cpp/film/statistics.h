@@ -1,4 +1,4 @@
-// What is made of a film's moments: the replicates of a pixel joined, and sums over the 7x7 neighbourhoods of an image.
+// What is made of a film's moments: the replicates of a pixel joined, and sums and means over neighbourhoods.
 // Every sum has one order, which no thread changes.
 #pragma once
 
@@ -21,9 +21,17 @@ struct JoinedPixel {
 [[nodiscard]] JoinedPixel join_replicates(const PixelMoments* first, std::size_t replicates,
                                           std::size_t stride) noexcept;
 
+/// The standard deviation of one sample in each channel, by the moments of all of them; 0 for fewer than two.
+void sample_deviation(const PixelMoments* first, std::size_t replicates, std::size_t stride, double (&to)[3]) noexcept;
+
 /// The sum over the 7x7 neighbourhood of every pixel, zeros outside, of a row-major (height, width, channels) image.
 /// Not by running sums: those lose a dark pixel beside a bright one, and spread what is not finite over the image.
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums);
+
+/// The mean over the 5x5 around every pixel without the pixel itself, of which not a bit depends on it; the nearer ones
+/// count by more, by a Gaussian of 0.8 pixels. What lies outside the image has no part in it; 0 for a single pixel.
+void nearest_mean(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+                  std::span<double> means);
 
 }  // namespace equaltime

@@ -1,5 +1,23 @@
 """What the core does with films and images beside rendering: arithmetic, and what black pixels could have seen."""
 
-from equaltime._core import box_sum, error_contributions, join_replicates, merge_moments, standard_errors, unshadowed
+from equaltime._core import (
+    box_sum,
+    error_contributions,
+    join_replicates,
+    merge_moments,
+    nearest_mean,
+    sample_deviations,
+    standard_errors,
+    unshadowed,
+)
 
-__all__ = ["box_sum", "error_contributions", "join_replicates", "merge_moments", "standard_errors", "unshadowed"]
+__all__ = [
+    "box_sum",
+    "error_contributions",
+    "join_replicates",
+    "merge_moments",
+    "nearest_mean",
+    "sample_deviations",
+    "standard_errors",
+    "unshadowed",
+]

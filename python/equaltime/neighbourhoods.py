@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film import box_sum
 
-__all__ = ["RADIUS", "nearest_mean", "neighbours", "others_count", "others_sum"]
+__all__ = ["RADIUS", "neighbours", "others_count", "others_sum"]
 
 Floats = NDArray[np.float64]
 
@@ -21,31 +19,6 @@ def others_sum(values: Floats) -> Floats:
     """Sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends."""
     rows, beside = _line_sum(values, 1), _line_sum(values, 1, middle=False)
     return _line_sum(rows, 0, middle=False) + beside
-
-
-def nearest_mean(values: Floats) -> Floats:
-    """Average over the pixels around without the pixel itself (by not a bit), the nearer ones by more.
-
-    Weights are those of a Gaussian of 0.8 pixels, within 5x5.
-    """
-    ones = np.ones((*values.shape[:2], 1))
-    return _nearest_sum(values) / np.maximum(_nearest_sum(ones), np.finfo(np.float64).tiny)
-
-
-def _nearest_sum(values: Floats) -> Floats:
-    beside = _weighted_line(values, 1)
-    return _weighted_line(values + beside, 0) + beside
-
-
-def _weighted_line(values: Floats, axis: int) -> Floats:
-    """Sum the two on either side of each, zeros outside, without the one in the middle."""
-    line = np.moveaxis(values, axis, 0)
-    found = np.zeros_like(line)
-    for step in (1, 2):
-        weight = math.exp(-0.5 * (step / 0.8) ** 2)
-        found[step:] += weight * line[:-step]
-        found[:-step] += weight * line[step:]
-    return np.moveaxis(found, 0, axis)
 
 
 def _line_sum(values: Floats, axis: int, middle: bool = True) -> Floats:

@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import Estimate, PixelStatistics, error_parts
-from equaltime.neighbourhoods import nearest_mean, others_count, others_sum
+from equaltime.film import nearest_mean
+from equaltime.neighbourhoods import others_count, others_sum
 
 __all__ = ["FRACTIONS", "Places", "Rectangle", "noise_places"]
 

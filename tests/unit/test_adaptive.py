@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.adaptive import METRICS, PILOT
+from equaltime.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.error_estimate import PixelStatistics
 from equaltime.errors import ImageError, StrategyError
 
@@ -49,6 +49,17 @@ def test_rates_keep_the_total_and_follow_the_noise(metric: str) -> None:
     rates = METRICS[metric](a_pilot(), EVEN)
     assert abs(rates.mean() - 1.0) < 0.06  # a noisy tile knows a whole without it; of twelve, that is felt
     assert rates[:, -16:].mean() > 2.0 * rates[:, :16].mean()
+
+
+def test_deviations_are_those_of_all_samples_of_a_pixel() -> None:
+    samples = np.random.default_rng(6).lognormal(size=(PILOT, 3, 5, 3))
+    moments = np.zeros((2, 3, 5), [("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
+    for half, own in enumerate((samples[::2], samples[1::2])):
+        moments["count"][half], moments["mean"][half] = len(own), own.mean(axis=0)
+        moments["m2"][half] = own.var(axis=0) * len(own)
+    deviation = pilot_statistics(moments).deviation
+    assert deviation is not None
+    np.testing.assert_allclose(deviation, samples.std(axis=0, ddof=1), rtol=1e-12)
 
 
 def test_samples_that_take_more_rays_are_fewer() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film import box_sum
+from equaltime.film import box_sum, nearest_mean
 from equaltime.neighbourhoods import RADIUS, neighbours, others_count, others_sum
 
 Floats = NDArray[np.float64]
@@ -31,6 +31,32 @@ def test_sums_are_those_of_the_definition(
 ) -> None:
     image = np.random.default_rng(1).random(shape)
     assert np.allclose(sum_of(image), by_definition(image, middle), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (2, 9, 1), (13, 4, 3), (8, 8, 2)])
+def test_means_of_the_nearest_are_those_of_the_definition(shape: tuple[int, int, int]) -> None:
+    image = np.random.default_rng(4).random(shape)
+    height, width, _ = shape
+    sums, weights = np.zeros_like(image), np.zeros((height, width, 1))
+    for y, x in np.ndindex(height, width):
+        for row, column in np.ndindex(height, width):
+            apart = max(abs(row - y), abs(column - x))
+            weight = np.exp(-0.5 * ((row - y) ** 2 + (column - x) ** 2) / 0.8**2) if 0 < apart <= 2 else 0.0
+            sums[y, x] += weight * image[row, column]
+            weights[y, x] += weight
+    assert np.allclose(nearest_mean(image), sums / np.maximum(weights, 1e-300), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("value", [0.0, 1e300, np.inf, np.nan])
+def test_not_a_bit_of_a_mean_of_the_nearest_is_of_the_pixel_itself(value: float) -> None:
+    image = np.random.default_rng(5).random((20, 20, 1))
+    spotted = image.copy()
+    spotted[9, 10] = value
+    changed = nearest_mean(spotted) != nearest_mean(image)
+    near = np.zeros_like(changed)
+    near[7:12, 8:13] = True
+    near[9, 10] = False
+    assert (changed == near).all()
 
 
 @pytest.mark.parametrize("value", [1e300, np.inf, np.nan])
