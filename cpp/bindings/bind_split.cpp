@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bindings/bindings.h"
+#include "transport/in_sight.h"
 #include "transport/split.h"
 #include "transport/unseen.h"
 
@@ -38,7 +39,7 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
 
 py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& settings,
                            const py::array_t<std::uint32_t, py::array::c_style>& pixels, std::uint64_t seed,
-                           unsigned threads, std::uint64_t samples, std::uint32_t replicates) {
+                           unsigned threads, std::uint32_t replicates) {
   const std::size_t count = static_cast<std::size_t>(pixels.size());
   const std::size_t film = std::size_t{scene->film.crop_width} * scene->film.crop_height;
   const std::span<const std::uint32_t> asked(pixels.data(), count);
@@ -46,11 +47,29 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
     throw py::value_error("a pixel is outside of the film");
   const std::vector<double> found = [&] {
     const py::gil_scoped_release release;
-    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, asked,
-                      samples);
+    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, asked);
   }();
   const std::size_t shape[] = {count, 3};
   return py::array_t<double>(shape, found.data());
+}
+
+py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points) {
+  const std::map<std::uint32_t, LampsOfPixel> found = [&] {
+    const py::gil_scoped_release release;
+    return lamps_in_sight(scene, settings, seed, points);
+  }();
+  const std::size_t count = found.size();
+  py::array_t<std::uint32_t> pixels({count}), made_of({count});
+  py::array_t<double> moments({count, std::size_t{2}, std::size_t{3}});
+  std::uint32_t *pixel_to = pixels.mutable_data(), *made_of_to = made_of.mutable_data();
+  double* moment_to = moments.mutable_data();
+  for (const auto& [pixel, lamps] : found) {
+    *pixel_to++ = pixel;
+    *made_of_to++ = lamps.points;
+    moment_to = std::copy_n(lamps.mean, 3, moment_to);
+    moment_to = std::copy_n(lamps.mean_square, 3, moment_to);
+  }
+  return py::make_tuple(pixels, moments, made_of);
 }
 
 }  // namespace
@@ -60,10 +79,14 @@ void bind_split(py::module_& m) {
         "replicates"_a = 2,
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
         "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
-  m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
-        "replicates"_a = 2,
-        "(N, 3): the largest that a few samples of these pixels (y * width + x of the crop) would be if nothing stood "
-        "between surfaces and the lights that they aim at.");
+  m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "replicates"_a = 2,
+        "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
+        "between surfaces and the lights that it aims at.");
+  m.def(
+      "lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1,
+      "What samples see of lamps themselves, by so many points of them: N pixels (y * width + x of the crop) that see "
+      "any, the mean and the mean square of a sample of each, (N, 2, 3), and how many points these are made of. None "
+      "are found by cameras other than pinholes and lenses that stand still.");
 }
 
 }  // namespace equaltime

@@ -129,4 +129,20 @@ PixelFilter::Offset PixelFilter::sample(Point2f u) const noexcept {
   return {radius_ * (2 * static_cast<double>(u.x) - 1), radius_ * (2 * static_cast<double>(u.y) - 1), 1};
 }
 
+PixelFilter::Drawn PixelFilter::drawn(double x, double y) const noexcept {
+  const Drawn across = drawn_1d(x), along = drawn_1d(y);
+  return {across.density * along.density, across.weight * along.weight};
+}
+
+PixelFilter::Drawn PixelFilter::drawn_1d(double x) const noexcept {
+  if (!(std::abs(x) < radius_)) return {0, 0};
+  if (kind_ == FilterKind::box) return {0.5 / radius_, 1};
+  if (kind_ == FilterKind::tent) return {(1 - std::abs(x) / radius_) / radius_, 1};
+  const double interval = 0.5 * (x / radius_ + 1) * static_cast<double>(kIntervals);
+  const auto i = std::min(static_cast<std::size_t>(interval), kIntervals - 1);
+  const double height = std::lerp(heights_[i], heights_[i + 1], interval - static_cast<double>(i));
+  if (!(height > 0)) return {0, 0};
+  return {height / intervals_.total(), scale_ * profile_(x, parameter_, second_) / height};
+}
+
 }  // namespace equaltime

@@ -23,6 +23,11 @@ class PixelFilter {
     float weight;  // filter over density: 1 for box and tent, close to ±constant for others, whose density is tabulated
   };
   [[nodiscard]] Offset sample(Point2f u) const noexcept;
+  /// The density with which a sample is drawn so far from its pixel's centre, in 1 / pixel², and its weight there.
+  struct Drawn {
+    double density, weight;
+  };
+  [[nodiscard]] Drawn drawn(double x, double y) const noexcept;
   /// Half the filter's width, in pixels.
   [[nodiscard]] double radius() const noexcept { return radius_; }
 
@@ -35,6 +40,7 @@ class PixelFilter {
   };
   void tabulate(Profile profile, double integral);
   [[nodiscard]] Offset1d sample_table(float u) const noexcept;
+  [[nodiscard]] Drawn drawn_1d(double x) const noexcept;
   /// Where an interval of the table begins, or a place within it.
   [[nodiscard]] double place(double interval) const noexcept;
 

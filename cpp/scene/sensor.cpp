@@ -67,6 +67,16 @@ Ray PerspectiveCamera::ray(double x, double y) const noexcept {
   return rounded(ray, std::max(advance_, ray.near));
 }
 
+std::optional<FilmPlace> PerspectiveCamera::place(const Vec3d& axis, const Vec3d& direction) const noexcept {
+  const Vec3d across = cross(right_, down_);
+  const double reach = dot(axis, across) / dot(direction, across);  // to where a ray of a place on the film is
+  if (!(reach > 0 && std::isfinite(reach))) return std::nullopt;
+  const Vec3d along = direction * reach, on_film = along - axis;
+  const double area = dot(across, across), distance = length(along);
+  return FilmPlace{dot(cross(on_film, down_), across) / area, dot(cross(right_, on_film), across) / area,
+                   std::abs(dot(along, across)) / (distance * distance * distance)};
+}
+
 ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescription& film,
                                const Normalization& normalization)
     : view_(d.view, film, normalization, normalization.length(d.aperture_radius)),
@@ -78,10 +88,14 @@ ThinLensCamera::ThinLensCamera(const ThinLensDescription& d, const FilmDescripti
   lens_y_ = d.view.to_world.column(1) * radius;
 }
 
+Vec3d ThinLensCamera::on_lens(Point2f lens) const noexcept {
+  const Point2f place = blades_ == 0 ? square_to_disk(lens) : square_to_polygon(lens, blades_, rotation_);
+  return lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
+}
+
 EQUALTIME_INLINE SensorRay ThinLensCamera::exact(double x, double y, Point2f lens) const noexcept {
   const auto& [origin, axis, right, down, advance, near, far] = view_;
-  const Point2f place = blades_ == 0 ? square_to_disk(lens) : square_to_polygon(lens, blades_, rotation_);
-  const Vec3d from = lens_x_ * static_cast<double>(place.x) + lens_y_ * static_cast<double>(place.y);
+  const Vec3d from = on_lens(lens);
   // As for a pinhole, but one axis length is divided out of what leads to the plane of focus.
   const Vec3d along = axis + right * x + down * y - from / focus_;
   const double norm = length(along);

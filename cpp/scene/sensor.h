@@ -20,6 +20,11 @@ struct SensorRay {
   double near, far;         // far 0: no end
 };
 
+/// Where on the film something is seen, in pixels, and the solid angle of a pixel there.
+struct FilmPlace {
+  double x, y, solid_angle;
+};
+
 /// A pinhole.
 class PerspectiveCamera {
  public:
@@ -30,9 +35,17 @@ class PerspectiveCamera {
 
   [[nodiscard]] Ray ray(double x, double y) const noexcept;
   [[nodiscard]] SensorRay exact(double x, double y) const noexcept;
+  /// Where rays begin, and where on the film the one is that leaves it in a direction; nothing for one behind.
+  [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
+  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction) const noexcept {
+    return place(axis_, direction);
+  }
 
  private:
   friend class ThinLensCamera;
+  /// The same from a point of a lens, by which the axis is another.
+  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& axis, const Vec3d& direction) const noexcept;
+
   Vec3d origin_, axis_, right_, down_;  // direction = axis + x·right + y·down, x and y in pixels
   double advance_ = 0;                  // along every ray: no geometry is nearer to the camera
   double near_ = 0, far_ = 0;           // along the axis; far 0: none
@@ -47,8 +60,16 @@ class ThinLensCamera {
 
   [[nodiscard]] Ray ray(double x, double y, Point2f lens) const noexcept;
   [[nodiscard]] SensorRay exact(double x, double y, Point2f lens) const noexcept;
+  /// As a pinhole's, of a point of the lens.
+  [[nodiscard]] Vec3d origin(Point2f lens) const noexcept { return view_.origin_ + on_lens(lens); }
+  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction, Point2f lens) const noexcept {
+    return view_.place(view_.axis_ - on_lens(lens) / focus_, direction);
+  }
 
  private:
+  /// From the middle of the lens.
+  [[nodiscard]] Vec3d on_lens(Point2f lens) const noexcept;
+
   PerspectiveCamera view_;
   Vec3d lens_x_, lens_y_;  // radii of the lens
   double focus_;           // distance of the plane of focus

@@ -42,28 +42,25 @@ class UnshadowedProbe {
 }  // namespace
 
 std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings settings, const RenderOptions& options,
-                               std::span<const std::uint32_t> pixels, std::uint64_t samples) {
+                               std::span<const std::uint32_t> pixels) {
   if (!aims_at_lights(settings.technique)) settings.technique = Technique::mis;
   const Renderer renderer(scene, settings, options);  // prepares the lights
   const std::uint32_t width = scene->film.crop_width;
   const double scale = scene->normalization.world_radiance_scale();
-  std::vector<double> largest(3 * pixels.size());
+  std::vector<double> found(3 * pixels.size());
   std::atomic<std::size_t> next{0};
   on_threads(renderer.threads(), [&](unsigned) {
     UnshadowedProbe probe;
     for (std::size_t from = next.fetch_add(kChunk); from < pixels.size(); from = next.fetch_add(kChunk))
       for (std::size_t i = from; i < std::min(from + kChunk, pixels.size()); ++i) {
         const std::uint32_t x = pixels[i] % width, y = pixels[i] / width;
-        const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, samples};
-        for (std::uint64_t s = 0; s < samples; ++s) {
-          const Spectrum L = sample_pixel<kAllEffects>(task, x, y, s, std::max(1U, options.replicates), probe);
-          const float channels[3] = {L.r, L.g, L.b};
-          for (std::size_t c = 0; c < 3; ++c)
-            largest[3 * i + c] = std::max(largest[3 * i + c], static_cast<double>(channels[c]) * scale);
-        }
+        const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1};
+        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, std::max(1U, options.replicates), probe);
+        const float channels[3] = {L.r, L.g, L.b};
+        for (std::size_t c = 0; c < 3; ++c) found[3 * i + c] = std::max(0.0, static_cast<double>(channels[c]) * scale);
       }
   });
-  return largest;
+  return found;
 }
 
 }  // namespace equaltime

@@ -11,10 +11,9 @@
 
 namespace equaltime {
 
-/// For each of these pixels (y * width + x of the crop) the first `samples` samples of a render with the same options,
-/// lights aimed at whatever the technique: the largest of each channel, in the user's units, three a pixel.
+/// For each of these pixels (y * width + x of the crop) the first sample of a render with the same options, lights
+/// aimed at whatever the technique: three channels a pixel, in the user's units.
 [[nodiscard]] std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings settings,
-                                             const RenderOptions& options, std::span<const std::uint32_t> pixels,
-                                             std::uint64_t samples);
+                                             const RenderOptions& options, std::span<const std::uint32_t> pixels);
 
 }  // namespace equaltime

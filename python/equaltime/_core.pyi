@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 _Floats = NDArray[np.float64]
 _Counts = NDArray[np.int64]
+_Ids = NDArray[np.uint32]
 _Named = dict[str, Any]
 _Vec3 = Sequence[float] | _Floats
 _Seconds = float | None
@@ -23,7 +24,7 @@ class MeshData:
     @property
     def vertices(self) -> _Floats: ...
     @property
-    def faces(self) -> NDArray[np.uint32]: ...
+    def faces(self) -> _Ids: ...
     @property
     def normals(self) -> _Floats | None: ...
     @property
@@ -290,12 +291,7 @@ class Renderer:
 def split_light(
     scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1, replicates: int = 2
 ) -> tuple[list[tuple[str, str]], _Floats]: ...
+def lamps_in_sight(scene: Scene, settings: Settings, seed: int = 0, points: int = 1) -> tuple[_Ids, _Floats, _Ids]: ...
 def unshadowed(
-    scene: Scene,
-    settings: Settings,
-    pixels: NDArray[np.uint32],
-    seed: int = 0,
-    threads: int = 0,
-    samples: int = 1,
-    replicates: int = 2,
+    scene: Scene, settings: Settings, pixels: _Ids, seed: int = 0, threads: int = 0, replicates: int = 2
 ) -> _Floats: ...

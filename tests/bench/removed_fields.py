@@ -28,7 +28,7 @@ EFFECTS = "cpp/transport/effects.h"
 RUN = 0.25
 """Seconds that a render takes, about."""
 UNCOUNTED: tuple[Edit, ...] = (
-    ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|limit|replay|sampling|split|unseen)\.cpp", ""),
+    ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|in_sight|limit|replay|sampling|split|unseen)\.cpp", ""),
     ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
 )
 """What renders have no use for, but the package has: minutes less, where there is nothing to time."""

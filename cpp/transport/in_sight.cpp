@@ -1,0 +1,120 @@
+#include "transport/in_sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "transport/effects.h"
+
+namespace equaltime {
+
+namespace {
+
+/// In pixels: what reaches further spreads a lamp so thin that it is no small one.
+constexpr double kWidestFilter = 16;
+
+/// A point of a lamp as a ray through the film meets it.
+struct Sight {
+  FilmPlace place;
+  Spectrum radiance;
+  float pdf;  // of the direction
+};
+
+/// The camera from one point of its lens, or its only one.
+struct Outlook {
+  const Scene& scene;
+  Point2f lens;
+
+  [[nodiscard]] static bool possible(const Scene& scene) noexcept {
+    return !scene.camera_motion && scene.filter.radius() <= kWidestFilter &&
+           (std::holds_alternative<PerspectiveCamera>(scene.sensor) ||
+            std::holds_alternative<ThinLensCamera>(scene.sensor));
+  }
+  [[nodiscard]] Vec3d origin() const noexcept {
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->origin(lens);
+    return std::get_if<PerspectiveCamera>(&scene.sensor)->origin();
+  }
+  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction) const noexcept {
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->place(direction, lens);
+    return std::get_if<PerspectiveCamera>(&scene.sensor)->place(direction);
+  }
+};
+
+/// Whether the filter of a pixel reaches the place.
+bool is_near_film(const Scene& scene, const FilmPlace& place) noexcept {
+  const FilmDescription& film = scene.film;
+  const auto within = [&](double at, std::uint32_t from, std::uint32_t size) {
+    return std::abs(at - from - 0.5 * size) < 0.5 * size + scene.filter.radius();
+  };
+  return within(place.x, film.crop_x, film.crop_width) && within(place.y, film.crop_y, film.crop_height);
+}
+
+/// What the ray through the place sees if nothing is before the light of a sample.
+Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const LightSample& light, float time) noexcept {
+  const Ray ray = camera_ray<kAllEffects>(
+      scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
+  const Optional<Interaction> it = scene.intersect<kAllEffects>(ray, time);
+  if (light.infinite) return it ? Spectrum() : light.radiance;
+  if (!it || !it->front || scene.surfaces[it->shape].first_light == kNone || scene.light_of(*it) != light.light)
+    return {};
+  return scene.radiance<kAllEffects>(*it);
+}
+
+std::optional<Sight> look(const Scene& scene, const Settings& settings, const Sampler& sampler) noexcept {
+  const Outlook outlook{scene, sampler.get_2d(slot(CameraDimension::lens))};
+  const float time = sampler.get_1d(slot(CameraDimension::time));
+  const Receiver receiver{Vec3f(outlook.origin()), {}, false};
+  const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+  const auto light =
+      scene.lights.sample<kAllEffects>(settings.lights, settings.environment, receiver, sampler, 0, u, time);
+  if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
+  const auto place = outlook.place(Vec3d(light->wi));
+  if (!place || !is_near_film(scene, *place)) return std::nullopt;
+  return Sight{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
+}
+
+/// Adds what a point of a lamp is for the pixels whose filters reach it.
+void add(const Scene& scene, const Sight& sight, double share, std::map<std::uint32_t, LampsOfPixel>& found) {
+  const double scale = scene.normalization.world_radiance_scale(), radius = scene.filter.radius();
+  const auto& [x, y, solid_angle] = sight.place;
+  const FilmDescription& film = scene.film;
+  const auto first = [&](double at, std::uint32_t from) {
+    return static_cast<std::int64_t>(std::max(std::ceil(at - radius - 0.5) - from, 0.0));
+  };
+  const auto last = [&](double at, std::uint32_t from, std::uint32_t size) {
+    return static_cast<std::int64_t>(std::min(std::floor(at + radius - 0.5) - from, size - 1.0));
+  };
+  const float channels[3] = {sight.radiance.r, sight.radiance.g, sight.radiance.b};
+  for (std::int64_t row = first(y, film.crop_y); row <= last(y, film.crop_y, film.crop_height); ++row)
+    for (std::int64_t column = first(x, film.crop_x); column <= last(x, film.crop_x, film.crop_width); ++column) {
+      const auto [density, weight] = scene.filter.drawn(x - (static_cast<double>(column) + film.crop_x + 0.5),
+                                                        y - (static_cast<double>(row) + film.crop_y + 0.5));
+      if (!(density > 0)) continue;
+      const double times = share * density / (solid_angle * static_cast<double>(sight.pdf));
+      LampsOfPixel& pixel = found[static_cast<std::uint32_t>(row * film.crop_width + column)];
+      ++pixel.points;
+      for (int c = 0; c < 3; ++c) {
+        const double value = static_cast<double>(channels[c]) * scale * weight;
+        pixel.mean[c] += times * value;
+        pixel.mean_square[c] += times * value * value;
+      }
+    }
+}
+
+}  // namespace
+
+std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings, std::uint64_t seed,
+                                                     std::uint64_t points) {
+  const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
+  if (none || scene.hides_emitters || settings.max_depth < 1 || !Outlook::possible(scene)) return {};
+  settings.lights = LightSelection::power;
+  scene.lights.prepare(settings.lights, settings.environment);
+  std::map<std::uint32_t, LampsOfPixel> found;
+  for (std::uint64_t i = 0; i < points; ++i) {
+    const auto sight = look(scene, settings, Sampler::at(SamplerKind::sobol, seed, 0, i, 1));
+    if (sight && !sight->radiance.is_black()) add(scene, *sight, 1 / static_cast<double>(points), found);
+  }
+  return found;
+}
+
+}  // namespace equaltime

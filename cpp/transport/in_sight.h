@@ -1,0 +1,23 @@
+// Lamps as the camera sees them, found from the lamps' side: one that fills a thousandth of a pixel is missed by most
+// renders of a few hundred samples, which do not know what they miss.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "transport/renderer.h"
+
+namespace equaltime {
+
+/// What samples of a pixel see of lamps themselves.
+struct LampsOfPixel {
+  double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
+  std::uint32_t points = 0;                  // of lamps, of which these are made
+};
+
+/// By points that are drawn on lamps, and looked at by the rays that pinholes and lenses would send there: pixels
+/// (y * width + x of the crop) that see some. None for other cameras, and those that move.
+[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings,
+                                                                   std::uint64_t seed, std::uint64_t points);
+
+}  // namespace equaltime
