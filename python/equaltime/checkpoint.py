@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ class Checkpoint:
     """The provenance, as `Result.record` has it."""
     moments: NDArray[Any]
     """(R, H, W), as `equaltime.moments` describes them."""
-    unseen: NDArray[np.float32] | None = None
-    """(H, W, 3): what black pixels could have seen (`equaltime.unseen`), if there were any that were asked."""
+    missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """What samples may have missed, as `Result.missed` has it."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
@@ -40,10 +40,10 @@ class Checkpoint:
         moments = images.read_moments(path)
         if moments is None:
             raise ImageError(f"{path}: holds no moments, only an image")
-        unseen = images.read_unseen(path)
-        if unseen is not None and unseen.shape[:2] != moments.shape[1:]:
+        missed = images.read_missed(path)
+        if any(planes.shape[:2] != moments.shape[1:] for planes in missed.values()):
             raise ImageError(f"{path}: its parts are not of one size")
-        return cls(Path(path), record, moments, unseen)
+        return cls(Path(path), record, moments, missed)
 
     @property
     def seconds(self) -> float:

@@ -150,8 +150,8 @@ def image_error(
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
     are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`) tells what part of error² black
-    pixels may hide at a level, which widens the upper limit. Where single pixels make much of the error, so
-    that what was not seen may make more, the estimate says so: its upper limit is in doubt.
+    pixels and small lamps may hide at a level, which widens the upper limit. Where single pixels make much of the
+    error, so that what was not seen may make more, the estimate says so: its upper limit is in doubt.
     """
     seen = _seen_error(pixels, level)
     if hidden is None or not math.isfinite(seen.high):

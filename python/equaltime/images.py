@@ -3,10 +3,10 @@
 A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
 ``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
 in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
-loss (`equaltime.moments`), so that the render can be taken up or merged. A part ``unseen``, where there is need of it,
-holds what black pixels could have seen (`equaltime.unseen`), and a last one, ``aovs``, the outputs that the scene's
-integrator asks for beside the image. Files are written under a temporary name in the same folder and renamed, so that a
-reader never sees half a file and a failure leaves alone what was there.
+loss (`equaltime.moments`), so that the render can be taken up or merged. Parts ``unseen`` and ``lamps``, where there is
+need of them, hold what samples may have missed (`equaltime.unseen`), and a last one, ``aovs``, the outputs that the
+scene's integrator asks for beside the image. Files are written under a temporary name in the same folder and renamed,
+so that a reader never sees half a file and a failure leaves alone what was there.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ __all__ = [
     "Window",
     "check_writable",
     "read",
+    "read_missed",
     "read_moments",
-    "read_unseen",
     "write",
     "write_render",
 ]
@@ -47,7 +47,7 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
-_UNSEEN = "unseen"
+_MISSED = {"unseen": ("R", "G", "B"), "lamps": ("R", "G", "B", "share")}
 _AOVS = "aovs"
 
 
@@ -135,15 +135,18 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     return words.joined(pixels[..., [place[name] for name in names]])
 
 
-def read_unseen(path: str | os.PathLike[str]) -> NDArray[np.float32] | None:
-    """Read what black pixels could have seen, (H, W, 3), or None if a file does not tell; raises as `read_moments`."""
-    found = read_part(path, _UNSEEN, "float")
-    if found is None:
-        return None
-    channels, pixels = found
-    if sorted(channels) != sorted("RGB"):
-        raise ImageError(f"{path}: the part '{_UNSEEN}' has other channels than R, G and B")
-    return np.asarray(pixels[..., [channels.index(name) for name in "RGB"]])
+def read_missed(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
+    """Read what samples may have missed, (H, W, C) by the name of the part; raises as `read_moments`."""
+    missed = {}
+    for part, wanted in _MISSED.items():
+        found = read_part(path, part, "float")
+        if found is None:
+            continue
+        channels, pixels = found
+        if sorted(channels) != sorted(wanted):
+            raise ImageError(f"{path}: the part '{part}' has other channels than {', '.join(wanted)}")
+        missed[part] = np.asarray(pixels[..., [channels.index(name) for name in wanted]])
+    return missed
 
 
 def write_render(
@@ -155,7 +158,7 @@ def write_render(
     window: Window,
     description: str = "",
     moments: NDArray[Any] | None = None,
-    unseen: NDArray[Any] | None = None,
+    missed: Mapping[str, NDArray[Any]] | None = None,
     aovs: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
     """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
@@ -180,9 +183,9 @@ def write_render(
     if moments is not None:
         raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
         parts.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
-    if unseen is not None:
-        named = {"compression": "zip", "oiio:subimagename": _UNSEEN}
-        parts.append(Part(CHANNELS[:3], np.asarray(unseen, np.float32), named))
+    for part, planes in (missed or {}).items():
+        named = {"compression": "zip", "oiio:subimagename": part}
+        parts.append(Part(_MISSED[part], np.asarray(planes, np.float32), named))
     if aovs:
         planes = np.stack([np.asarray(plane, np.float32) for plane in aovs.values()], axis=-1)
         parts.append(Part(tuple(aovs), planes, {"compression": "zip", "oiio:subimagename": _AOVS}))

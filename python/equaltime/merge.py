@@ -51,7 +51,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         raise ImageError(f"{first.path}: cannot be merged: its samples follow a pilot, and the others' another one")
     moments = reduce(merge_moments, (part.moments for part in parts))
     origin, pixels = _origin(first, parts), pixel_statistics(moments)
-    hidden = Unseen.together([part.unseen for part in parts])
+    hidden = Unseen.together([part.missed for part in parts])
     return make_result(pixels, _stats(parts), "merge", origin, moments, bias=_bias(parts), hidden=hidden)
 
 

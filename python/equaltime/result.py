@@ -142,9 +142,8 @@ class Result:
     position: tuple[int, int, int] | None = None
     """Where the passes stand, to take them up: samples that every pixel has on average, those of the blocks before the
     next one, and that block's number."""
-    unseen: NDArray[np.float32] | None = None
-    """(H, W, 3): what black pixels could have seen at most, which widens the error's upper limit; NaN by those that
-    were not asked, None if none was (`equaltime.unseen`)."""
+    missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """What samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
 
@@ -198,7 +197,7 @@ class Result:
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)
-            more = (self.moments, self.unseen, self.aovs)
+            more = (self.moments, self.missed, self.aovs)
             images.write_render(path, *layers, self.record, self.origin.window, description, *more)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
@@ -234,9 +233,9 @@ def make_result(
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
-    unseen = None if hidden is None else hidden.known
+    missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
     found = (image, errors, pixels.samples, error)
-    return Result(*found, stats, stopped_by, origin, moments, looks, bias, position, unseen)
+    return Result(*found, stats, stopped_by, origin, moments, looks, bias, position, missed)
 
 
 def _together(noise: Estimate, bias: Estimate) -> Estimate:

@@ -1,4 +1,4 @@
-"""Light that no sample has found: what black pixels may hide.
+"""Light that no sample has found: what black pixels may hide, and small lamps in sight (`equaltime.lamps`).
 
 A pixel whose samples were all black has no variance, and its error bar would say that it is certainly black. But if N
 samples saw nothing, what they look for may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). What
@@ -15,8 +15,8 @@ the estimate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial, reduce
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics
 from equaltime.film import box_sum, unshadowed
-from equaltime.neighbourhoods import RADIUS
+from equaltime.lamps import Lamps
+from equaltime.neighbourhoods import RADIUS, window_around
 
 __all__ = ["Unseen"]
 
@@ -45,41 +46,65 @@ class Unseen:
         Gives for pixels (y * width + x) the most that a sample of each could have seen, (N, 3).
     known
         (H, W, 3): what it gave before; NaN for pixels that it was not asked for.
+    lamps
+        Gives small lamps in sight.
     """
 
-    def __init__(self, possible: Callable[[NDArray[np.uint32]], Floats], known: Floats | None = None) -> None:
+    def __init__(
+        self,
+        possible: Callable[[NDArray[np.uint32]], Floats],
+        known: Floats | None = None,
+        lamps: Callable[[], Lamps] = Lamps.none,
+    ) -> None:
         self._possible = possible
         self._known = known
+        self._find_lamps = lamps
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
         """Return what may be hidden from a render of the core's scene with the core's settings."""
-        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads))
+        lamps = partial(Lamps.of, scene, settings, seed)
+        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads), lamps=lamps)
 
     @classmethod
-    def together(cls, parts: Sequence[NDArray[np.float32] | None]) -> Unseen:
-        """Return what may be hidden from renders of one image together, by what each knows of it.
+    def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]]) -> Unseen:
+        """Return what may be hidden from renders of one image together, by the `parts` of each.
 
         A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything.
         """
-        found = [part.astype(np.float64) for part in parts if part is not None]
+        found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
-        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known)
+        lamps = Lamps.from_channels(*(part["lamps"] for part in parts if "lamps" in part))
+        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps)
 
-    @property
-    def known(self) -> NDArray[np.float32] | None:
-        """What could have been seen by the pixels that were asked for, (H, W, 3), NaN by others; None if none was."""
-        if self._known is None or np.isnan(self._known).all():
-            return None
-        return np.minimum(self._known, np.finfo(np.float32).max).astype(np.float32)
+    @cached_property
+    def lamps(self) -> Lamps:
+        """Small lamps in sight, looked for once."""
+        return self._find_lamps()
+
+    def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
+        """Return what there is of it in an image, for a file, and for `together`.
+
+        ``unseen`` is what black pixels could have seen, (H, W, 3), NaN by those that were not asked; ``lamps`` what
+        small lamps in sight add to pixels, and to which share of their samples, (H, W, 4).
+        """
+        parts = {}
+        if self._known is not None and not np.isnan(self._known).all():
+            parts["unseen"] = np.minimum(self._known, np.finfo(np.float32).max).astype(np.float32)
+        if self.lamps.pixels.size:
+            parts["lamps"] = self.lamps.channels(height, width)
+        return parts
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
         """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
+        return self._by_black(pixels, level) + self.lamps(pixels, level)
+
+    def _by_black(self, pixels: PixelStatistics, level: float) -> float:
         m = float(pixels.mean.mean())
         black = np.asarray(~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1)))
         if m == 0.0 or not black.any():
             return 0.0
-        near = _reach(black, 1), _reach(black, 0)  # nothing beyond has a part in it
+        near = window_around(black)  # nothing beyond has a part in it
         hidden = _around(~black[near]) == 0.0
         if not hidden.any():
             return 0.0
@@ -100,12 +125,6 @@ class Unseen:
         if unknown.size:
             self._known.reshape(-1, 3)[unknown] = self._possible(unknown)
         return np.where(asked[..., None], np.nan_to_num(self._known), 0.0)
-
-
-def _reach(mask: NDArray[np.bool_], axis: int) -> slice:
-    """Return from the first row or column with anything set to the last, and the neighbourhoods of both."""
-    where = np.flatnonzero(mask.any(axis=axis))
-    return slice(max(int(where[0]) - RADIUS, 0), int(where[-1]) + RADIUS + 1)
 
 
 def _around(values: NDArray[Any]) -> Floats:

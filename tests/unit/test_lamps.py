@@ -1,0 +1,195 @@
+"""Lamps smaller than a pixel: how they are found, against renders of them alone, and what renders may lack.
+
+A z-test here rejects beyond 4.9 standard errors: of 1100 numbers, by chance in one run of a thousand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import equaltime as et
+from equaltime.core_renderer import core_settings, make_renderer
+from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
+from equaltime.film import lamps_in_sight
+from equaltime.lamps import Lamps
+from equaltime.strategy import Strategy
+from equaltime.unseen import Unseen
+
+Floats = NDArray[np.float64]
+SIDE, Z_LIMIT = 12, 4.9
+ALONE = Strategy.parse("bsdf,sampler=independent")
+
+
+def bulbs(radius: float = 0.06, **more: Any) -> dict[str, Any]:
+    """Return a scene of three lamps, of which one is half behind a screen, and one seen by its edge."""
+    film = {"type": "hdrfilm", "width": SIDE, "height": SIDE, "rfilter": {"type": "box"}}
+    ball = {"type": "sphere", "radius": radius}
+    return {
+        "type": "scene",
+        "sensor": {"type": "perspective", "fov": 40, "film": film},
+        "red": {**ball, "center": [0.3, 0.21, 4], "emitter": {"type": "area", "radiance": [40.0, 10.0, 5.0]}},
+        "white": {**ball, "center": [-0.7, -0.4, 5], "emitter": {"type": "area", "radiance": 7.0}},
+        "panel": {
+            "type": "rectangle",
+            "to_world": [{"rotate": {"axis": [0, 1, 0], "angle": 150}}, {"scale": 0.2}, {"translate": [0.6, -0.6, 3]}],
+            "emitter": {"type": "area", "radiance": 3.0},
+        },
+        "screen": {"type": "rectangle", "to_world": [{"scale": 0.2}, {"translate": [-0.75, -0.25, 4.0]}]},
+        **more,
+    }
+
+
+def sensor(rfilter: str = "box", **more: Any) -> dict[str, Any]:
+    film = {"type": "hdrfilm", "width": SIDE, "height": SIDE, "rfilter": {"type": rfilter}}
+    return {"sensor": {"type": "perspective", "fov": 40, "film": film, **more}}
+
+
+SCENES = {
+    "pinhole": {},
+    "lens": sensor(type="thinlens", aperture_radius=0.1, focus_distance=3.0),
+    "tent": sensor("tent"),
+    "gaussian": sensor("gaussian"),
+    "mitchell": sensor("mitchell"),
+    "clipped": sensor(near_clip=3.96),
+    "shifted": sensor(principal_point_offset_x=0.1, principal_point_offset_y=-0.15),
+    "sky": {"sky": {"type": "constant", "radiance": 0.1}},
+}
+
+
+def worst(scene: dict[str, Any], other: dict[str, Any]) -> float:
+    """Return the largest z of what lamps of a scene are said to add to pixels, against samples of another scene."""
+    loaded, rendered = (et.load_dict(s).with_(max_depth=1) for s in (scene, other))
+    said = np.zeros((2, SIDE * SIDE, 3))
+    made_of = np.ones((SIDE * SIDE, 1))
+    pixels, moments, points = lamps_in_sight(loaded.core, core_settings(loaded, ALONE), 3, 1 << 19)
+    said[:, pixels], made_of[pixels, 0] = np.moveaxis(moments, 1, 0), points
+    mean, squares = said
+    samples = 1 << 14
+    renderer = make_renderer(rendered, ALONE, 1, 1)
+    renderer.advance(samples)
+    rare = np.maximum(squares - np.square(mean), squares / samples) / samples  # one sample that meets it, at least
+    noise = np.sqrt(rare + 4.0 * np.square(mean) / made_of)
+    return float(
+        (np.abs(mean - renderer.moments["mean"].mean(axis=0).reshape(-1, 3)) / np.where(noise > 0.0, noise, 1e-9)).max()
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_lamps_are_what_samples_see_of_them(name: str) -> None:
+    assert worst(bulbs(**SCENES[name]), bulbs(**SCENES[name])) < Z_LIMIT
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_lamps_a_little_larger_are_seen_to_be_others(name: str) -> None:
+    assert worst(bulbs(**SCENES[name]), bulbs(radius=0.065, **SCENES[name])) > Z_LIMIT
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        {"integrator": {"type": "path", "hide_emitters": True}},
+        {"sensor": {"type": "orthographic", "film": bulbs()["sensor"]["film"]}},
+        {name: {"type": "sphere", "center": [0, 0, 5]} for name in ("red", "white", "panel")},
+    ],
+    ids=["hidden", "orthographic", "none"],
+)
+def test_where_no_lamp_can_be_seen_or_none_is_looked_for_there_is_nothing(what: dict[str, Any]) -> None:
+    scene = et.load_dict(bulbs(**what))
+    assert lamps_in_sight(scene.core, core_settings(scene, ALONE), 0, 64)[0].size == 0
+
+
+def test_lamps_of_a_quarter_of_a_pixel_or_more_and_skies_are_no_small_ones() -> None:
+    for scene in (
+        bulbs(radius=0.5),
+        bulbs(**{**SCENES["sky"], "red": {"type": "sphere"}, "white": {"type": "sphere"}}),
+    ):
+        loaded = et.load_dict({**scene, "panel": {"type": "sphere"}})
+        found = Lamps.of(loaded.core, core_settings(loaded, ALONE), 0)
+        assert SIDE * SIDE // 2 + SIDE // 2 + 1 not in found.pixels
+
+
+def test_a_crop_sees_the_lamps_of_its_part() -> None:
+    film = {**bulbs()["sensor"]["film"], "rfilter": {"type": "tent"}}
+    part = {**film, "crop_offset_x": 2, "crop_offset_y": 3, "crop_width": 7, "crop_height": 5}
+    whole, crop = (
+        Lamps.of(scene.core, core_settings(scene, ALONE), 0).channels(*scene.core.film_shape)
+        for scene in (et.load_dict(bulbs(sensor={"type": "perspective", "fov": 40, "film": f})) for f in (film, part))
+    )
+    assert crop.any()
+    np.testing.assert_array_equal(crop, whole[3:8, 2:9])
+
+
+BRIGHT, SHARE, PICTURE = 400.0, 1.0 / 4000.0, 20
+"""A lamp and its share of a pixel, which it makes a tenth brighter; something that is far brighter is near."""
+UNLIT = np.ones((PICTURE, PICTURE, 3))
+UNLIT[5, 9] = 80.0
+TRUTH = UNLIT.copy()
+TRUTH[8, 9] += BRIGHT * SHARE
+
+
+def met(seed: int, samples: int) -> PixelStatistics:
+    """Render a plain image with a lamp, by samples as even as can be: replicates meet it alike but for one."""
+    rng = np.random.default_rng(seed)
+    halves = UNLIT[..., 0] + 0.3 * rng.standard_normal((2, PICTURE, PICTURE)) / math.sqrt(samples / 2)
+    halves[:, 8, 9] += BRIGHT * np.floor(samples / 2 * SHARE + rng.random(2)) / (samples / 2)
+    both = np.repeat(halves[..., None], 3, axis=-1)
+    counts = np.full((PICTURE, PICTURE), samples)
+    return PixelStatistics(both.mean(axis=0), np.square(both[0] - both[1]) / 4.0, counts, 1.0)
+
+
+def the_lamp() -> Lamps:
+    return Lamps(np.array([8 * PICTURE + 9]), np.full((1, 3), BRIGHT * SHARE), np.array([SHARE]))
+
+
+def hits(samples: int, lamps: Callable[[], Lamps]) -> int:
+    """Count, of 200 images, the upper limits above the error against the truth."""
+    hidden = Unseen(lambda pixels: np.zeros((len(pixels), 3)), lamps=lamps)
+    found = 0
+    for seed in range(200):
+        pixels = met(seed, samples)
+        square = np.square(pixels.mean - TRUTH) / (np.square(TRUTH) + (0.1 * TRUTH.mean()) ** 2)
+        found += image_error(pixels, hidden=hidden).high >= math.sqrt(square.mean())
+    return found
+
+
+@pytest.mark.parametrize("samples", [100, 1000, 2500, 5000, 8000, 20000, 60000])
+def test_the_upper_limit_holds_however_many_samples_have_met_a_lamp(samples: int) -> None:
+    """At 97.5 %, fewer than 187 of 200 happen once in 1500 times."""
+    assert hits(samples, the_lamp) >= 187
+
+
+def test_without_it_the_upper_limit_would_be_seen_to_fail() -> None:
+    assert hits(2500, Lamps.none) < 187
+    assert hits(20000, Lamps.none) < 187
+
+
+def test_it_widens_the_upper_limit_while_replicates_may_have_missed_the_lamp_and_never_moves_the_estimate() -> None:
+    added = []
+    for samples in (3000, 8000, 20000, 400000):
+        with_, without = (
+            image_error(met(2, samples), hidden=Unseen(np.zeros, lamps=lamps)) for lamps in (the_lamp, Lamps.none)
+        )
+        assert (with_.value, with_.low) == (without.value, without.low)
+        added.append(with_.high / without.high)
+    assert added[0] > 1.5 > 1.25 > added[-2] > added[-1] == 1.0
+
+
+def test_merged_renders_know_the_lamps_of_their_parts(tmp_path: Path) -> None:
+    scene = et.load_dict(bulbs(floor={"type": "rectangle", "to_world": [{"scale": 9}, {"translate": [0, 0, 6]}]}))
+    paths = [tmp_path / f"{seed}.exr" for seed in (1, 2)]
+    parts = [et.render(scene, spp=16, seed=seed) for seed in (1, 2)]
+    for part, path in zip(parts, paths, strict=True):
+        part.save(path)
+    merged = et.merge(paths)
+    lamps = Lamps.from_channels(*(part.missed["lamps"] for part in parts))
+    np.testing.assert_array_equal(merged.missed["lamps"], lamps.channels(SIDE, SIDE))
+    assert merged.moments is not None
+    pixels = pixel_statistics(merged.moments)
+    assert merged.error.high > image_error(pixels).high * 1.0001
