@@ -12,6 +12,7 @@ The samples are those that a render with the same seed will take.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from equaltime.core_renderer import bad_sample, make_renderer
 from equaltime.error_estimate import PixelStatistics, error_parts, expected_width, pixel_statistics
 from equaltime.film import box_sum
+from equaltime.lamps import Lamps
 from equaltime.law import Probed
 from equaltime.neighbourhoods import neighbours
 from equaltime.scene import Scene
@@ -47,6 +49,8 @@ class Probe:
         (H, W): samples of each pixel for one of the average, at the end of the render.
     draws
         How many pixels are drawn; one that makes much of the error may be drawn more than once, and is rendered once.
+    lamps
+        Small ones in sight, by which the upper limit will be wider.
 
     Raises
     ------
@@ -63,8 +67,10 @@ class Probe:
         pilot: PixelStatistics,
         rates: Floats,
         draws: int,
+        lamps: Lamps,
     ) -> None:
         self._scene, self._strategy, self._seed, self._pilot = scene, strategy, seed, pilot
+        self._rates, self._lamps = rates, lamps
         self._mean = float(pilot.mean.mean())
         around = _around(error_parts(pilot, self._mean)[0][..., None])
         self._sizes = ((1.0 - _EVENLY) * around + _EVENLY * around.mean()).ravel()
@@ -101,7 +107,8 @@ class Probe:
         self._samples = samples
         if self._renderer.nonfinite:
             raise bad_sample(self._scene, self._strategy, self._seed, self._renderer)
-        parts, _, leant, smooth = error_parts(self._together(pixel_statistics(self._renderer.moments)), self._mean)
+        together = self._together(pixel_statistics(self._renderer.moments))
+        parts, _, leant, smooth = error_parts(together, self._mean)
         drawn = parts.ravel()[self._drawn]
         counts = drawn / self._sizes[self._drawn]
         if not counts.any():
@@ -113,8 +120,9 @@ class Probe:
         roots = np.sqrt(np.minimum(parts, 1.0))
         less = float((counts * roots.ravel()[self._drawn]).mean() / counts.mean() * parts.sum() / (parts * roots).sum())
         leant, smooth = min(less * leant, _MOST_LEANT), min(less * smooth, 1.0)
-        width = expected_width(squares, parts.size, self._pilot.degrees, leant, smooth)
-        return Probed(samples, math.sqrt(square), doubt, width)
+        high = math.exp(expected_width(squares, parts.size, self._pilot.degrees, leant, smooth))
+        missed = self._lamps(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)), 0.95)
+        return Probed(samples, math.sqrt(square), doubt, math.log(math.hypot(high, math.sqrt(missed / square))))
 
     def _together(self, found: PixelStatistics) -> PixelStatistics:
         """Return the picture of the pilot, and in it the pixels that were found, as if all had gone as far.

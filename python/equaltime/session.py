@@ -131,7 +131,9 @@ class Session:
             renderer.rates(samples) if isinstance(renderer, AdaptiveRenderer) else np.ones(renderer.moments.shape[1:])
         )
         pilot = pixel_statistics(renderer.moments)
-        return Probe(self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws)
+        return Probe(
+            self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps
+        )
 
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""

@@ -22,6 +22,7 @@ from equaltime.error_estimate import (
     image_error,
     pixel_statistics,
 )
+from equaltime.lamps import Lamps
 from equaltime.law import Law, Probed
 from equaltime.quote import Pilot
 from equaltime.session import Session
@@ -33,6 +34,7 @@ Draw = Callable[[Floats, int, np.random.Generator], Indices]
 SCENES = Path(__file__).parents[2] / "scenes"
 SIDE, PILOT, SAMPLES, DRAWS, REPEATS = 64, 8, 64, 200, 24
 BEST = et.Strategy.parse("best")
+NO_LAMPS = Lamps.none()
 DENOMINATORS = 0.06
 """Of error², that the pilot's noise leaves to what squares are divided by."""
 
@@ -48,8 +50,8 @@ def statistics(samples: int) -> PixelStatistics:
     return pixel_statistics(renderer.moments)
 
 
-def probe(pilot: PixelStatistics) -> probes.Probe:
-    return probes.Probe(scene(), BEST, 0, 0, pilot, np.ones((SIDE, SIDE)), DRAWS)
+def probe(pilot: PixelStatistics, lamps: Lamps = NO_LAMPS) -> probes.Probe:
+    return probes.Probe(scene(), BEST, 0, 0, pilot, np.ones((SIDE, SIDE)), DRAWS, lamps)
 
 
 @cache
@@ -147,7 +149,17 @@ def test_pixels_without_noise_say_nothing() -> None:
     film = {"type": "hdrfilm", "rfilter": {"type": "box"}}
     sky = {"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": {"type": "constant"}}
     even = et.load_dict(sky).with_(size=(SIDE, SIDE))
-    assert probes.Probe(even, BEST, 0, 0, flat, np.ones((SIDE, SIDE)), DRAWS).advance(16) is None
+    assert probes.Probe(even, BEST, 0, 0, flat, np.ones((SIDE, SIDE)), DRAWS, NO_LAMPS).advance(16) is None
+
+
+def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
+    lamp = Lamps(np.array([20 * SIDE + 30]), np.full((1, 3), 0.5), np.array([0.5 / SAMPLES]))
+    pilot, whole = statistics(PILOT), statistics(SAMPLES)
+    widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
+    foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
+    stated = lamp(whole, 0.95) / image_error(whole).value ** 2
+    assert foretold == pytest.approx(stated, rel=0.3)
+    assert stated > 0.1, "the twin, a probe without lamps, foretells nothing of it"
 
 
 def test_a_law_goes_through_what_was_probed() -> None:
