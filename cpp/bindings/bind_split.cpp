@@ -58,9 +58,9 @@ py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t s
     const py::gil_scoped_release release;
     return lamps_in_sight(scene, settings, seed, points);
   }();
-  const std::size_t count = found.size();
-  py::array_t<std::uint32_t> pixels({count}), made_of({count});
-  py::array_t<double> moments({count, std::size_t{2}, std::size_t{3}});
+  const auto count = static_cast<py::ssize_t>(found.size());
+  py::array_t<std::uint32_t> pixels(count), made_of(count);
+  py::array_t<double> moments({count, py::ssize_t{2}, py::ssize_t{3}});
   std::uint32_t *pixel_to = pixels.mutable_data(), *made_of_to = made_of.mutable_data();
   double* moment_to = moments.mutable_data();
   for (const auto& [pixel, lamps] : found) {
