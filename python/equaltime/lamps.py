@@ -6,21 +6,18 @@ variance seems to be nothing. But lamps know where they are. Points of them, see
 what share ``a`` of a pixel's samples meet one, and what mean light ``l`` that adds; 4096 points take milliseconds.
 
 Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp. If these are as even as can be, ``x`` rounded
-down or up do, by chance. Where that is the same number in all R replicates they agree, and error² lacks ``l²`` times
+down or up do, by chance. Where that is the same number in all R replicates they agree, on what is wrong by ``l²`` if
+none meets it, and by ``(1/x - 1)² l²`` if each meets it once too soon. The mean of that over all cases of agreement is
 
-- 1, if none meets it though ``x`` is not so small any more;
-- ``(1/x - 1)²``, if each meets it once though ``x < 1/2``: too bright, since that should take ``1/x`` replicates;
-- ``(d/x)²`` beyond, with ``d < 1`` what rounding makes of ``x``: less and less.
+    ``((1 - x)^R + x^R (1/x - 1)²) / ((1 - x)^R + x^R) l²``
 
-The worst of these that is not too rare for the level of a limit (one of chance ``x`` has the chance ``x^R`` in all) is
-added, where the pixels of lamps around do not show as much by themselves. Several lamps are unlikely to have the worst
-of luck together: what is beyond the mean of each adds up by squares. It widens the upper limit of the error, and never
-moves the estimate.
+up to ``x = 1/2``, and ``(l/2x)²`` at most beyond. That is added where the pixels of lamps around do not show as much by
+themselves; it widens the upper limit of the error, and never moves the estimate. Being a mean, it is less than what a
+lamp makes that all replicates have met too soon, by a chance of ``x^R``.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -88,8 +85,8 @@ class Lamps:
         planes[self.pixels, 3] = self.share
         return planes.reshape(height, width, 4)
 
-    def __call__(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the part of error² that may be missing, below which it is with the confidence of an upper limit."""
+    def __call__(self, pixels: PixelStatistics) -> float:
+        """Return the part of error² that samples do not show, on average."""
         replicates = pixels.degrees + 1.0
         expected = pixels.samples.ravel()[self.pixels] / replicates * self.share
         lacking = (expected > 0.0) & (expected < _MANY)
@@ -97,16 +94,10 @@ class Lamps:
             return 0.0
         where, expected, light = self.pixels[lacking], expected[lacking], self.light[lacking]
         mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.variance))
-        rare = (0.5 * (1.0 - level)) ** (1.0 / replicates)
-        by_mean, by_worst = _times(expected, rare)
-        # what the truth is if the image is wrong by the worst: brighter, or darker but no darker than the lamp alone
-        off = np.where(expected < rare, 1.0, -np.sqrt(by_worst))[:, None] * light
-        floor = (0.1 * float(pixels.mean.mean())) ** 2
-        denominator = np.square(np.maximum(mean + off, light)) + floor
+        # the truth is no darker than what lamps add
+        denominator = np.square(np.maximum(mean, light)) + (0.1 * float(pixels.mean.mean())) ** 2
         square, seen = ((of / denominator).mean(axis=-1) for of in (np.square(light), variance))
-        by_mean, by_worst = square * by_mean, square * by_worst
-        beyond = math.sqrt(float(np.square(by_worst - by_mean).sum()))
-        whole = by_mean * (1.0 + beyond / max(float(by_mean.sum()), np.finfo(np.float64).tiny))
+        whole = square * _times(expected, replicates)
         return self._not_shown(where, whole - seen, pixels.samples.shape) / pixels.samples.size
 
     @staticmethod
@@ -120,12 +111,8 @@ class Lamps:
         return float(np.maximum(box_sum(image / neighbours(*shape)[near]), 0.0).sum())
 
 
-def _times(expected: Floats, rare: float) -> tuple[Floats, Floats]:
-    """Return by which multiple of its square the light of a lamp is wrong unseen: its mean, and at worst.
-
-    ``rare`` is how often a replicate meets the lamp that is hardly met by all of them.
-    """
-    missed = np.maximum(1.0 - expected, 0.0) / expected
-    worst = np.where(expected < rare, 1.0, np.maximum(missed, np.minimum(1.0, (1.0 - rare) / expected)) ** 2)
-    mean = np.where(expected < 0.5, 2.0 * np.square(1.0 - expected), 0.125 / expected**2)
-    return np.minimum(mean, worst), worst
+def _times(expected: Floats, replicates: float) -> Floats:
+    """Return by which multiple of its square the light of a lamp is wrong where replicates agree, on average."""
+    few = np.minimum(expected, 0.5)
+    none, each = (1.0 - few) ** replicates, few**replicates
+    return np.where(expected < 0.5, (none + each * np.square(1.0 / few - 1.0)) / (none + each), 0.25 / expected**2)

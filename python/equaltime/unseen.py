@@ -97,7 +97,7 @@ class Unseen:
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
         """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
-        return self._by_black(pixels, level) + self.lamps(pixels, level)
+        return self._by_black(pixels, level) + self.lamps(pixels)
 
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
         m = float(pixels.mean.mean())

@@ -113,7 +113,8 @@ def test_a_chamber_in_the_shade_may_hide_light_and_empty_space_may_not() -> None
     assert (result.image == 0.0).mean() > 0.5
     assert result.moments is not None
     lamps = Lamps.of(space.core, core_settings(space, Strategy.parse("best")), 0)
-    assert result.error == image_error(pixel_statistics(result.moments), hidden=lamps), "the edge of the ball alone"
+    edge = image_error(pixel_statistics(result.moments), hidden=lambda pixels, _: lamps(pixels))
+    assert result.error == edge, "the edge of the ball alone"
 
 
 def shade() -> et.Scene:
