@@ -12,8 +12,8 @@ none meets it, and by ``(1/x - 1)² l²`` if each meets it once too soon. The me
     ``((1 - x)^R + x^R (1/x - 1)²) / ((1 - x)^R + x^R) l²``
 
 up to ``x = 1/2``, and ``(l/2x)²`` at most beyond. That is added where the pixels of lamps around do not show as much by
-themselves; it widens the upper limit of the error, and never moves the estimate. Being a mean, it is less than what a
-lamp makes that all replicates have met too soon, by a chance of ``x^R``.
+themselves; it widens the upper limit of the error, and never moves the estimate. Being a mean, it is less than the
+worst luck where one lamp makes the error: with ``x`` from 0.3 to 0.6 up to 18 % of the limits at 97.5 % are too low.
 """
 
 from __future__ import annotations

@@ -70,7 +70,8 @@ class Unseen:
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]]) -> Unseen:
         """Return what may be hidden from renders of one image together, by the `parts` of each.
 
-        A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything.
+        A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything;
+        a lamp that none tells of is none.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None

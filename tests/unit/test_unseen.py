@@ -17,6 +17,8 @@ from equaltime.lamps import Lamps
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
+from .limits import limits_that_hold
+
 Floats = NDArray[np.float64]
 OPENING = Path(__file__).parents[2] / "scenes" / "experiments" / "opening.toml"
 SIDE, BRIGHT = 32, 200.0
@@ -82,15 +84,10 @@ def test_every_pixel_is_asked_once() -> None:
 
 
 def hits(chance: float, hidden: Unseen | None) -> int:
-    """Count, of 200 images, the upper limits above the error against the truth."""
+    """Count the upper limits that hold where light is found with a chance."""
     truth = np.ones((SIDE, SIDE, 3))
     truth[:, SIDE // 2 :] = BRIGHT * chance
-    found = 0
-    for seed in range(200):
-        pixels = half_lit(seed, chance)
-        square = np.square(pixels.mean - truth) / (np.square(truth) + (0.1 * truth.mean()) ** 2)
-        found += image_error(pixels, hidden=hidden).high >= math.sqrt(square.mean())
-    return found
+    return limits_that_hold(lambda seed: half_lit(seed, chance), truth, hidden)
 
 
 @pytest.mark.parametrize("chance", [1e-5, 5e-5, 2e-4])
