@@ -5,15 +5,16 @@ it is dark, and with low-discrepancy samples both replicates soon agree again, t
 variance seems to be nothing. But lamps know where they are. Points of them, seen through the film from their side, say
 what share ``a`` of a pixel's samples meet one, and what mean light ``l`` that adds; 4096 points take milliseconds.
 
-Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp. If these are as even as can be, ``x`` rounded
-down or up do, by chance. Where that is the same number in all R replicates they agree, on what is wrong by ``l²`` if
-none meets it, and by ``(1/x - 1)² l²`` if each meets it once too soon. The mean of that over all cases of agreement is
+Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp, and some whole number ``k`` of them does. Where
+all R replicates agree on it, they agree on what is wrong by ``(k/x - 1) l``. The chance of that is ``p(k)^R``; p is
+Poisson's chance, of the three ``k`` nearest ``x`` (samples may be more even, but are less so where a pixel sees a
+sliver). A pixel has met no more lamps than it is bright: a dark one knows ``k``. The mean over all ``k`` is what
+agreement hides.
 
-    ``((1 - x)^R + x^R (1/x - 1)²) / ((1 - x)^R + x^R) l²``
-
-up to ``x = 1/2``, and ``(l/2x)²`` at most beyond. That is added where the pixels of lamps around do not show as much by
-themselves; it widens the upper limit of the error, and never moves the estimate. Being a mean, it is less than the
-worst luck where one lamp makes the error: with ``x`` from 0.3 to 0.6 up to 18 % of the limits at 97.5 % are too low.
+Replicates that differ show more than they are wrong by, on average just as much as agreement hides, since their
+variance is unbiased. That is taken off: over many pixels the two balance, and what is left is of the few that make
+much of the error. Of one of them, that makes the most of it, the worst ``k`` counts and not the mean, if its chance is
+2.5 % or more. All this widens the upper limit of the error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -26,20 +27,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics
-from equaltime.film import box_sum, lamps_in_sight
-from equaltime.neighbourhoods import neighbours, window_around
+from equaltime.film import lamps_in_sight
 
 __all__ = ["Lamps"]
 
 Floats = NDArray[np.float64]
 
 _POINTS = 4096
-_LEAST_POINTS = 32
-"""Fewer of a pixel do not tell a small lamp from a part of a large one."""
 _LARGEST = 0.25
 """Share of a pixel: what fills more is met by the first samples."""
-_MANY = 20.0
-"""Samples of a replicate that meet the lamp: then replicates tell."""
+_SURELY = 3.0
+"""Standard deviations, of its points, by which a share is surely below that: few points tell little."""
+_LEAST, _MANY = 1e-9, 20.0
+"""Samples of a replicate that should meet the lamp: as good as none, and so many that replicates tell."""
+_ROUNDING = 0.01
+"""Of light that was met, at most."""
+_RARE = 0.025
+"""Chance of what an upper limit need not hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +65,7 @@ class Lamps:
             light, squares = moments[:, 0], moments[:, 1].sum(axis=-1)
             # of a lamp of one radiance, exactly its share; of several, nearly that of the brightest
             share = np.square(light).sum(axis=-1) / np.maximum(squares, np.finfo(np.float64).tiny)
-        small = (points >= _LEAST_POINTS) & (share > 0.0) & (share < _LARGEST)
+        small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(points)) < _LARGEST)
         return cls(pixels[small].astype(np.intp), light[small], share[small])
 
     @classmethod
@@ -86,33 +90,42 @@ class Lamps:
         return planes.reshape(height, width, 4)
 
     def __call__(self, pixels: PixelStatistics) -> float:
-        """Return the part of error² that samples do not show, on average."""
+        """Return the part of error² that samples do not show."""
         replicates = pixels.degrees + 1.0
         expected = pixels.samples.ravel()[self.pixels] / replicates * self.share
         lacking = (expected > 0.0) & (expected < _MANY)
         if not lacking.any():
             return 0.0
-        where, expected, light = self.pixels[lacking], expected[lacking], self.light[lacking]
-        mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.variance))
+        x, light = np.maximum(expected[lacking], _LEAST), self.light[lacking]
+        mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.variance))
+        floor = (0.1 * float(pixels.mean.mean())) ** 2
         # the truth is no darker than what lamps add
-        denominator = np.square(np.maximum(mean, light)) + (0.1 * float(pixels.mean.mean())) ** 2
+        denominator = np.square(np.maximum(mean, light)) + floor
         square, seen = ((of / denominator).mean(axis=-1) for of in (np.square(light), variance))
-        whole = square * _times(expected, replicates)
-        return self._not_shown(where, whole - seen, pixels.samples.shape) / pixels.samples.size
-
-    @staticmethod
-    def _not_shown(where: NDArray[np.intp], more: Floats, shape: tuple[int, ...]) -> float:
-        """Return the sum of what some pixels lack beyond what they show, averaged over neighbourhoods."""
-        mask = np.zeros(shape, np.bool_)
-        mask.flat[where] = True
-        near = window_around(mask)
-        image = np.zeros((*mask[near].shape, 1))
-        image[mask[near], 0] = more
-        return float(np.maximum(box_sum(image / neighbours(*shape)[near]), 0.0).sum())
+        times, alike = _meetings(x, replicates)
+        agreeing = 1.0 - np.minimum(seen * np.square(replicates * x) / square, 1.0)
+        more = (alike * np.square(times - 1.0)).sum(axis=-1) / (1.0 - alike.sum(axis=-1)) * square
+        hidden, worst = _hidden(times, alike, light, mean, floor)
+        whole = float((agreeing * hidden - (1.0 - agreeing) * more).sum() + (agreeing * (worst - hidden)).max())
+        return max(whole, 0.0) / pixels.samples.size
 
 
-def _times(expected: Floats, replicates: float) -> Floats:
-    """Return by which multiple of its square the light of a lamp is wrong where replicates agree, on average."""
-    few = np.minimum(expected, 0.5)
-    none, each = (1.0 - few) ** replicates, few**replicates
-    return np.where(expected < 0.5, (none + each * np.square(1.0 / few - 1.0)) / (none + each), 0.25 / expected**2)
+def _meetings(expected: Floats, replicates: float) -> tuple[Floats, Floats]:
+    """Return how often lamps may have been met, over what was expected, and the chance that all agree on it, (N, 3)."""
+    expected = expected[:, None]
+    times = np.maximum(np.ceil(expected - 1.5), 0.0) + np.arange(3.0)
+    # over Poisson's chance of the first, which is the same factor for all
+    chances = np.cumprod(np.where(np.arange(3) > 0, expected / np.maximum(times, 1.0), 1.0), axis=-1)
+    return times / expected, (chances / chances.sum(axis=-1, keepdims=True)) ** replicates
+
+
+def _hidden(times: Floats, alike: Floats, light: Floats, mean: Floats, floor: float) -> tuple[Floats, Floats]:
+    """Return each pixel's part of error² where replicates agree: its mean, and the worst that is not rare, (N,)."""
+    times, light, mean = times[..., None], light[:, None], mean[:, None]
+    wrong = (times - 1.0) * light
+    parts = (np.square(wrong) / (np.square(np.maximum(mean - wrong, light)) + floor)).mean(axis=-1)
+    possible = (times == 0.0) | (mean > (1.0 - _ROUNDING) * times * light)
+    chances = alike * possible.all(axis=-1)
+    chances[:, 0] = np.maximum(chances[:, 0], np.finfo(np.float64).tiny)  # where nothing else is possible
+    chances /= chances.sum(axis=-1, keepdims=True)
+    return (chances * parts).sum(axis=-1), np.where(chances >= _RARE, parts, 0.0).max(axis=-1)

@@ -153,7 +153,7 @@ def test_pixels_without_noise_say_nothing() -> None:
 
 
 def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
-    lamp = Lamps(np.array([20 * SIDE + 30]), np.full((1, 3), 1.5), np.array([0.5 / SAMPLES]))
+    lamp = Lamps(np.array([20 * SIDE + 30, 21 * SIDE + 30]), np.full((2, 3), 1.5), np.full(2, 0.5 / SAMPLES))
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
     foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
