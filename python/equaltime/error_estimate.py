@@ -148,15 +148,19 @@ def image_error(
     the level, and differs for both sides, since a reference that leans to the dark overestimates more than it misses.
 
     Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
-    value 0 and the upper limit ``inf``: nothing was seen, so nothing is known. Light paths that no sample has found yet
-    are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`) tells what part of error² black
-    pixels and small lamps may hide at a level, which widens the upper limit. Where single pixels make much of the
-    error, so that what was not seen may make more, the estimate says so: its upper limit is in doubt.
+    value 0 and the upper limit ``inf``: nothing was seen, so nothing is known; or 0 if nothing can be hidden. Light
+    paths that no sample has found yet are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`)
+    tells what part of error² black pixels and small lamps may hide at a level, which widens the upper limit. Where
+    single pixels make much of the error, so that what was not seen may make more, the estimate says so: its upper limit
+    is in doubt.
     """
     seen = _seen_error(pixels, level)
-    if hidden is None or not math.isfinite(seen.high):
+    if hidden is None or not seen.known:
         return seen
-    return replace(seen, high=math.hypot(seen.high, math.sqrt(hidden(pixels, level))))
+    missed = math.sqrt(hidden(pixels, level))
+    if seen.value == 0.0 and missed == 0.0:
+        return Estimate(0.0, 0.0, 0.0)
+    return replace(seen, high=math.hypot(seen.high, missed))
 
 
 def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:

@@ -103,7 +103,7 @@ class Unseen:
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
         m = float(pixels.mean.mean())
         black = np.asarray(~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1)))
-        if m == 0.0 or not black.any():
+        if not black.any():
             return 0.0
         near = window_around(black)  # nothing beyond has a part in it
         hidden = _around(~black[near]) == 0.0
@@ -114,7 +114,8 @@ class Unseen:
         largest = _largest_around(self._find(asked)[near])[hidden]
         samples = _around(pixels.samples[near])[hidden, None]
         square = np.square(math.log(2.0 / (1.0 - level)) * largest / samples)
-        return float((square / (square + (0.1 * m) ** 2)).sum()) / pixels.mean.size
+        whole = square + (0.1 * m) ** 2
+        return float(np.divide(square, whole, out=np.zeros_like(whole), where=whole > 0.0).sum()) / pixels.mean.size
 
     def _find(self, asked: NDArray[np.bool_]) -> Floats:
         """Return what could have been seen, (H, W, 3), by those pixels; each is asked once in a render."""

@@ -63,6 +63,20 @@ def test_what_is_dark_for_certain_is_exempt_and_so_is_an_image_without_black() -
     assert Unseen(everywhere)(replace(lit, mean=lit.mean + 1.0), 0.95) == 0.0
 
 
+def test_a_black_image_has_no_error_if_nothing_can_be_hidden_and_any_otherwise() -> None:
+    black = half_lit(1)
+    black = replace(black, mean=0.0 * black.mean, variance=0.0 * black.variance)
+    dark = Unseen(lambda pixels: np.zeros((len(pixels), 3)))
+    assert image_error(black, hidden=dark).high == 0.0
+    assert image_error(black, hidden=Unseen(everywhere)).high == image_error(black).high == math.inf
+
+
+def test_a_render_of_nothing_but_darkness_ends() -> None:
+    scene = et.load_dict({"type": "scene", "ball": {"type": "sphere"}}).with_(size=(8, 8))
+    found = et.render(scene, error=0.05, time=20.0)
+    assert (found.stopped_by, found.error.high) == ("error", 0.0)
+
+
 def test_black_pixels_beside_any_that_saw_light_are_left_to_their_variance() -> None:
     pixels = half_lit(1)
     pixels.mean[:, 20::7] += 0.1  # no neighbourhood is all black
