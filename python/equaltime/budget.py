@@ -35,6 +35,8 @@ _LEAST_Z, _MOST_Z = 1.960, 6.0
 """Of the limits at looks: that of 95 %, and one beyond which no number tells a chance from nothing."""
 _IDLE = 2.0
 """Times the target: a look that finds more cannot end a render, and spends nothing."""
+_WIDE = 2.0
+"""Times the estimate: an upper limit beyond is of so few paths that it closes faster than errors fall."""
 _GROWTH = 1.15
 _LONGEST_JUMP = 8.0
 # Errors fall as n^-0.5 for independent samples and up to about n^-0.75 for low-discrepancy ones where the picture has
@@ -109,8 +111,8 @@ class Looks:
         """Spend, and plan the next look."""
         if look.value < _IDLE * target:
             self._left -= _chance(_z(self._left))
-        excess = look.high / target
-        growth = min(excess, _LONGEST_JUMP) ** (1.0 / _FASTEST_LAW) if math.isfinite(excess) else _GROWTH
+        excess = min(look.high, _WIDE * look.value) / target
+        growth = min(excess, _LONGEST_JUMP) ** (1.0 / _FASTEST_LAW) if math.isfinite(look.high) else _GROWTH
         self.next = _even(look.samples * min(max(growth, _GROWTH), _LONGEST_JUMP))
         self.met = look.high <= target
 
