@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from equaltime import images
 from equaltime.budget import Look
 from equaltime.errors import ImageError, RenderError
+from equaltime.provenance import checked
 
 __all__ = ["Checkpoint"]
 
@@ -25,7 +26,7 @@ class Checkpoint:
 
     path: Path
     record: Mapping[str, Any]
-    """The provenance, as `Result.record` has it."""
+    """The provenance, as `Result.record` has it, checked."""
     moments: NDArray[Any]
     """(R, H, W), as `equaltime.moments` describes them."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
@@ -33,15 +34,18 @@ class Checkpoint:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
-        """Read a file that `Result.save` wrote; raises `ImageError` if it is none, or holds no moments."""
+        """Read a file that `Result.save` wrote; raises `ImageError` if it is none, damaged, or without moments."""
         record = images.read(path).record
         if not record:
             raise ImageError(f"{path}: was not rendered by equaltime")
         moments = images.read_moments(path)
         if moments is None:
             raise ImageError(f"{path}: holds no moments, only an image")
+        record = checked(record, path)
+        _, _, width, height = record["crop"]
         missed = images.read_missed(path)
-        if any(planes.shape[:2] != moments.shape[1:] for planes in missed.values()):
+        sizes = {(height, width), *(planes.shape[:2] for planes in missed.values())}
+        if sizes != {moments.shape[1:]} or record["replicates"] != len(moments):
             raise ImageError(f"{path}: its parts are not of one size")
         return cls(Path(path), record, moments, missed)
 
@@ -52,22 +56,19 @@ class Checkpoint:
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """What it saw when it looked at its error; raises `RenderError` if it does not tell."""
-        try:
-            return tuple(
-                Look(int(samples), *(math.inf if number is None else float(number) for number in numbers))
-                for samples, *numbers in self.record["looks"]
-            )
-        except (TypeError, ValueError) as error:
-            raise RenderError(f"{self.path}: cannot be taken up: it does not tell what it saw of its error") from error
+        """What it saw when it looked at its error."""
+        return tuple(
+            Look(samples, *(math.inf if number is None else number for number in numbers))
+            for samples, *numbers in self.record["looks"]
+        )
 
     @property
     def position(self) -> tuple[int, int, int]:
         """Where its passes stood, as `Result.position` says; raises `RenderError` if it does not tell."""
-        match self.record.get("position"):
-            case [int(done), int(target), int(next_block)] if min(done, target, next_block) >= 0:
-                return done, target, next_block
-        raise RenderError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+        if self.record["position"] is None:
+            raise RenderError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+        done, target, next_block = self.record["position"]
+        return done, target, next_block
 
     def check(self, wanted: Mapping[str, Any]) -> None:
         """Raise `RenderError` if this is a part of another render, with what differs.

@@ -275,6 +275,6 @@ def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, An
         return {}
     try:
         record = json.loads(text)
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:  # of numbers without end, or of nesting
         raise ImageError(f"{path}: the attribute {RECORD} is damaged: {error}") from error
     return record if isinstance(record, dict) else {}

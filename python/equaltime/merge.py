@@ -95,7 +95,7 @@ def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
 
 def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
     """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
-    found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record.get("bias") is not None]
+    found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
     return max(found, key=lambda bias: bias.high, default=None)
 
 
@@ -124,7 +124,7 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
         seed=record["seed"],
         replicates=record["replicates"],
         backend=record["backend"],
-        without=tuple(record.get("without", ())),
+        without=tuple(record["without"]),
         substitutions=tuple(record["substitutions"]),
         sources=tuple(source for part in parts for source in _sources(part)),
     )

@@ -1,0 +1,97 @@
+"""What a saved render says of how it was made, checked where it is read: the file may be damaged, or another's."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from equaltime.errors import ImageError, StrategyError
+from equaltime.result import StoppedBy
+from equaltime.scene.known import shortened
+from equaltime.strategy import Strategy
+
+__all__ = ["checked"]
+
+
+def _strategy(name: str) -> str:
+    try:
+        Strategy.parse(name)
+    except StrategyError as error:
+        raise ValueError(str(error)) from error
+    return name
+
+
+Count = Annotated[int, Field(ge=0, lt=2**64)]
+Pixels = Annotated[int, Field(ge=0, lt=2**31)]
+Seconds = Annotated[float, Field(ge=0.0)]
+
+
+class _Facts(BaseModel):
+    """Facts by name; more of them than are asked for do no harm."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+
+class _Source(_Facts):
+    seed: Count
+    samples: dict[str, int]
+    seconds: Seconds
+    build: dict[str, Any] | None
+
+
+class _Interval(_Facts):
+    value: float | None
+    low: float | None
+    high: float | None
+    doubt: str = ""
+
+
+class _Record(_Facts):
+    """What taking up and merging go by, as `Result.record` writes it."""
+
+    scene: str | None
+    digest: str
+    size: Annotated[list[Pixels], Field(min_length=2, max_length=2)]
+    crop: Annotated[list[Pixels], Field(min_length=4, max_length=4)]
+    max_depth: int
+    strategy: Annotated[str, AfterValidator(_strategy)]
+    biased: bool
+    seed: Count
+    replicates: int
+    backend: str
+    without: list[str] = []
+    substitutions: list[str]
+    sources: list[_Source]
+    samples: dict[str, int]
+    stopped_by: StoppedBy
+    bias: _Interval | None = None
+    looks: list[Annotated[tuple[Count, float | None, float | None], Field(strict=False)]]
+    position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
+    seconds: Seconds
+    paths: Count
+    rays: Count
+    shadow_rays: Count
+    threads: int
+    kernel: str
+    effects: list[str]
+    build: dict[str, Any] | None
+
+
+def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return a file's record, whole; raises `ImageError` with all that is wrong with it."""
+    try:
+        return _Record.model_validate(record).model_dump()
+    except ValidationError as error:
+        raise ImageError(f"{path}: its record is damaged: {'; '.join(_problems(error))}") from None
+
+
+def _problems(error: ValidationError) -> Iterator[str]:
+    for details in error.errors(include_url=False):
+        key = ".".join(map(str, details["loc"]))
+        if details["type"] == "missing":
+            yield f"'{key}' is missing"
+        else:
+            yield f"'{key}' {details['msg'].removeprefix('Input ')}, found {shortened(details['input'], 80)}"
