@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from equaltime.cli.outcome import check_spares
 from equaltime.merge import merge as merge_files
 from equaltime.result import check_output
 
@@ -29,7 +30,8 @@ def merge(
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
-    check_output(output)
+    picture = check_output(output)
+    check_spares({output, picture}, files, "is one of the files to be merged")
     result = merge_files(files)
     written = result.save(output)
     if as_json:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time as clock
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -36,13 +35,14 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
+from equaltime.cli.outcome import check_spares
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
-from equaltime.scene import Scene, load_file
+from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
@@ -155,7 +155,7 @@ def render(
     chosen = Strategy.parse(strategy)
     picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
-    _check_spares(loaded, {output, picture})
+    check_spares({output, picture}, named_files(loaded), "the scene is made of this file")
     if not quiet:
         print_warnings(loaded)
         print_hazards(loaded)
@@ -212,13 +212,6 @@ def render(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
-
-
-def _check_spares(scene: Scene, places: Iterable[Path]) -> None:
-    """Raise `ImageError` for an output that would take the place of a file that the scene is made of."""
-    for place in filter(Path.exists, places):
-        if any(place.samefile(file) for file in named_files(scene)):
-            raise ImageError(f"{place}: the scene is made of this file; write to another")
 
 
 def _viewer(address: str, output: Path) -> Viewer:
