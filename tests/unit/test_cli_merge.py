@@ -1,9 +1,11 @@
-"""``equaltime merge``: what it does not write over."""
+"""``equaltime merge``: what it says of the joined image, and what it does not write over."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,6 +37,53 @@ def saved(parts: list[et.Result], folder: Path) -> list[str]:
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+def changed(parts: list[et.Result], field: str, value: float) -> list[et.Result]:
+    """Return renders with something else in one of their pixels, in one replicate or in all."""
+    moments = [part.moments.copy() for part in parts if part.moments is not None]
+    for part in moments:
+        part[field][(0 if value else slice(None)), 4, 5] = value
+    return [replace(part, moments=film) for part, film in zip(parts, moments, strict=True)]
+
+
+def said(parts: list[et.Result], folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    both = str(folder / "both.exr")
+    assert main(["merge", *saved(parts, folder), "-o", both]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    lines = captured.out.splitlines()
+    assert lines[1] == f"wrote {both}, {folder / 'both.png'}"
+    return [lines[0], *lines[2:]]
+
+
+def test_of_an_image_without_bias_the_seeds_and_the_error_are_told(
+    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (line,) = said(parts, tmp_path, capsys)
+    assert line.startswith("12x10, 8 spp of 2 seeds, error ")
+    assert line.endswith(", unbiased")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"strategy": "best,truncate=3"}, "biased: best,truncate=3"),
+        ({"without": ["long_paths=3"]}, "biased: without long_paths=3, which makes "),
+    ],
+)
+def test_a_bias_is_told_as_of_a_render(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: dict[str, Any], words: str
+) -> None:
+    biased = [et.render(BALL, spp=4, seed=seed, threads=1, **options) for seed in range(2)]
+    assert words in said(biased, tmp_path, capsys)[0]
+
+
+def test_a_limit_in_doubt_and_pixels_without_a_sample_are_told_as_of_a_render(
+    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "the error's upper limit cannot be trusted: " in said(changed(parts, "mean", 1e4), tmp_path, capsys)[1]
+    assert said(changed(parts, "count", 0), tmp_path, capsys)[1:] == ["1 of 120 pixels have no sample"]
 
 
 @pytest.mark.parametrize("output", ["0.exr", "1.exr", "./0.exr", "link.exr", "pictured.exr"])

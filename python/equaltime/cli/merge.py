@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.outcome import check_spares
+from equaltime.cli.messages import print_lines
+from equaltime.cli.outcome import check_spares, doubts, headline
 from equaltime.merge import merge as merge_files
 from equaltime.result import check_output
 
@@ -37,7 +38,5 @@ def merge(
     if as_json:
         print(json.dumps({**result.record, "files": [str(path) for path in written]}, indent=2))
         return 0
-    height, width = result.samples.shape
-    print(f"{width}x{height}, {result.spp:.4g} spp of {len(result.origin.sources)} seeds, error {result.error}")
-    print(f"wrote {', '.join(map(str, written))}")
+    print_lines([headline(result), f"wrote {', '.join(map(str, written))}", *doubts(result)])
     return 0

@@ -1,4 +1,4 @@
-"""What every command that makes an image must not write over."""
+"""What every command that makes an image says of it, and what it must not write over."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from equaltime.errors import ImageError
+from equaltime.result import Result
 
-__all__ = ["check_spares"]
+__all__ = ["check_spares", "doubts", "headline"]
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
@@ -17,3 +18,24 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
     for place in filter(Path.exists, places):
         if any(place.samefile(file) for file in there):
             raise ImageError(f"{place}: {why}; write to another")
+
+
+def headline(result: Result) -> str:
+    """Say in a line what the image is, its error, and whether it is biased."""
+    height, width = result.samples.shape
+    origin = result.origin
+    seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
+    bias = f"biased: {origin.strategy}" if origin.biased else "unbiased"
+    if result.bias is not None:
+        bias = f"biased: without {', '.join(origin.without)}, which makes {result.bias} of it"
+    return f"{width}x{height}, {result.spp:.4g} spp{seeds}, error {result.error}, {bias}"
+
+
+def doubts(result: Result) -> list[str]:
+    """Say in a line each what keeps the image or its error from being relied on."""
+    lines = []
+    if not result.error.trusted:
+        lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
+    if empty := int((result.samples == 0).sum()):
+        lines.append(f"{empty} of {result.samples.size} pixels have no sample")
+    return lines

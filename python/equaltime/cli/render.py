@@ -35,7 +35,7 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
-from equaltime.cli.outcome import check_spares
+from equaltime.cli.outcome import check_spares, doubts, headline
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, RenderError, SampleError
@@ -228,13 +228,9 @@ def _record(result: Result, writing: float, files: tuple[Path, ...], decisions: 
 
 def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[str]:
     """Say in a few lines what was done, what it cost, where it is and why it ended."""
-    height, width = result.samples.shape
     phases = {**result.stats.phases, "write": writing}
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6
-    bias = f"biased: {result.origin.strategy}" if result.origin.biased else "unbiased"
-    if result.bias is not None:
-        bias = f"biased: without {', '.join(result.origin.without)}, which makes {result.bias} of it"
     reasons = {
         "spp": "every pixel has its samples",
         "time": "the time limit was reached",
@@ -243,14 +239,10 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
         "nonfinite": "a sample was not a number",
         "faulty": "a sample raised a floating-point fault",
     }
-    lines = [
-        f"{width}x{height}, {result.spp:.4g} spp, error {result.error}, {bias}",
+    return [
+        headline(result),
         f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
         f"wrote {', '.join(map(str, files))}",
         f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}",
+        *doubts(result),
     ]
-    if not result.error.trusted:
-        lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
-    if empty := int((result.samples == 0).sum()):
-        lines.append(f"{empty} of {width * height} pixels have no sample")
-    return lines
