@@ -1,11 +1,17 @@
-"""What must outlast the machine."""
+"""Files that take the place of others whole, outlast the machine, and leave nothing behind."""
 
 from __future__ import annotations
 
+import fcntl
 import os
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from urllib.parse import quote
 
-__all__ = ["to_disk"]
+__all__ = ["replacing", "to_disk"]
 
 
 def to_disk(path: Path) -> None:
@@ -13,5 +19,71 @@ def to_disk(path: Path) -> None:
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give an empty file beside ``path``, and rename it to ``path`` if all went well; remove it if not.
+
+    Raises `OSError`; what was there before is left alone then.
+
+    A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
+    the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
+    has the machine's name, and only files of the same machine are looked at.
+    """
+    _tidy(path.parent)
+    # without the name itself, which may already be as long as a name can be
+    temporary = path.with_name(f"{_machine()}-{os.getpid()}-{threading.get_ident():x}.part")
+    descriptor = _locked(temporary)
+    try:
+        yield temporary
+        to_disk(temporary)  # a machine that stops after the renaming must find the whole file
+        os.replace(temporary, path)
+    finally:
+        with suppress(OSError):  # the disk's own complaint counts
+            temporary.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def _machine() -> str:
+    return f".equaltime-{quote(os.uname().nodename, safe='')}"
+
+
+def _locked(path: Path) -> int:
+    """Make a file, and lock it; who tidies may have taken it in between."""
+    while True:
+        descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
+        with suppress(OSError):  # where there are no locks, nobody takes it
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        if _is(path, descriptor):
+            return descriptor
+        os.close(descriptor)
+
+
+def _is(path: Path, descriptor: int) -> bool:
+    """Tell whether a file that was opened still has its name."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _tidy(folder: Path) -> None:
+    """Remove what killed processes of this machine were writing; what cannot be is left."""
+    part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
+    with suppress(OSError):
+        for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:
+            with suppress(OSError):
+                _remove_if_left(left)
+
+
+def _remove_if_left(part: Path) -> None:
+    descriptor = os.open(part, os.O_RDWR)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # OSError if somebody writes it
+        if _is(part, descriptor):  # and not another by now, since this one was finished
+            part.unlink()
     finally:
         os.close(descriptor)

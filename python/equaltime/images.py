@@ -13,9 +13,7 @@ from __future__ import annotations
 
 import json
 import os
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -26,7 +24,7 @@ import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
 from equaltime import moments as words
-from equaltime.disk import to_disk
+from equaltime.disk import replacing
 from equaltime.errors import ImageError
 from equaltime.image_files import complaint, excess, opened, read_part, reason, utf8
 
@@ -223,18 +221,21 @@ class Part:
 def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
     """Write the parts as they are, whole or not at all; raises `ImageError`."""
     specs = tuple(part.spec(window) for part in parts)
-    with _replacing(path) as temporary:
-        output = oiio.ImageOutput.create(file_format)
-        if output is None:
-            raise ImageError(f"{path}: {complaint(oiio)}")
-        done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
-        for i, part in enumerate(parts):
-            done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
-            done = done and output.write_image(np.ascontiguousarray(part.pixels))
-        # closing writes what is still buffered, so it can fail as well
-        if not (output.close() and done):
-            said = complaint(output) or "the file could not be completed"
-            raise ImageError(f"{path}: cannot write: {said}")
+    output = oiio.ImageOutput.create(file_format)
+    if output is None:
+        raise ImageError(f"{path}: {complaint(oiio)}")
+    try:
+        with replacing(path) as temporary:
+            done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
+            for i, part in enumerate(parts):
+                done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
+                done = done and output.write_image(np.ascontiguousarray(part.pixels))
+            # closing writes what is still buffered, so it can fail as well
+            if not (output.close() and done):
+                said = complaint(output) or "the file could not be completed"
+                raise ImageError(f"{path}: cannot write: {said}")
+    except OSError as error:
+        raise ImageError(f"{path}: {error.strerror or error}") from error
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
@@ -252,22 +253,6 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     utf8(path.parent)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside ``path``, and rename it to ``path`` if all went well; remove it if not."""
-    # without the name itself, which may already be as long as a name can be
-    temporary = path.with_name(f".equaltime-{os.getpid()}-{threading.get_ident():x}.part")
-    try:
-        yield temporary
-        to_disk(temporary)  # a machine that stops after the renaming must find the whole file
-        os.replace(temporary, path)
-    except OSError as error:
-        raise ImageError(f"{path}: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):  # the disk's own complaint counts
-            temporary.unlink(missing_ok=True)
 
 
 def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:

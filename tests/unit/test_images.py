@@ -12,7 +12,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from numpy.typing import NDArray
 
-from equaltime import images, preview
+from equaltime import disk, images, preview
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
 from equaltime.images import Window
@@ -124,7 +124,7 @@ def test_a_disk_that_complains_only_when_it_is_asked_leaves_the_old_file_alone(
     def full(_: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(images, "to_disk", full)
+    monkeypatch.setattr(disk, "to_disk", full)
     with pytest.raises(ImageError, match=r"out\.exr: No space left"):
         images.write_exr(path, numbers(4, 4, 3))
     assert path.read_bytes() == b"old"

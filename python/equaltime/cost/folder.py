@@ -34,7 +34,7 @@ __all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _PART = ".equaltime-{}.part"
 _OWN_PART = re.compile(r"\.equaltime-\d+\.part")
-"""Not those of renders that go on in the same folder, which have two numbers."""
+"""Not those of renders that go on in the same folder, which have more in their names."""
 _GROWING = ("scenes", "strategies")
 """Parts of an identity to which something may be added later, each under its name."""
 

@@ -1,0 +1,125 @@
+"""Files that take the place of others: what a process that is killed leaves, and what others are writing meanwhile."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from equaltime import disk, images
+
+_KILLED = """
+import os, signal, sys
+from pathlib import Path
+from equaltime.disk import replacing
+with replacing(Path(sys.argv[1])) as file:
+    file.write_bytes(b"half")
+    os.kill(os.getpid(), signal.{signal})
+"""
+
+
+def begin(output: Path, number: signal.Signals) -> subprocess.Popen[bytes]:
+    """Begin to write a file in another process, which a signal meets half way."""
+    return subprocess.Popen([sys.executable, "-c", _KILLED.format(signal=number.name), str(output)])
+
+
+def write(output: Path) -> None:
+    with disk.replacing(output) as file:
+        file.write_bytes(b"whole")
+
+
+def parts(folder: Path) -> list[Path]:
+    return list(folder.glob(".equaltime-*.part"))
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_there(tmp_path: Path) -> None:
+    assert begin(tmp_path / "a.exr", signal.SIGKILL).wait() == -signal.SIGKILL
+    assert [part.read_bytes() for part in parts(tmp_path)] == [b"half"]
+    write(tmp_path / "b.exr")
+    assert [file.name for file in tmp_path.iterdir()] == ["b.exr"]
+
+
+def test_what_a_living_process_writes_is_left_alone(tmp_path: Path) -> None:
+    process = begin(tmp_path / "a.exr", signal.SIGSTOP)
+    try:
+        os.waitpid(process.pid, os.WUNTRACED)
+        write(tmp_path / "b.exr")
+        assert [part.read_bytes() for part in parts(tmp_path)] == [b"half"]
+    finally:
+        process.send_signal(signal.SIGCONT)
+    assert process.wait() == 0
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.exr": b"half", "b.exr": b"whole"}
+
+
+def test_an_image_that_another_thread_writes_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The image library opens the file once more, by its name: it must be the one that is locked."""
+    pixels = np.ones((4, 4, 3))
+
+    def meanwhile(part: Path) -> None:
+        monkeypatch.undo()
+        thread = Thread(target=images.write_exr, args=(tmp_path / "b.exr", pixels))
+        thread.start()
+        thread.join()
+        assert parts(tmp_path) == [part]
+
+    monkeypatch.setattr(disk, "to_disk", meanwhile)
+    images.write_exr(tmp_path / "a.exr", pixels)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.exr", "b.exr"]
+
+
+def test_what_cannot_be_judged_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    others = {".equaltime-another-machine-17-7f.part", ".equaltime-17-7f.part", ".equaltime-17.part", "mine.part"}
+    for name in others:
+        (tmp_path / name).touch()
+    write(tmp_path / "a.exr")
+    assert {file.name for file in tmp_path.iterdir()} == {*others, "a.exr"}
+    begin(tmp_path / "a.exr", signal.SIGKILL).wait()
+
+    def no_locks(*_: int) -> None:
+        raise OSError
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    write(tmp_path / "a.exr")
+    assert len(parts(tmp_path)) == len(others), "one more than those of others"
+
+
+def test_a_file_that_was_finished_while_it_was_judged_does_not_take_the_next_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin(tmp_path / "a.exr", signal.SIGKILL).wait()
+    (part,) = parts(tmp_path)
+    lock = fcntl.flock
+
+    def finished_before(descriptor: int, operation: int) -> None:
+        if operation & fcntl.LOCK_NB:
+            part.rename(tmp_path / "a.exr")
+            part.write_bytes(b"next")
+        lock(descriptor, operation)
+
+    monkeypatch.setattr(fcntl, "flock", finished_before)
+    write(tmp_path / "b.exr")
+    assert part.read_bytes() == b"next"
+
+
+def test_a_file_that_was_tidied_away_before_it_was_locked_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock, taken = fcntl.flock, []
+
+    def tidied_before(descriptor: int, operation: int) -> None:
+        if not taken:
+            taken.extend(parts(tmp_path))
+            taken[0].unlink()
+        lock(descriptor, operation)
+
+    monkeypatch.setattr(fcntl, "flock", tidied_before)
+    write(tmp_path / "a.exr")
+    assert taken
+    assert (tmp_path / "a.exr").read_bytes() == b"whole"
