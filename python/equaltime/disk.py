@@ -27,12 +27,13 @@ def to_disk(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Give an empty file beside ``path``, and rename it to ``path`` if all went well; remove it if not.
 
-    Raises `OSError`; what was there before is left alone then.
+    A link stays, and what it leads to is replaced. Raises `OSError`; what was there before is left alone then.
 
     A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
     the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
     has the machine's name, and only files of the same machine are looked at.
     """
+    path = Path(os.path.realpath(path))
     _tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
     temporary = path.with_name(f"{_machine()}-{os.getpid()}-{threading.get_ident():x}.part")

@@ -246,13 +246,14 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     try:
         if path.is_dir():
             raise ImageError(f"{path}: is a folder")
-        if not path.parent.is_dir():
-            raise ImageError(f"{path}: the folder {path.parent} does not exist")
+        folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
+        if not folder.is_dir():
+            raise ImageError(f"{path}: the folder {folder} does not exist")
     except OSError as error:  # such as a name that no file can have
         raise ImageError(f"{path}: {error.strerror or error}") from error
-    utf8(path.parent)
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise ImageError(f"{path}: the folder {path.parent} cannot be written to")
+    utf8(folder)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ImageError(f"{path}: the folder {folder} cannot be written to")
 
 
 def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:

@@ -138,9 +138,22 @@ def test_an_existing_file_is_replaced(result: Result, tmp_path: Path) -> None:
     assert images.read(path).record["seed"] == result.origin.seed
 
 
+def test_a_link_stays_and_what_it_leads_to_is_replaced(result: Result, tmp_path: Path) -> None:
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "kept.exr").write_bytes(b"old")
+    (tmp_path / "out.exr").symlink_to("far/kept.exr")
+    (tmp_path / "out.png").symlink_to("far/new.png")
+    result.save(tmp_path / "out.exr")
+    assert (tmp_path / "out.exr").is_symlink()
+    assert (tmp_path / "out.png").is_symlink()
+    assert images.read(tmp_path / "far" / "kept.exr").record["seed"] == result.origin.seed
+    assert sorted(file.name for file in (tmp_path / "far").iterdir()) == ["kept.exr", "new.png"]
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
+        ("lost.exr", "the folder .*nowhere does not exist"),
         ("out.jpg", r"extension '\.jpg'; known are \.exr, \.png"),
         ("out", "no extension"),
         ("nowhere/out.exr", "the folder .*nowhere does not exist"),
@@ -149,6 +162,7 @@ def test_an_existing_file_is_replaced(result: Result, tmp_path: Path) -> None:
 )
 def test_a_path_that_cannot_be_written_is_found_beforehand(tmp_path: Path, name: str, message: str) -> None:
     (tmp_path / "folder.exr").mkdir()
+    (tmp_path / "lost.exr").symlink_to("nowhere/out.exr")
     with pytest.raises(ImageError, match=message):
         images.check_writable(tmp_path / name, (".exr", ".png"))
 
