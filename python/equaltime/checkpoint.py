@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from equaltime import images
 from equaltime.budget import Look
-from equaltime.errors import ImageError, RenderError
-from equaltime.provenance import checked
+from equaltime.errors import ImageError
+from equaltime.provenance import checked, differences
 
 __all__ = ["Checkpoint"]
 
@@ -64,32 +64,20 @@ class Checkpoint:
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Where its passes stood, as `Result.position` says; raises `RenderError` if it does not tell."""
+        """Where its passes stood, as `Result.position` says; raises `ImageError` if it does not tell."""
         if self.record["position"] is None:
-            raise RenderError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+            raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
         done, target, next_block = self.record["position"]
         return done, target, next_block
 
     def check(self, wanted: Mapping[str, Any]) -> None:
-        """Raise `RenderError` if this is a part of another render, with what differs.
+        """Raise `ImageError` if this is a part of another render, with what differs.
 
         ``wanted`` holds what its record should have.
         """
         if self.record["sources"]:
-            raise RenderError(
+            raise ImageError(
                 f"{self.path}: cannot be taken up: it was merged; render with another seed, and merge again"
             )
-        different = [
-            f"{name} {_said(self.record.get(name))}, not {_said(value)}"
-            for name, value in wanted.items()
-            if self.record.get(name) != value
-        ]
-        if different:
-            raise RenderError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
-
-
-def _said(value: object) -> str:
-    """Shorten digests, name mappings by their values."""
-    if isinstance(value, Mapping):
-        return " ".join(map(str, value.values()))
-    return f"{value[:12]}…" if isinstance(value, str) and len(value) == 64 else str(value)
+        if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
+            raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")

@@ -7,7 +7,7 @@
     ├── StrategyError       a strategy that does not exist or makes no sense
     ├── EffectError         an effect that does not exist, or that cannot be left out
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
-    ├── ImageError          an image file cannot be read or written
+    ├── ImageError          an image file cannot be read, written, taken up or merged
     └── RenderError
         ├── SampleError     a sample went wrong; carries what replays it
         │   ├── NonFiniteSample  it was NaN or infinite
@@ -80,7 +80,7 @@ class ExperimentError(EqualtimeError):
 
 
 class ImageError(EqualtimeError):
-    """An image file cannot be read or written."""
+    """An image file cannot be read, written, taken up or merged."""
 
 
 class RenderError(EqualtimeError):

@@ -13,13 +13,12 @@ from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError
 from equaltime.film import merge_moments
 from equaltime.images import Window
+from equaltime.provenance import differences
 from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
 __all__ = ["merge"]
-
-_SAME = ("digest", "size", "crop", "max_depth", "strategy", "biased", "replicates", "backend")
 
 
 def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
@@ -62,11 +61,8 @@ def _check_whole(part: Checkpoint) -> None:
 
 
 def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
-    for key in _SAME:
-        mine, theirs = first.record.get(key), other.record.get(key)
-        if mine != theirs:
-            what = "another scene" if key == "digest" else f"{key.replace('_', ' ')} {theirs}, not {mine}"
-            raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {what}")
+    if different := differences(other.record, first.record):
+        raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {'; '.join(different)}")
 
 
 def _check_disjoint(parts: Sequence[Checkpoint]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -13,7 +13,12 @@ from equaltime.result import StoppedBy
 from equaltime.scene.known import shortened
 from equaltime.strategy import Strategy
 
-__all__ = ["checked"]
+__all__ = ["checked", "differences"]
+
+_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "backend")
+"""What renders that are parts of one have in common, beside the scene: keys of a record."""
+_IN_DIGEST = {"size", "crop", "max_depth", "without"}
+_NAMES = {"max_depth": "max depth", "without": "left out"}
 
 
 def _strategy(name: str) -> str:
@@ -95,3 +100,37 @@ def _problems(error: ValidationError) -> Iterator[str]:
             yield f"'{key}' is missing"
         else:
             yield f"'{key}' {details['msg'].removeprefix('Input ')}, found {shortened(details['input'], 80)}"
+
+
+def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
+    """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
+
+    That it is of another scene is said where nothing else tells why its digest is another.
+    """
+    differing = [key for key in (*_SAME, *more) if found[key] != wanted[key]]
+    if {"size", "crop"} <= {*differing}:
+        differing.remove("crop")  # the one follows from the other, mostly
+    said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
+    if found["digest"] != wanted["digest"] and _IN_DIGEST.isdisjoint(differing):
+        said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
+    return said
+
+
+def _difference(key: str, found: object, wanted: object) -> list[str]:
+    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
+        both = ((name, found.get(name), wanted.get(name)) for name in {**found, **wanted})
+        return [f"{key} {name} {theirs}, not {ours}" for name, theirs, ours in both if theirs != ours]
+    return [f"{_NAMES.get(key, key)} {_said(key, found)}, not {_said(key, wanted)}"]
+
+
+def _said(key: str, value: object) -> str:
+    """Write a value as the command line has it."""
+    if not isinstance(value, list):
+        return str(value)
+    return {"size": "x", "crop": ","}.get(key, ", ").join(map(str, value)) or "nothing"
+
+
+def _scenes(found: str | None, wanted: str | None) -> str:
+    if found is None or wanted is None:
+        return ""
+    return f" ({found}, with other content)" if found == wanted else f" ({found}, not {wanted})"

@@ -128,13 +128,13 @@ def render(
     EffectError
         If an effect does not exist or cannot be left out, or what that makes is more than the error asked for.
     ImageError
-        If ``resume`` cannot be read, or ``checkpoint`` not be written.
+        If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written.
     NonFiniteSample
         If a sample was NaN or infinite: after its pass, with the result so far.
     FaultySample
         The same for a sample that raised a floating-point fault, if these are looked for.
     RenderError
-        If there is not enough memory, or ``resume`` belongs to another render.
+        If there is not enough memory.
     ValueError
         If an argument is out of range.
     """

@@ -15,7 +15,7 @@ from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.errors import ImageError, RenderError
+from equaltime.errors import ImageError
 from equaltime.images import Window
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
@@ -43,7 +43,9 @@ class Session:
     SceneError
         If the film is more than this machine can hold.
     RenderError
-        If there is not enough memory, or the checkpoint belongs to another render.
+        If there is not enough memory.
+    ImageError
+        If the checkpoint belongs to another render.
     """
 
     def __init__(
@@ -77,14 +79,14 @@ class Session:
     def _take_up(self, resumed: Checkpoint) -> None:
         _, height, width = self._renderer.moments.shape
         window = self._origin.window
-        origin = {name: value for name, value in self._origin.record.items() if name != "scene"}
-        resumed.check({**origin, "crop": [window.x, window.y, width, height], "build": build_info()})
+        crop = [window.x, window.y, width, height]
+        resumed.check({"without": [], **self._origin.record, "crop": crop, "build": build_info()})
         self._renderer.moments[...] = resumed.moments
         try:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
             self._renderer.take_up(**numbers, position=resumed.position)
         except ValueError as error:
-            raise RenderError(f"{resumed.path}: cannot be taken up: {error}") from error
+            raise ImageError(f"{resumed.path}: cannot be taken up: {error}") from error
 
     def run(
         self, path: Path | None = None, every: float = 60.0, pass_ended: Callable[[Session], object] | None = None

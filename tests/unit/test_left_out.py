@@ -97,7 +97,7 @@ def test_a_biased_render_is_taken_up_with_the_same_bias_and_by_nothing_else(box:
     whole = et.render(box, spp=16, without=["long_paths=3"], threads=1)
     assert np.array_equal(more.image, whole.image)
     assert more.error == whole.error
-    with pytest.raises(et.RenderError, match="cannot be taken up"):
+    with pytest.raises(et.ImageError, match=r"it has strategy .*; left out long_paths=3, not nothing$"):
         et.render(box, spp=16, threads=1, resume=file)
 
 

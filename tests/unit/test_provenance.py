@@ -12,6 +12,7 @@ import equaltime as et
 from equaltime import images
 from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
+from equaltime.provenance import differences
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 SIZE = ("--size", "6x5")
@@ -100,3 +101,49 @@ def test_a_record_is_read_as_it_was_written_whatever_else_it_says(render: et.Res
     read = Checkpoint.read(tmp_path / "a.exr").record
     expected = {**render.record, "more": {"of": ["it"]}}
     assert json.loads(json.dumps({key: read[key] for key in expected})) == json.loads(json.dumps(expected))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, []),
+        ({"size": [7, 5], "crop": [0, 0, 7, 5], "digest": "0"}, ["size 7x5, not 6x5"]),
+        ({"crop": [1, 0, 5, 5], "digest": "0"}, ["crop 1,0,5,5, not 0,0,6,5"]),
+        ({"max_depth": 2, "digest": "0", "scene": "b"}, ["max depth 2, not 8"]),
+        ({"without": ["lens"], "digest": "0"}, ["left out lens, not nothing"]),
+        ({"strategy": "naive", "digest": "0"}, ["strategy naive, not best", "another scene (a, with other content)"]),
+        ({"digest": "0", "scene": "b"}, ["another scene (b, not a)"]),
+        ({"digest": "0", "scene": None}, ["another scene"]),
+        ({"scene": "b"}, []),
+        ({"build": {"embree": "4"}, "seed": 3}, ["seed 3, not 0", "build embree 4, not 3", "build cpu None, not 2"]),
+    ],
+)
+def test_what_differs_is_said_in_words(changes: dict[str, Any], words: list[str]) -> None:
+    size, crop = {"size": [6, 5]}, {"crop": [0, 0, 6, 5]}
+    how = {"max_depth": 8, "strategy": "best", "without": [], "replicates": 2, "backend": "core", "seed": 0}
+    record = {"scene": "a", "digest": "1", **size, **crop, **how, "build": {"embree": "3", "cpu": "2"}}
+    assert differences({**record, **changes}, record, ("seed", "build")) == words
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--size", "6x4"], "it has size 6x5, not 6x4"),
+        (["--max-depth", "3"], "it has max depth 30, not 3"),
+        (["--strategy", "naive"], "it has strategy best, not naive"),
+        (["-D", "light_scale=0.5"], f"it has another scene ({SCENE}, with other content)"),
+    ],
+)
+def test_another_render_is_bad_input_to_taking_up_as_to_merging(
+    render: et.Result, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], words: str
+) -> None:
+    a, b = tmp_path / "a.exr", tmp_path / "b.exr"
+    render.save(a)
+    before = a.read_bytes()
+    other = ["render", str(SCENE), *SIZE, "--spp", "2", "-q", *options]
+    assert main([*other, "-o", str(a), "--resume"]) == 2
+    assert f"{a}: cannot be taken up: {words}\n" in capsys.readouterr().err
+    assert main([*other, "-o", str(b), "--seed", "1"]) == 0
+    assert main(["merge", str(b), str(a), "-o", str(tmp_path / "c.exr")]) == 2
+    assert f"{a}: cannot be merged with {b}: {words}\n" in capsys.readouterr().err
+    assert a.read_bytes() == before
