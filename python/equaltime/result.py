@@ -25,9 +25,9 @@ StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "faulty", 
 _EXTENSIONS = (".exr", ".png")
 
 
-def check_output(path: Path) -> Path:
+def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
     """Return where the picture of a result saved as ``path`` goes; raise `ImageError` if either cannot be written."""
-    images.check_writable(path, _EXTENSIONS)
+    images.check_writable(path, extensions)
     picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
     images.check_writable(picture, _EXTENSIONS)
     return picture

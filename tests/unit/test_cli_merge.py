@@ -97,3 +97,14 @@ def test_a_file_that_is_merged_is_not_written_over(
     assert main(["merge", *files, "-o", os.path.join(tmp_path, output)]) == 2
     assert "is one of the files to be merged; write to another" in capsys.readouterr().err
     assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("output", ["both.png", "both.jpg", "both"])
+def test_a_file_that_cannot_hold_moments_is_refused(
+    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str], output: str
+) -> None:
+    files = saved(parts, tmp_path)
+    before = contents(tmp_path)
+    assert main(["merge", *files, "-o", str(tmp_path / output)]) == 2
+    assert capsys.readouterr().err.endswith("; known are .exr\n")
+    assert contents(tmp_path) == before

@@ -21,7 +21,14 @@ def merge(
         list[Path], typer.Argument(metavar="A.exr B.exr...", help="Renders of one scene.", show_default=False)
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The joined render: FILE.exr.", show_default=False)
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            show_default=False,
+            help="The joined render: FILE.exr, which can be merged again, with a preview FILE.png beside it.",
+        ),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
 ) -> int:
@@ -31,7 +38,7 @@ def merge(
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
-    picture = check_output(output)
+    picture = check_output(output, (".exr",))  # what a PNG holds could not be merged again
     check_spares({output, picture}, files, "is one of the files to be merged")
     result = merge_files(files)
     written = result.save(output)
