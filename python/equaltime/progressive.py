@@ -19,9 +19,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from equaltime.arguments import as_scene, check_arguments
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
-from equaltime.render import as_scene, check_arguments
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.session import Session

@@ -13,11 +13,13 @@ more, and the quote says so where the pilot has met them.
 from __future__ import annotations
 
 import math
+import os
 import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from equaltime.arguments import as_scene, check_arguments
 from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.error_estimate import Estimate
 from equaltime.errors import RenderError
@@ -87,7 +89,7 @@ class Quote:
 
 
 def quote(
-    scene: Scene,
+    scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
     error: float | None = None,
     time: float | None = None,
     strategy: Strategy | str = "best",
@@ -103,6 +105,8 @@ def quote(
 
     Parameters
     ----------
+    scene, strategy, seed, threads, progress
+        As `equaltime.render` takes them.
     error, time
         Exactly one: the relative error to reach (0.02 is 2 %), or the seconds to spend.
     why
@@ -111,21 +115,25 @@ def quote(
 
     Raises
     ------
+    SceneError, StrategyError
+        If the scene or the strategy cannot be read.
     RenderError
         If the pilot saw no light, so that nothing can be said.
     ValueError
-        If not exactly one of ``error`` and ``time`` is given.
+        If not exactly one of ``error`` and ``time`` is given, or an argument is out of range, or of another type.
     """
     if (error is None) == (time is None):
         raise ValueError("a quote takes an error or a time, one of them")
+    check_arguments(time=time, error=error, seed=seed, threads=threads)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
-    session = Session(scene, chosen, seed, threads, Limits(spp=FIRST_LOOK), progress)
+    loaded = as_scene(scene)
+    session = Session(loaded, chosen, seed, threads, Limits(spp=FIRST_LOOK), progress)
     pilot = Pilot(session, Limits(error=error, seconds=time), 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT)
     while True:
         for _ in session.passes:
             if (found := pilot.pass_ended()) is not None:
                 begin = clock.perf_counter()
-                light = None if why is False else _light(scene, pilot, why is True, seed, threads)
+                light = None if why is False else _light(loaded, pilot, why is True, seed, threads)
                 found = replace(found, places=session.places(), light=light)
                 return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
         if session.passes.stopped_by == "interrupt":

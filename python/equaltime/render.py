@@ -10,10 +10,11 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from equaltime.arguments import Backend, as_scene, check_arguments
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
@@ -23,8 +24,7 @@ from equaltime.outputs import outputs
 from equaltime.progress import ProgressCallback
 from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
-from equaltime.scene import Scene, load, load_dict
-from equaltime.scene.model import MOST_SAMPLES
+from equaltime.scene import Scene
 from equaltime.session import Session, Traps, origin_of
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
@@ -32,15 +32,8 @@ from equaltime.tev import Viewer
 if TYPE_CHECKING:
     from equaltime.effects.pilot import LeftOut
 
-__all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments", "render"]
+__all__ = ["render"]
 
-Backend = Literal["core", "embreex"]
-MOST_THREADS = 4096
-"""More than any machine has processors; some ten thousand end the process."""
-MOST_SECONDS = 1e9
-"""Thirty years: what a 64-bit count of nanoseconds holds, with room to spare."""
-MOST_ERROR = 1e3
-"""A thousand times the image: nobody can mean more."""
 _DEFAULT_SPP = 64
 _CROSS_CHECK_ALONE = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
 
@@ -136,7 +129,7 @@ def render(
     RenderError
         If there is not enough memory.
     ValueError
-        If an argument is out of range.
+        If an argument is out of range, or of another type.
     """
     check_arguments(spp, time, error, seed, threads, backend)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
@@ -235,38 +228,6 @@ class _Watch:
 def _show(viewer: Viewer, session: Session) -> None:
     if viewer.due:
         viewer.show(session.image())
-
-
-def check_arguments(
-    spp: int | None = None,
-    time: float | None = None,
-    error: float | None = None,
-    seed: int = 0,
-    threads: int = 0,
-    backend: str = "core",
-) -> None:
-    """Raise `ValueError` for an argument of `render` that is out of range."""
-    if spp is not None and not 1 <= spp <= MOST_SAMPLES:
-        raise ValueError(f"spp must be from 1 to {MOST_SAMPLES}, found {spp}")
-    if time is not None and not 0.0 < time <= MOST_SECONDS:
-        raise ValueError(f"time must be a positive number of seconds up to {MOST_SECONDS:g}, found {time}")
-    if error is not None and not 0.0 < error <= MOST_ERROR:
-        raise ValueError(f"error must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {error}")
-    if not 0 <= seed < 2**64:
-        raise ValueError(f"seed must be from 0 to 2^64 - 1, found {seed}")
-    if not 0 <= threads <= MOST_THREADS:
-        raise ValueError(f"threads must be from 0 to {MOST_THREADS}, found {threads}")
-    if backend not in get_args(Backend):
-        raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
-
-
-def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
-    """Load what is not a loaded scene already."""
-    if isinstance(scene, Scene):
-        return scene
-    if isinstance(scene, Mapping):
-        return load_dict(dict(scene))
-    return load(Path(scene))
 
 
 def _render_cross_check(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from equaltime.arguments import as_scene, check_arguments
 from equaltime.core_renderer import traced
 from equaltime.effects.leaving import leave_out
-from equaltime.render import as_scene, check_arguments
 from equaltime.scene import Scene
 from equaltime.scene.naming import Names
 from equaltime.strategy import Strategy

@@ -204,7 +204,7 @@ def origin_of(
         max_depth=scene.max_depth,
         strategy=strategy,
         biased=biased,
-        seed=seed,
+        seed=int(seed),  # NumPy's integers cannot be written into records
         replicates=replicates,
         backend=backend,
         without=without,

@@ -108,5 +108,7 @@ def test_a_state_stays_what_it_was(scene: et.Scene, tmp_path: Path) -> None:
 def test_arguments_are_checked(scene: et.Scene) -> None:
     with pytest.raises(ValueError, match="spp must be"):
         et.progressive(scene, spp=0)
+    with pytest.raises(ValueError, match=r"spp must be .* found 1\.5"):
+        et.progressive(scene).aim(spp=1.5)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="needs an end"):
         et.progressive(scene).aim()

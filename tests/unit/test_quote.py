@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -79,6 +80,20 @@ def test_a_quote_takes_an_error_or_a_time() -> None:
         et.quote(et.load(SCENE))
     with pytest.raises(ValueError, match="one of them"):
         et.quote(et.load(SCENE), error=0.1, time=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("error", value) for value in (0.0, -1.0, math.nan, math.inf, "2%")),
+        *(("time", value) for value in (0.0, -1.0, math.nan, math.inf, "10s")),
+        *((name, value) for name in ("seed", "threads") for value in (-1, 1.5)),
+    ],
+)
+def test_an_argument_out_of_range_is_refused(name: str, value: Any) -> None:
+    target = {} if name == "time" else {"error": 0.1}
+    with pytest.raises(ValueError, match=f"{name} must be"):
+        et.quote(et.load(SCENE).with_(size=(8, 8)), **{**target, name: value})
 
 
 def test_a_scene_without_light_cannot_be_quoted() -> None:

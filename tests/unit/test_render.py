@@ -169,6 +169,12 @@ def test_progress_does_not_change_a_bit(scene: et.Scene) -> None:
     np.testing.assert_array_equal(a.image, b.image)
 
 
+def test_numbers_of_numpy_do_as_well(scene: et.Scene, tmp_path: Path) -> None:
+    result = et.render(scene, spp=np.int64(2), time=np.float32(10.0), seed=np.uint64(3), threads=np.int32(1))
+    result.save(tmp_path / "a.exr")
+    np.testing.assert_array_equal(result.image, et.render(scene, spp=2, seed=3).image)
+
+
 def test_a_truncated_strategy_is_named_as_biased(scene: et.Scene) -> None:
     result = et.render(scene, spp=2, strategy="best,truncate=2")
     assert (result.origin.strategy, result.origin.biased) == ("best,truncate=2", True)
@@ -221,6 +227,13 @@ def test_radiance_beyond_single_precision_is_infinite_in_the_image() -> None:
         ("seed", 2**64),
         ("threads", -1),
         ("backend", ""),
+        ("spp", 1.5),
+        ("spp", "4"),
+        ("spp", True),
+        ("time", "10s"),
+        ("error", "2%"),
+        ("seed", 1.5),
+        ("threads", 1.5),
     ],
 )
 def test_an_argument_out_of_range_is_refused(scene: et.Scene, name: str, value: Any) -> None:

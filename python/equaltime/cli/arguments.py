@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import typer
 
+from equaltime.arguments import MOST_ERROR, MOST_SECONDS
 from equaltime.durations import seconds_of
-from equaltime.render import MOST_ERROR, MOST_SECONDS
 
 __all__ = [
     "parse_crop",

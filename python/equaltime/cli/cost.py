@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from equaltime import cost as measure_cost
+from equaltime.arguments import MOST_THREADS
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
@@ -18,7 +19,6 @@ from equaltime.cli.messages import print_error
 from equaltime.cli.options import Substitute
 from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
-from equaltime.render import MOST_THREADS
 
 __all__ = ["cost"]
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from equaltime.arguments import Backend
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
@@ -39,7 +40,6 @@ from equaltime.cli.outcome import check_spares, doubts, headline
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, RenderError, SampleError
-from equaltime.render import Backend
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import load_file

@@ -18,13 +18,13 @@ from pydantic import (
     model_validator,
 )
 
+from equaltime.arguments import MOST_SECONDS, MOST_THREADS
 from equaltime.cost.experiment_problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
 from equaltime.cost.summary import Question
 from equaltime.cost.theirs import Theirs
 from equaltime.cost.value import Value
 from equaltime.durations import seconds_of
 from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
-from equaltime.render import MOST_SECONDS, MOST_THREADS
 from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
