@@ -30,6 +30,7 @@ __all__ = [
     "error_parts",
     "expected_width",
     "image_error",
+    "load_quantiles",
     "pixel_statistics",
     "standard_error",
 ]
@@ -221,9 +222,14 @@ def _quantile(level: float, degrees: float) -> float:
     """Return the two-sided quantile of Student's t, or of the normal distribution where they hardly differ."""
     if degrees >= _MANY:
         return NormalDist().inv_cdf(0.5 + 0.5 * level)
-    from scipy.special import stdtrit  # here, since it takes a tenth of a second to load
+    from scipy.special import stdtrit  # here, since not everyone needs it
 
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
+
+
+def load_quantiles() -> None:
+    """Import what limits of errors may need, which takes a tenth of a second: before a clock runs."""
+    import scipy.special  # noqa: F401
 
 
 def error_parts(pixels: PixelStatistics, m: float) -> tuple[Floats, float, float, float]:

@@ -132,7 +132,7 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     degrees = [
         _DEGREES * float(side.sum()) ** 2 / float(np.square(side).sum()) for side in (parts[chosen], parts[~chosen])
     ]
-    from scipy.special import fdtri  # here, since it takes a tenth of a second to load
+    from scipy.special import fdtri  # here, since not everyone needs it
 
     low, high = (odds / float(fdtri(*degrees, p)) for p in (0.975, 0.025))
     return Estimate(share, low / (1.0 + low), high / (1.0 + high), DOUBT)

@@ -14,7 +14,7 @@ from typing import Any, Literal, Protocol
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits, Look, Looks
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics
+from equaltime.error_estimate import Estimate, PixelStatistics, image_error, load_quantiles, pixel_statistics
 from equaltime.progress import ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
@@ -131,6 +131,8 @@ class Passes:
         return self._ended + (self.seconds if self._runs else 0.0)
 
     def __iter__(self) -> Iterator[int]:
+        if self.limits != Limits(spp=self.limits.spp) or self._report is not None:
+            load_quantiles()  # somebody will ask for the error on the way
         self._start, self.stopped_by, self._cancelled = self._clock(), None, False
         self._pass_began, self._runs = None, True
         try:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.arguments import as_scene, check_arguments
 from equaltime.budget import FIRST_LOOK, Limits
-from equaltime.error_estimate import Estimate
+from equaltime.error_estimate import Estimate, load_quantiles
 from equaltime.errors import RenderError
 from equaltime.law import Law, Probed, fit
 from equaltime.noise_places import Places
@@ -170,6 +170,7 @@ class Pilot:
         self.due = _FIRST if probes and session.strategy.adaptive == "none" else FIRST_LOOK
         """Samples a pixel at which there may be a quote."""
         self._work = self._probed = self._seconds_probed = 0.0
+        load_quantiles()
 
     @property
     def strategy(self) -> Strategy:
