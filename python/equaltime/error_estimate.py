@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from statistics import NormalDist
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from equaltime.tails import tail_of_one
 __all__ = [
     "Estimate",
     "PixelStatistics",
+    "Unit",
     "error_parts",
     "expected_width",
     "image_error",
@@ -48,6 +49,10 @@ _BOTH_ABOVE, _LEAST_DOUBT = 0.65, 0.01
 _Z95 = 1.960
 _MANY = 300.0
 
+Unit = Literal["%", "s", "spp", "MB"]
+_SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
+"""What a number is multiplied by where it is printed."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -58,6 +63,8 @@ class Estimate:
     high: float
     doubt: str = ""
     """Why the upper limit cannot be trusted; empty where it can (`equaltime.tails`)."""
+    unit: Unit = field(default="%", compare=False)
+    """In which it is printed: a fraction as per cent, or seconds, samples per pixel, bytes as megabytes."""
 
     @property
     def trusted(self) -> bool:
@@ -84,8 +91,8 @@ class Estimate:
     def __str__(self) -> str:
         if not self.known:
             return "unknown"
-        high = f"{100 * self.high:.3g}" if math.isfinite(self.high) else "unknown"
-        return f"{100 * self.value:.3g} % [{100 * self.low:.3g}, {high}]"
+        value, low, high = (f"{_SCALES[self.unit] * number:.3g}" for number in (self.value, self.low, self.high))
+        return f"{value} {self.unit} [{low}, {high if math.isfinite(self.high) else 'unknown'}]"
 
 
 UNKNOWN = Estimate(math.inf, 0.0, math.inf)

@@ -11,7 +11,7 @@ from statistics import NormalDist, linear_regression, variance
 from typing import Any, NamedTuple
 
 from equaltime.budget import Looks
-from equaltime.error_estimate import Estimate
+from equaltime.error_estimate import Estimate, Unit
 
 __all__ = ["Law", "Probed", "fit"]
 
@@ -118,7 +118,7 @@ class Law:
         the samples to come. Half of them stop before the value, and 95 % within the interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
-        return Estimate(stops[_DRAWS // 2], stops[1], stops[-2])
+        return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
 
     def samples_left(self, share: Estimate) -> Estimate:
         """Return which fraction of the samples would reach the same error, were error² only this share of what it is.
@@ -138,7 +138,7 @@ class Law:
 
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
-        return _interval(max(1.0, seconds / self.seconds_per_sample), self.speed_doubt)
+        return _interval(max(1.0, seconds / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
         """Return the time that so many samples a pixel take."""
@@ -147,7 +147,7 @@ class Law:
             for ratio in (samples.high / samples.value, samples.value / samples.low)
         )
         value = samples.value * self.seconds_per_sample
-        return Estimate(value, value / below, value * above)
+        return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
         """Return the counts at which a render looks at its error, as is expected, up to where it stops."""
@@ -287,6 +287,6 @@ def _draws() -> tuple[tuple[float, ...], ...]:
     )
 
 
-def _interval(value: float, log_doubt: float) -> Estimate:
+def _interval(value: float, log_doubt: float, unit: Unit = "%") -> Estimate:
     factor = math.exp(min(_Z95 * log_doubt, 700.0))
-    return Estimate(value, value / factor, value * factor)
+    return Estimate(value, value / factor, value * factor, unit=unit)

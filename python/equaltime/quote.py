@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.arguments import as_scene, check_arguments
 from equaltime.budget import FIRST_LOOK, Limits
-from equaltime.error_estimate import Estimate, load_quantiles
+from equaltime.error_estimate import Estimate, Unit, load_quantiles
 from equaltime.errors import RenderError
 from equaltime.law import Law, Probed, fit
 from equaltime.noise_places import Places
@@ -265,14 +265,14 @@ class Pilot:
             spp = law.samples_until(limits.error)
             ends.append((spp, law.seconds_for(spp)))
         if limits.seconds is not None:
-            ends.append((law.samples_in(limits.seconds), _exactly(limits.seconds)))
+            ends.append((law.samples_in(limits.seconds), _exactly(limits.seconds, "s")))
         if limits.spp is not None:
-            ends.append((_exactly(limits.spp), law.seconds_for(_exactly(limits.spp))))
+            ends.append((_exactly(limits.spp, "spp"), law.seconds_for(_exactly(limits.spp, "spp"))))
         return min(ends, key=lambda end: end[0].value)
 
 
-def _exactly(number: float) -> Estimate:
-    return Estimate(number, number, number)
+def _exactly(number: float, unit: Unit) -> Estimate:
+    return Estimate(number, number, number, unit=unit)
 
 
 def _is_noted(samples: int) -> bool:

@@ -75,6 +75,18 @@ def test_a_quote_of_a_time_says_the_error() -> None:
     assert quote.pilot_seconds < 2.0
 
 
+def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
+    quote = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.3)
+    for estimate, scale, unit in (
+        (quote.seconds, 1.0, "s"),
+        (quote.prices[0.05], 1.0, "s"),
+        (quote.spp, 1.0, "spp"),
+        (quote.error, 100.0, "%"),
+    ):
+        value, low, high = (f"{scale * number:.3g}" for number in (estimate.value, estimate.low, estimate.high))
+        assert str(estimate) == f"{value} {unit} [{low}, {high}]"
+
+
 def test_a_quote_takes_an_error_or_a_time() -> None:
     with pytest.raises(ValueError, match="one of them"):
         et.quote(et.load(SCENE))
