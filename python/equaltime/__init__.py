@@ -39,9 +39,10 @@ from equaltime.errors import (
     StrategyError,
 )
 from equaltime.merge import merge
+from equaltime.pilot import Quote
 from equaltime.progress import Progress
 from equaltime.progressive import Progressive, progressive
-from equaltime.quote import Quote, quote
+from equaltime.quote import quote
 from equaltime.render import render
 from equaltime.replay import Replay, replay
 from equaltime.result import Result, Stats

@@ -84,10 +84,9 @@ class Law:
         The last that it found is weighed against what the pilot foretells.
         """
         last = probed[-1]
-        own = self.error_at(last.samples)
-        foretold = math.log(own.high / own.value) / _Z95
+        own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
         weight = foretold**2 / (foretold**2 + last.doubt**2) if math.isfinite(last.doubt) else 0.0
-        value = own.value * math.pow(last.error / own.value, weight)
+        value = own * math.pow(last.error / own, weight)
         before = [(self.samples, self.error), *((found.samples, found.error) for found in probed[:-1])]
         start, error = next((n, e) for n, e in reversed(before) if 2 * n <= last.samples or n == self.samples)
         exponent = math.log(error / value) / math.log(last.samples / start)
@@ -104,12 +103,16 @@ class Law:
         )
 
     def error_at(self, samples: float) -> Estimate:
-        """Return the error after ``samples`` a pixel, as it will be estimated then."""
+        """Return the error after ``samples`` a pixel: the interval has in it what will be in doubt by then still."""
+        doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
+        return _interval(self._error(samples, self.exponent), doubt)
+
+    def _doubt_at(self, samples: float) -> float:
+        """Return the standard deviation of the logarithm of the error, as it will be estimated after ``samples``."""
         kept = min(1.0, self.samples / samples)
         chance = math.hypot((1.0 - kept) * self._chance(self.samples), self._fresh(samples))
         growth = self._beyond(samples)
-        doubt = math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
-        return _interval(self._error(samples, self.exponent), doubt)
+        return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
     def samples_until(self, error: float) -> Estimate:
         """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks.

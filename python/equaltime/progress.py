@@ -11,13 +11,13 @@ from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 if TYPE_CHECKING:
     from equaltime.passes import Passes
 
-__all__ = ["Progress", "ProgressCallback", "Reporter"]
+__all__ = ["ESTIMATE_SECONDS_A_PIXEL", "Progress", "ProgressCallback", "Reporter"]
 
 _REPORT_INTERVAL = 0.1
 # Share of the time that may go into the error that the progress shows: with the final one, measuring stays under 1 %.
 _ESTIMATE_SHARE = 0.003
-# What an estimate is taken to cost before there was one.
-_ESTIMATE_SECONDS_A_PIXEL = 3e-7
+ESTIMATE_SECONDS_A_PIXEL = 3e-7
+"""What an estimate of the error is taken to cost before there was one."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Reporter:
     def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
         self._passes, self._callback = passes, callback
         self._reported = 0.0
-        self._estimating, self._last_estimate = 0.0, _ESTIMATE_SECONDS_A_PIXEL * passes.pixels
+        self._estimating, self._last_estimate = 0.0, ESTIMATE_SECONDS_A_PIXEL * passes.pixels
         self._error: Estimate | None = None
         self._estimated_at = 0
 

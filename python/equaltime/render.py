@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, ImageError, RenderError, StrategyError
 from equaltime.first_hits import asked_for
 from equaltime.outputs import outputs
+from equaltime.pilot import Pilot, Quote
 from equaltime.progress import ProgressCallback
-from equaltime.quote import Pilot, Quote
 from equaltime.result import Result, Stats, make_result
 from equaltime.scene import Scene
 from equaltime.session import Session, Traps, origin_of
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from equaltime.effects.pilot import LeftOut
 
 __all__ = ["render"]
+
+T = TypeVar("T")
 
 _DEFAULT_SPP = 64
 _CROSS_CHECK_ALONE = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
@@ -53,6 +55,7 @@ def render(
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
     quoted: Callable[[Quote], object] | None = None,
+    unquoted: Callable[[str], object] | None = None,
     without: Sequence[str] = (),
     within: float | None = None,
     decided: Callable[[Sequence[str]], object] | None = None,
@@ -93,9 +96,12 @@ def render(
         Where to save what is done so far (EXR), every ``checkpoint_every`` seconds, within a pass too; less often where
         saving would take more than half of the time.
     quoted
-        Called once, within 8 samples a pixel or a twentieth of the work, with what the error or the time asked for will
-        cost or bring. For an error some pixels, 4096 at most, are rendered to the end beforehand (`equaltime.probe`),
-        which takes at most 3 % of the work, or 4 samples a pixel if that is more; they are none of the image's.
+        Called once, within 8 samples a pixel or a twentieth of the work, but not of more than ten seconds, with what
+        the error or the time asked for will cost or bring. For an error some pixels, 4096 at most, are rendered to the
+        end beforehand (`equaltime.probe`), which takes at most 3 % of the work, or 4 samples a pixel if that is more;
+        they are none of the image's.
+    unquoted
+        Called once instead, if an error or a time was asked for and there can be no quote, with why, in words.
     without
         Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
         that makes, which a pilot measures.
@@ -154,8 +160,10 @@ def render(
         bias = left.bias if left.names else None
         session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias, traps)
     watchers: list[Callable[[Session], object]] = []
-    if quoted is not None and (error or time) and not session.passes.samples:
-        watchers.append(_Watch(Pilot(session, limits, probes=error is not None), quoted))
+    watch = None
+    if (quoted or unquoted) and (error or time):
+        watch = _Watch(Pilot(session, limits, probes=error is not None), quoted, unquoted)
+        watchers.append(watch)
     if show is not None:
         watchers.append(partial(_show, show))
 
@@ -164,6 +172,8 @@ def render(
             watcher(session)
 
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended)
+    if watch is not None:
+        watch.ended()
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))
     rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
     worked = result.stats.seconds * result.stats.threads
@@ -207,22 +217,36 @@ def _rest(error: float | None, bias: Estimate) -> float | None:
 
 
 class _Watch:
-    """Gives the quote as soon as there is one; none, if the pilot saw too little."""
+    """Gives the quote as soon as there is one, or says why there is none."""
 
-    def __init__(self, pilot: Pilot, quoted: Callable[[Quote], object]) -> None:
-        self._pilot, self._quoted, self._done = pilot, quoted, False
+    def __init__(
+        self,
+        pilot: Pilot,
+        quoted: Callable[[Quote], object] | None,
+        unquoted: Callable[[str], object] | None,
+    ) -> None:
+        self._pilot, self._quoted, self._unquoted, self._done = pilot, quoted, unquoted, False
 
     def __call__(self, _: Session) -> None:
         if self._done:
             return
         try:
             found = self._pilot.pass_ended()
-        except RenderError:
-            self._done = True
+        except RenderError as problem:
+            self._give(self._unquoted, str(problem))
             return
         if found is not None:
-            self._done = True
-            self._quoted(found)
+            self._give(self._quoted, found)
+
+    def ended(self) -> None:
+        """Say that the render is over, so that there will be no quote any more."""
+        if not self._done:
+            self._give(self._unquoted, "the render ended before a pilot could tell anything")
+
+    def _give(self, heard: Callable[[T], object] | None, what: T) -> None:
+        self._done = True
+        if heard is not None:
+            heard(what)
 
 
 def _show(viewer: Viewer, session: Session) -> None:

@@ -122,6 +122,11 @@ class Session:
         with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
             self.result("unfinished").save(path)
 
+    @property
+    def rendering(self) -> float:
+        """Seconds of what is done so far, without what was done between passes."""
+        return self._before + self.passes.rendering
+
     def error(self) -> Estimate:
         """Estimate the error of what is done so far."""
         return image_error(pixel_statistics(self._renderer.moments), hidden=self._unseen)

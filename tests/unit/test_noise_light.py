@@ -18,7 +18,7 @@ from equaltime.core_renderer import split_light
 from equaltime.error_estimate import Estimate
 from equaltime.law import fit
 from equaltime.noise_light import LEAST_PATHS, NoiseLight, noise_light
-from equaltime.quote import Pilot
+from equaltime.pilot import Pilot
 from equaltime.scene.smaller import smaller
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"

@@ -24,7 +24,7 @@ from equaltime.error_estimate import (
 )
 from equaltime.lamps import Lamps
 from equaltime.law import Law, Probed
-from equaltime.quote import Pilot
+from equaltime.pilot import Pilot
 from equaltime.session import Session
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from rich.console import Console
 
-from equaltime.quote import Quote
+from equaltime.pilot import Quote
 from equaltime.scene import Scene
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "plain_console",
     "print_error",
     "print_lines",
+    "print_no_quote",
     "print_quote",
     "print_warning",
     "print_warnings",
@@ -81,6 +82,11 @@ def print_quote(quote: Quote) -> None:
         f"{f' (in doubt: {error.doubt})' if error.doubt else ''}",
         flush=True,
     )
+
+
+def print_no_quote(why: str) -> None:
+    """Print why there is no quote, in one line."""
+    print(f"no quote: {why}", flush=True)
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:

@@ -29,7 +29,7 @@ from equaltime.error_estimate import Estimate
 from equaltime.law import Law
 from equaltime.noise_light import NoiseLight
 from equaltime.noise_places import Places
-from equaltime.quote import Quote
+from equaltime.pilot import Quote
 from equaltime.quote import quote as quote_scene
 from equaltime.scene import load_file
 
@@ -66,8 +66,8 @@ def quote(
 ) -> int:
     """Tell what an error will cost, or what a time will buy, before it is rendered.
 
-    A pilot of 8 samples a pixel, or of a twentieth of the work, tells how fast the error falls, by some pixels that are
-    rendered to the end, where on the picture it is, and which light makes it.
+    A pilot of 8 samples a pixel, or of a twentieth of the work but ten seconds at most, tells how fast the error falls,
+    by some pixels that are rendered to the end, where on the picture it is, and which light makes it.
 
     For instance:
 

@@ -1,0 +1,119 @@
+"""Pilots of renders: how much they take, what they tell of renders that others began, and why they tell nothing."""
+
+import copy
+import time
+from pathlib import Path
+
+import pytest
+
+import equaltime as et
+from equaltime import pilot
+from equaltime.budget import Limits
+from equaltime.cli import main
+from equaltime.pilot import Pilot
+from equaltime.session import Session
+from equaltime.strategy import Strategy
+
+SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+DARK = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}
+
+
+@pytest.fixture(scope="module")
+def scene() -> et.Scene:
+    return et.load(SCENE).with_(size=(24, 24))
+
+
+@pytest.mark.parametrize("target", [{"time": 1e6}, {"error": 1e-4}])
+def test_a_pilot_of_long_work_ends_after_its_time(
+    scene: et.Scene, monkeypatch: pytest.MonkeyPatch, target: dict[str, float]
+) -> None:
+    monkeypatch.setattr(pilot, "_MOST_SECONDS", 1e-6)
+    assert et.quote(scene, why=False, **target).law.samples <= 8
+    monkeypatch.setattr(pilot, "_MOST_SECONDS", 0.2)
+    assert et.quote(scene, why=False, **target).law.samples > 8
+
+
+def test_an_error_beyond_all_samples_is_refused_at_once(scene: et.Scene) -> None:
+    with pytest.raises(et.RenderError, match=r"beyond reach: it takes .* samples a pixel or more, and 4294967296 are"):
+        et.quote(scene, error=1e-8)
+
+
+def test_what_is_done_already_is_quoted_as_it_is_known(scene: et.Scene) -> None:
+    """The pilot has all four samples that the render will have, and the image's own interval."""
+    quotes: list[et.Quote] = []
+    result = et.render(scene, spp=4, error=0.02, quoted=quotes.append)
+    assert quotes[0].error.value == pytest.approx(result.error.value)
+    assert quotes[0].error.high == pytest.approx(result.error.high)
+    assert quotes[0].error.low < 0.9 * quotes[0].error.value
+
+
+def test_any_of_several_limits_may_end_a_render_first(scene: et.Scene) -> None:
+    alone, together = list[et.Quote](), list[et.Quote]()
+    et.render(scene, error=0.2, quoted=alone.append)
+    most = round(alone[0].spp.value)
+    et.render(scene, error=0.2, spp=most, quoted=together.append)
+    assert together[0].spp.low < together[0].spp.high <= most
+    assert together[0].seconds.low < together[0].seconds.high
+
+
+def resumed_quote(scene: et.Scene, begun: Path, **limits: float) -> tuple[et.Quote, et.Result]:
+    quotes: list[et.Quote] = []
+    result = et.render(scene, resume=begun, quoted=quotes.append, **limits)  # type: ignore[arg-type]
+    return quotes[0], result
+
+
+def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) -> None:
+    begun = tmp_path / "begun.exr"
+    first = et.render(scene, spp=64)
+    first.save(begun)
+    quote, result = resumed_quote(scene, begun, error=0.1)
+    assert quote.spp.low <= result.spp <= quote.spp.high
+    assert quote.error.low <= result.error.value <= quote.error.high
+    quote, result = resumed_quote(scene, begun, time=0.2)
+    assert quote.seconds == et.Estimate(0.2, 0.2, 0.2)
+    assert quote.spp.low > 64.0
+
+
+def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Path) -> None:
+    et.render(scene, spp=256).save(tmp_path / "begun.exr")
+    quote, _ = resumed_quote(scene, tmp_path / "begun.exr", spp=320, time=1e3)
+    assert quote.seconds.value == pytest.approx((320 - 256) * quote.law.seconds_per_sample)
+
+
+def reasons(scene: et.Scene, **options: float) -> list[str]:
+    found: list[str] = []
+    et.render(scene, unquoted=found.append, **options)  # type: ignore[arg-type]
+    return found
+
+
+def test_a_render_without_a_quote_says_why(scene: et.Scene) -> None:
+    dark = et.load_dict(copy.deepcopy(DARK)).with_(size=(8, 8))
+    assert reasons(dark, spp=16, error=0.05) == [
+        "the pilot saw no light, or too little to say how fast the error falls"
+    ]
+    assert reasons(scene, spp=4, time=100.0) == ["the render ended before a pilot could tell anything"]
+    assert reasons(scene, spp=4) == []
+    assert reasons(scene, spp=16, error=0.2) == []
+
+
+def test_the_reason_is_printed_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(tmp_path / "a.exr")
+    assert main(["render", str(SCENE), "-o", output, "--size", "1x1", "--error", "5%", "--time", "200ms"]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith("no quote: the pilot saw no light, or too little")
+
+
+def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = Session(scene, Strategy(), 0, 0, Limits(seconds=0.3))
+    watched = Pilot(session, Limits(seconds=0.3), probes=False)
+    measure, measured = session.error, list[float]()
+
+    def slow() -> et.Estimate:
+        measured.append(session.passes.seconds)
+        time.sleep(0.2)
+        return measure()
+
+    monkeypatch.setattr(session, "error", slow)
+    for _ in session.passes:
+        watched.pass_ended()
+    assert len(measured) == 1
