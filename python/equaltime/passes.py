@@ -107,6 +107,7 @@ class Passes:
         self._renderer, self._clock, self._start = renderer, clock, clock()
         self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is under way
         self._cancelled = False
+        self._met_limits: Limits | None = None  # those by which the last loop ended
         self._looks, self._hidden = Looks(looks), hidden
         self._report = None if progress is None else Reporter(self, progress)
 
@@ -134,7 +135,7 @@ class Passes:
         if self.limits != Limits(spp=self.limits.spp) or self._report is not None:
             load_quantiles()  # somebody will ask for the error on the way
         self._start, self.stopped_by, self._cancelled = self._clock(), None, False
-        self._pass_began, self._runs = None, True
+        self._pass_began, self._runs, self._met_limits = None, True, None
         try:
             yield from self._passes()
         finally:
@@ -161,6 +162,7 @@ class Passes:
         except KeyboardInterrupt:
             reason = "interrupt"
         self.stopped_by = reason
+        self._met_limits = self.limits if reason in ("spp", "time", "error") else None
 
     def _pass(self, end: int) -> tuple[bool, float]:
         """Bring every pixel to ``end`` samples; return whether they have them, and the seconds without the pauses."""
@@ -197,6 +199,8 @@ class Passes:
     @property
     def time_left(self) -> float | None:
         """Estimated seconds in passes to the nearest limit; None where nothing is known yet, or no limit is set."""
+        if self._met_limits is self.limits:
+            return 0.0
         seconds = self.seconds
         lefts = [] if self.limits.seconds is None else [self.limits.seconds - seconds]
         if self.targets and self._pace is not None:

@@ -4,6 +4,7 @@ import threading
 import time
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,6 +97,17 @@ def test_the_time_left_falls_and_follows_the_target(scene: et.Scene) -> None:
     assert 0.0 < (session.time_left or 0.0) < 0.1 * before
     session.aim(time=100.0)
     assert 0.0 < (session.time_left or 0.0) <= 100.0
+
+
+@pytest.mark.parametrize("limit", [{"error": 0.4}, {"spp": 12}, {"time": 0.05}])
+def test_no_time_is_left_at_the_end(scene: et.Scene, limit: dict[str, Any]) -> None:
+    session = et.progressive(scene, **limit)
+    list(session)
+    assert session.result.stopped_by in limit
+    assert session.time_left == 0.0
+    session.aim(spp=2**20)
+    assert session.time_left is not None
+    assert session.time_left > 0.0
 
 
 def test_a_state_stays_what_it_was(scene: et.Scene, tmp_path: Path) -> None:
