@@ -6,14 +6,15 @@ import re
 
 __all__ = ["seconds_of"]
 
-_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
-_PART = r"(\d+\.?\d*|\.\d+)(ms|min|s|m|h)"
+_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.0, "day": 86400.0, "days": 86400.0}
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
+_PART = rf"({_NUMBER})({'|'.join(sorted(_SECONDS, key=len, reverse=True))})"
 
 
 def seconds_of(text: str) -> float:
-    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or plain seconds; raises ValueError for anything else."""
+    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds; raises ValueError for anything else."""
     words = text.strip().lower().replace(" ", "")
-    if re.fullmatch(r"\d+\.?\d*|\.\d+", words):
+    if re.fullmatch(_NUMBER, words):
         words += "s"
     if not re.fullmatch(f"({_PART})+", words):
         raise ValueError(f"'{text}' is no duration; write 10s, 500ms, 2.5m or 1h30m")

@@ -15,7 +15,7 @@ import typer
 
 from equaltime import images
 from equaltime.cli import main
-from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_seed, parse_size
+from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_size, parse_whole
 from equaltime.cli.progress import describe
 from equaltime.error_estimate import Estimate
 from equaltime.progress import Progress
@@ -140,13 +140,16 @@ def test_a_biased_render_says_so(scene: str, output: Path, capsys: pytest.Captur
     ("options", "message"),
     [
         (["--time", "soon"], "'soon' is no duration"),
-        (["--spp", "0"], "--spp"),
-        (["--spp", "many"], "--spp"),
+        (["--spp", "0"], "'0' is no whole number from 1 to 4294967296"),
+        (["--spp", "many"], "'many' is no whole number from 1"),
+        (["--spp", "1e3"], "'1e3' is no whole number from 1"),
+        (["--spp", "1.5"], "'1.5' is no whole number from 1"),
+        (["--max-depth", "two"], "'two' is no whole number from -1"),
         (["--size", "12"], "'12' is no size"),
         (["--crop", "1,2,3"], "'1,2,3' is no crop window"),
-        (["--seed", "-1"], "'-1' is no seed"),
-        (["--seed", "18446744073709551616"], "is no seed"),
-        (["--threads", "-1"], "--threads"),
+        (["--seed", "-1"], "'-1' is no whole number from 0"),
+        (["--seed", "18446744073709551616"], "is no whole number from 0 to 18446744073709551615"),
+        (["--threads", "-1"], "'-1' is no whole number from 0 to 4096"),
         (["-D", "depth"], "'depth' is no definition"),
         (["--strategy", "bets"], "did you mean 'best'?"),
         (["--strategy", "best,sampler=sobl"], "did you mean 'sobol'?"),
@@ -265,7 +268,15 @@ def test_a_closed_pipe_is_no_error(scene: str, output: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "seconds"),
-    [("10", 10.0), ("10s", 10.0), ("500ms", 0.5), ("2.5m", 150.0), ("1h30m", 5400.0), ("1H 5 min", 3900.0)],
+    [
+        ("10", 10.0),
+        ("10s", 10.0),
+        ("500ms", 0.5),
+        ("2.5m", 150.0),
+        ("1h30m", 5400.0),
+        ("1H 5 min", 3900.0),
+        ("2d", 172800.0),
+    ],
 )
 def test_durations_are_written_as_people_do(text: str, seconds: float) -> None:
     assert parse_duration(text) == pytest.approx(seconds)
@@ -280,7 +291,7 @@ def test_what_is_no_duration_is_refused(text: str) -> None:
 def test_sizes_windows_and_seeds_are_read() -> None:
     assert parse_size("640x480") == (640, 480)
     assert parse_crop("1, 2, 30, 40") == (1, 2, 30, 40)
-    assert parse_seed("18446744073709551615") == 2**64 - 1
+    assert parse_whole(0, 2**64 - 1)("18446744073709551615") == 2**64 - 1
     assert parse_definitions(["a=1", "b=x=y", "a=2"]) == {"a": "2", "b": "x=y"}
 
 

@@ -161,7 +161,7 @@ def test_a_wrong_experiment_is_told_line_by_line(
     [
         (["--budget", "soon"], "'soon' is no duration"),
         (["--size", "big"], "'big' is no size"),
-        (["--repeats", "0"], "greater than or equal to 1"),
+        (["--repeats", "0"], "is no whole number from 1"),
         (["--strategies", "bset"], "did you mean 'best'?"),
         (["--strategies", ""], "unknown strategy ''"),
         (["-D", "width"], "'width' is no definition"),

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from equaltime.cli.messages import duration, while_heard
+from equaltime.durations import seconds_of
 
 
 @pytest.mark.parametrize(
@@ -23,6 +24,11 @@ from equaltime.cli.messages import duration, while_heard
 )
 def test_a_time_is_written_in_the_unit_that_people_would_use(seconds: float, text: str) -> None:
     assert duration(seconds) == text
+
+
+@pytest.mark.parametrize("seconds", [0.0123, 4.56, 2040.0, 18000.0, 950400.0, 1e9])
+def test_a_time_that_is_written_can_be_read_again(seconds: float) -> None:
+    assert seconds_of(duration(seconds)) == pytest.approx(seconds, rel=5e-3)  # three digits are written
 
 
 def test_what_nobody_hears_any_more_is_said_once_and_harms_nobody() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import typer
 
@@ -17,13 +17,13 @@ __all__ = [
     "parse_duration",
     "parse_percent",
     "parse_pixel",
-    "parse_seed",
     "parse_size",
+    "parse_whole",
 ]
 
 
 def parse_duration(text: str) -> float:
-    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or plain seconds."""
+    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds."""
     try:
         seconds = seconds_of(text)
     except ValueError as error:
@@ -47,12 +47,16 @@ def parse_percent(text: str) -> float:
     return value
 
 
-def parse_seed(value: str | int) -> int:
-    """Read a whole number of 64 bits; the option's default comes as a number."""
-    text = str(value)
-    if not (text.isascii() and text.isdigit() and int(text) < 2**64):
-        raise typer.BadParameter(f"'{text}' is no seed; it must be a whole number from 0 to 2^64 - 1")
-    return int(text)
+def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
+    """Return what reads a whole number within these limits; the default of an option comes as a number."""
+
+    def parse(value: str | int) -> int:
+        text = str(value)
+        if not (re.fullmatch(r"-?[0-9]{1,20}", text) and least <= int(text) <= most):
+            raise typer.BadParameter(f"'{text}' is no whole number from {least} to {most}")
+        return int(text)
+
+    return parse
 
 
 def parse_size(text: str) -> tuple[int, int]:

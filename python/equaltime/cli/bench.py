@@ -15,9 +15,9 @@ from rich.table import Table
 
 from equaltime.arguments import MOST_THREADS
 from equaltime.bench import Measurement, Report, Spread, measure
-from equaltime.cli.arguments import parse_definitions, parse_size
+from equaltime.cli.arguments import parse_definitions, parse_size, parse_whole
 from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import Substitute
+from equaltime.cli.options import MaxDepth, Substitute
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
@@ -47,8 +47,7 @@ def bench(
     repeats: Annotated[
         int,
         typer.Option(
-            min=1,
-            max=1000,
+            parser=parse_whole(1, 1000),
             metavar="N",
             help="Of every scene and number of threads; 6 or more for 95 % intervals.",
         ),
@@ -56,8 +55,7 @@ def bench(
     spp: Annotated[
         int | None,
         typer.Option(
-            min=1,
-            max=MOST_SAMPLES,
+            parser=parse_whole(1, MOST_SAMPLES),
             metavar="N",
             show_default=False,
             help="Samples per pixel in each repeat [default: what takes about half a second].",
@@ -67,10 +65,7 @@ def bench(
         Any,
         typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
     ] = None,
-    max_depth: Annotated[
-        int | None,
-        typer.Option(metavar="N", show_default=False, help="Longest path, as in Mitsuba; -1 unlimited."),
-    ] = None,
+    max_depth: MaxDepth = None,
     strategy: Annotated[str, typer.Option(metavar="S", help="As for render.")] = "best",
     define: Annotated[
         list[str] | None,

@@ -10,7 +10,7 @@ import typer
 
 from equaltime import cost as measure_cost
 from equaltime.arguments import MOST_THREADS
-from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size
+from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size, parse_whole
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
@@ -64,8 +64,7 @@ def cost(
     repeats: Annotated[
         int | None,
         typer.Option(
-            min=1,
-            max=100_000,
+            parser=parse_whole(1, 100_000),
             metavar="N",
             show_default=False,
             help="Runs of each strategy on each scene; intervals come from their spread "
@@ -75,8 +74,7 @@ def cost(
     threads: Annotated[
         int | None,
         typer.Option(
-            min=0,
-            max=MOST_THREADS,
+            parser=parse_whole(0, MOST_THREADS),
             metavar="N",
             show_default=False,
             help="Worker threads; 0 is one for each processor [default: the experiment's, or 0].",

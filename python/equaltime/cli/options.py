@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from equaltime.arguments import MOST_THREADS
-from equaltime.cli.arguments import parse_crop, parse_duration, parse_percent, parse_seed, parse_size
+from equaltime.cli.arguments import parse_crop, parse_duration, parse_percent, parse_size, parse_whole
 
 __all__ = [
     "Crop",
@@ -65,6 +65,7 @@ Crop = Annotated[
 MaxDepth = Annotated[
     int | None,
     typer.Option(
+        parser=parse_whole(-1, 2**31 - 1),
         metavar="N",
         show_default=False,
         help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
@@ -73,9 +74,10 @@ MaxDepth = Annotated[
 StrategyWords = Annotated[
     str, typer.Option(metavar="S", help="A preset, or preset,key=value,…, or a TOML file; see equaltime render -h.")
 ]
-Seed = Annotated[int, typer.Option(parser=parse_seed, metavar="N", help="Seed of all random numbers.")]
+Seed = Annotated[int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Seed of all random numbers.")]
 Threads = Annotated[
-    int, typer.Option(min=0, max=MOST_THREADS, metavar="N", help="Worker threads; 0 is one for each processor.")
+    int,
+    typer.Option(parser=parse_whole(0, MOST_THREADS), metavar="N", help="Worker threads; 0 is one for each processor."),
 ]
 Define = Annotated[
     list[str] | None,

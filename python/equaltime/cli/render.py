@@ -10,7 +10,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.arguments import Backend
-from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent
+from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
     duration,
@@ -69,8 +69,7 @@ def render(
     spp: Annotated[
         int | None,
         typer.Option(
-            min=1,
-            max=MOST_SAMPLES,
+            parser=parse_whole(1, MOST_SAMPLES),
             metavar="N",
             show_default=False,
             help="Samples per pixel [default: the scene's, or 64].",

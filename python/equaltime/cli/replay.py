@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions, parse_pixel
+from equaltime.cli.arguments import parse_definitions, parse_pixel, parse_whole
 from equaltime.cli.messages import print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Without
 from equaltime.replay import Replay
@@ -35,7 +35,8 @@ def replay(
         Any, typer.Option(parser=parse_pixel, metavar="X,Y", show_default=False, help="From the left, from the top.")
     ],
     sample: Annotated[
-        int, typer.Option(min=0, max=MOST_SAMPLES - 1, metavar="I", show_default=False, help="Counted from 0.")
+        int,
+        typer.Option(parser=parse_whole(0, MOST_SAMPLES - 1), metavar="I", show_default=False, help="Counted from 0."),
     ],
     seed: Seed = 0,
     strategy: StrategyWords = "best",
