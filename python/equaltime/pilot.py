@@ -22,6 +22,7 @@ from equaltime.budget import FIRST_LOOK, Limits
 from equaltime.error_estimate import Estimate, Unit, load_quantiles
 from equaltime.errors import RenderError
 from equaltime.law import Law, Probed, fit
+from equaltime.memory import peak_bytes
 from equaltime.noise_places import Places
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.scene.model import MOST_SAMPLES
@@ -46,7 +47,6 @@ _SHARE_OF_ALL_PIXELS = 0.4
 _PROBE_SHARE = 0.9
 """Of what is left for a probe: more may be needed than was foretold."""
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
-_BYTES_PER_PIXEL = 219
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,9 @@ class Quote:
     """Samples per pixel."""
     error: Estimate
     """Of the image at the end; in doubt if the pilot's error was (`equaltime.tails`)."""
-    memory: int
-    """Bytes of the scene and its film at the peak."""
+    memory: Estimate
+    """Bytes that the process will have at its peak, the scene and all libraries with it, from the first sample on until
+    the image is saved."""
     law: Law
     prices: Mapping[float, Estimate]
     """Seconds to each of `TARGETS` that the pilot has not reached."""
@@ -77,7 +78,7 @@ class Quote:
             "seconds": self.seconds.as_dict(),
             "spp": self.spp.as_dict(),
             "error": self.error.as_dict(),
-            "memory": self.memory,
+            "memory": self.memory.as_dict(),
             "law": self.law.as_dict(),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
             "pilot_seconds": self.pilot_seconds,
@@ -207,16 +208,17 @@ class Pilot:
         return 2 * round(0.5 * min(ends))
 
     def _quote(self, law: Law) -> Quote:
+        session = self._session
         spp, seconds = self._end(law)
         first = self._errors[max(self._errors)]
         return Quote(
             seconds=seconds,
             spp=spp,
             error=replace(law.error_at(spp.value), doubt=first.doubt),
-            memory=self._session.scene_bytes + self._session.passes.pixels * _BYTES_PER_PIXEL,
+            memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},
-            pilot_seconds=self._session.passes.rendering + self._seconds_probed,
+            pilot_seconds=session.passes.rendering + self._seconds_probed,
         )
 
     def _end(self, law: Law) -> tuple[Estimate, Estimate]:

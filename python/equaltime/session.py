@@ -17,6 +17,7 @@ from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, bu
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError
 from equaltime.images import Window
+from equaltime.memory import resident_bytes
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
 from equaltime.probe import Probe
@@ -64,6 +65,9 @@ class Session:
         self._scene, self.strategy, self._bias, self._threads = scene, strategy, bias, threads
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
+        core = scene.core  # built now, if it was not before
+        self.bytes_before = resident_bytes()
+        """Of the process, with the scene, before there is a film."""
         self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
@@ -71,7 +75,7 @@ class Session:
         _, height, width = self._renderer.moments.shape
         looks = () if resumed is None else resumed.looks
         done = self._renderer.position[0]
-        self._unseen = Unseen.of(scene.core, core_settings(scene, strategy), seed, threads)
+        self._unseen = Unseen.of(core, core_settings(scene, strategy), seed, threads)
         self.passes = Passes(
             self._renderer, height * width, limits, progress, samples=done, looks=looks, hidden=self._unseen
         )
@@ -150,11 +154,6 @@ class Session:
     def image(self) -> NDArray[np.float64]:
         """Return the image so far, (H, W, 3)."""
         return pixel_statistics(self._renderer.moments).mean
-
-    @property
-    def scene_bytes(self) -> int:
-        """Memory of the scene in the core."""
-        return self._scene.core.memory_bytes
 
     def result(self, stopped_by: StoppedBy) -> Result:
         """Return what is done so far; raises `SampleError` with it if a sample went wrong."""

@@ -82,6 +82,7 @@ def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
         (quote.prices[0.05], 1.0, "s"),
         (quote.spp, 1.0, "spp"),
         (quote.error, 100.0, "%"),
+        (quote.memory, 1e-6, "MB"),
     ):
         value, low, high = (f"{scale * number:.3g}" for number in (estimate.value, estimate.low, estimate.high))
         assert str(estimate) == f"{value} {unit} [{low}, {high}]"

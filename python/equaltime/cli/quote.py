@@ -99,7 +99,7 @@ def _print(found: Quote, why: bool | None) -> None:
     table.add_row("error", _range(found.error, percent))
     if found.error.doubt:
         table.add_row("in doubt", found.error.doubt)
-    table.add_row("memory", f"{found.memory / 1e6:.3g} MB")
+    table.add_row("memory", _range(found.memory, lambda count: f"{count / 1e6:.3g} MB"))
     speed = duration(law.seconds_per_sample)
     exponent = f"{law.exponent:.2f} ± {1.96 * law.exponent_doubt:.2f}"
     table.add_row(
