@@ -80,9 +80,17 @@ def progressive(
     threads: int = 0,
     resume: str | os.PathLike[str] | None = None,
 ) -> Progressive:
-    """Begin a render whose passes the caller runs; takes and raises what `equaltime.render` does.
+    """Begin a render whose passes the caller runs.
 
-    Without a limit it goes on for as long as it is iterated.
+    Every argument is as `equaltime.render` takes it, but that without a limit the passes go on for as long as they are
+    iterated. What that tells on the way, or saves, the caller can see of every pass, and `Result.save`; it alone leaves
+    effects out.
+
+    Raises
+    ------
+    SceneError, StrategyError, ImageError, RenderError, ValueError
+        As `equaltime.render` does, at once; and `SampleError` from the loop, or from `Progressive.result`, with the
+        result so far.
     """
     check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
