@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.budget import Limits, Look, Looks
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, load_quantiles, pixel_statistics
-from equaltime.progress import ProgressCallback, Reporter
+from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
 
@@ -25,6 +25,8 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 _PASS_SAMPLES = 2**21
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
+# A first estimate of the error takes twice as long as others, and longer beside other work.
+_LONGEST_ESTIMATE = 3.0
 
 
 class PassRenderer(Protocol):
@@ -109,6 +111,7 @@ class Passes:
         self._cancelled = False
         self._met_limits: Limits | None = None  # those by which the last loop ended
         self._looks, self._hidden = Looks(looks), hidden
+        self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # what the last look took, or the first is taken to
         self._report = None if progress is None else Reporter(self, progress)
 
     @property
@@ -235,15 +238,22 @@ class Passes:
         limits = self.limits
         if limits.error is not None:
             self._looks.aim(limits.error)
-            due = self.samples >= self._looks.next
+            due = self.samples >= self._looks.next and self.has_time_for(self._looking)
             if self._looks.met or (due and self._looks.look(self._error, self.samples, limits.error)):
                 return "error"
         if limits.spp is not None and self.samples >= limits.spp:
             return "spp"
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
 
+    def has_time_for(self, estimate: float) -> bool:
+        """Tell whether an estimate of the error that takes so many seconds will end before the time limit."""
+        return self.limits.seconds is None or self.seconds + _LONGEST_ESTIMATE * estimate <= self.limits.seconds
+
     def _error(self, level: float) -> Estimate:
-        return image_error(pixel_statistics(self._renderer.moments), level, self._hidden)
+        begin = self.seconds
+        error = image_error(pixel_statistics(self._renderer.moments), level, self._hidden)
+        self._looking = self.seconds - begin
+        return error
 
     def _next_end(self) -> int:
         ends = [pass_end(self.samples, self.pixels)]

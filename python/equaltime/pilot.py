@@ -145,8 +145,7 @@ class Pilot:
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due
         self._seconds[samples] = self._session.rendering
-        left = math.inf if passes.limits.seconds is None else passes.limits.seconds - passes.seconds
-        if not (due or _is_noted(samples)) or self._estimating > left:
+        if not (due or _is_noted(samples)) or not passes.has_time_for(self._estimating):
             return None
         self._note(samples)
         if not due:

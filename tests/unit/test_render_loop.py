@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits
+from equaltime.error_estimate import image_error, pixel_statistics
 from equaltime.passes import Passes, pass_end
 from equaltime.progress import Progress
 
@@ -175,12 +176,12 @@ def test_an_error_in_the_progress_callback_is_not_hidden() -> None:
 class SlowStatistics(FakeRenderer):
     """Statistics cost 0.3 ms of the clock, so that the estimate's share can be seen."""
 
-    estimates = 0
+    estimates, cost = 0, 0.0003
 
     @property
     def moments(self) -> NDArray[Any]:
         self.estimates += 1
-        self.now += 0.0003
+        self.now += self.cost
         return super().moments
 
 
@@ -195,6 +196,17 @@ def test_the_error_so_far_costs_three_parts_in_a_thousand_of_the_time_at_most() 
     run(renderer, spp=8192, progress=lambda progress: None)
     assert renderer.estimates >= 3
     assert (renderer.estimates - 1) * 0.0003 <= 0.003 * renderer.now
+
+
+def test_looking_at_the_error_overruns_no_time_limit() -> None:
+    done, renderer = FakeRenderer(), SlowStatistics()
+    done.advance(8)
+    seen = image_error(pixel_statistics(done.moments))
+    renderer.cost = 0.02
+    passes = Passes(renderer, PIXELS, Limits(seconds=0.1, error=0.9 * seen.high), clock=renderer.clock)
+    assert passes.run() == "time"
+    assert [look.samples for look in passes.looks.made] == [8, 10]
+    assert renderer.now == pytest.approx(0.1)
 
 
 def test_an_error_is_not_shown_once_the_samples_have_doubled_since() -> None:
