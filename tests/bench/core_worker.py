@@ -60,14 +60,18 @@ def main() -> None:
         scene = scenes[key]
         told: dict[str, Any] = {"triangles": scene.core.triangles, "scene_bytes": scene.core.memory_bytes}
         told |= {**scene.timings, "built": resident_bytes()}
-        if "spp" in question:
+        limits = {name: question[name] for name in ("spp", "error") if name in question}
+        if limits:
             strategy, seed, threads = (
                 question.get(name, other) for name, other in (("strategy", "best"), ("seed", 0), ("threads", 0))
             )
+            quotes: list[et.Quote] = []
             begin = process_time()
-            result = et.render(scene, spp=question["spp"], strategy=strategy, seed=seed, threads=threads)
+            result = et.render(scene, **limits, strategy=strategy, seed=seed, threads=threads, quoted=quotes.append)
             told["cpu"] = process_time() - begin
             told |= {"seconds": result.stats.seconds, "paths": result.stats.paths, "kernel": result.stats.kernel}
+            if quotes:
+                told["quoted"] = quotes[0].memory.as_dict()
             if "image" in question:
                 np.save(question["image"], result.image)
             if "save" in question:

@@ -1,4 +1,4 @@
-"""Peak memory: bytes a pixel of the film, bytes a triangle of the scene, and whether the samples matter.
+"""Peak memory: bytes a pixel of the film, bytes a triangle of the scene, whether samples matter, and what is quoted.
 
 Each figure comes from fresh processes, and is a difference between two of them, so that what Python and the libraries
 take cancels out.
@@ -38,6 +38,13 @@ def main() -> None:
     growth = [(film(SMALL, MANY) - film(SMALL, FEW)) / film(SMALL, FEW) for _ in repeats]
     print(f"{MANY} spp over {FEW} spp     {text(spread([1 + g for g in growth]), 4)} x the peak")
     with tempfile.TemporaryDirectory() as folder:
+        for strategy in ("best", "best,adaptive=error"):
+            for side in (SMALL, 2 * SMALL):
+                question = {"scene": scene, "size": [side, side], "error": 0.5, "strategy": strategy}
+                answer = fresh(**question, threads=options.threads, save=str(Path(folder) / "a.exr"))
+                low, high = (answer["peak"] / answer["quoted"][end] for end in ("high", "low"))
+                middle = answer["peak"] / answer["quoted"]["value"]
+                print(f"peak over quoted      {middle:.2f} [{low:.2f}, {high:.2f}] ({side}x{side}, {strategy})")
         for few, many in MESHES:
             triangles(Path(folder), few, many, options.repeats)
 
