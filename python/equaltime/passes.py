@@ -25,8 +25,9 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 _PASS_SAMPLES = 2**21
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
-# A first estimate of the error takes twice as long as others, and longer beside other work.
-_LONGEST_ESTIMATE = 3.0
+# What is done between passes may take so many times what it is expected to: a first estimate of the error takes twice
+# as long as others, and pixels that make much of the noise may cost more than others.
+_LONGEST = 3.0
 
 
 class PassRenderer(Protocol):
@@ -245,9 +246,9 @@ class Passes:
             return "spp"
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
 
-    def has_time_for(self, estimate: float) -> bool:
-        """Tell whether an estimate of the error that takes so many seconds will end before the time limit."""
-        return self.limits.seconds is None or self.seconds + _LONGEST_ESTIMATE * estimate <= self.limits.seconds
+    def has_time_for(self, seconds: float) -> bool:
+        """Tell whether what is expected to take so many seconds, between two passes, will end before the time limit."""
+        return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
     def _error(self, level: float) -> Estimate:
         begin = self.seconds

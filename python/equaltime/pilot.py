@@ -183,9 +183,11 @@ class Pilot:
     def _probe(self, pilot: Law) -> Law:
         """Return the law that goes through what some pixels show where the render will end."""
         law, probed, sampler = pilot, list[Probed](), self._session.strategy.sampler
-        begin, spare = clock.perf_counter(), self._share * self.left
+        begin, spare, passes = clock.perf_counter(), self._share * self.left, self._session.passes
         draws = min(_MOST_DRAWS, math.floor(_PROBE_SHARE * spare / self._work))
         if draws < _LEAST_DRAWS or not self._probes:
+            return law
+        if not passes.has_time_for(min(spare, draws * self._work) / passes.pixels * law.seconds_per_sample):
             return law
         probe = self._session.probe(round(self._work), draws)
         most = probe.most_samples(spare)

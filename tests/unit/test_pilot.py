@@ -11,6 +11,7 @@ from equaltime import pilot
 from equaltime.budget import Limits
 from equaltime.cli import main
 from equaltime.pilot import Pilot
+from equaltime.probe import Probe
 from equaltime.session import Session
 from equaltime.strategy import Strategy
 
@@ -117,3 +118,23 @@ def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeyp
     for _ in session.passes:
         watched.pass_ended()
     assert len(measured) == 1
+
+
+@pytest.mark.parametrize("has_time", [True, False])
+def test_no_pixels_are_probed_for_which_no_time_is_left(
+    scene: et.Scene, monkeypatch: pytest.MonkeyPatch, has_time: bool
+) -> None:
+    limits, begun = Limits(seconds=100.0, error=0.1), list[int]()
+    session = Session(scene, Strategy(), 0, 0, limits)
+    watched, probe = Pilot(session, limits), session.probe
+
+    def noted(samples: int, draws: int) -> Probe:
+        begun.append(draws)
+        return probe(samples, draws)
+
+    monkeypatch.setattr(session, "probe", noted)
+    monkeypatch.setattr(session.passes, "has_time_for", lambda seconds: has_time or seconds == watched._estimating)
+    for _ in session.passes:
+        if watched.pass_ended() is not None:
+            break
+    assert bool(begun) is has_time
