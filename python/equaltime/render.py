@@ -251,7 +251,7 @@ class _Watch:
 
 def _show(viewer: Viewer, session: Session) -> None:
     if viewer.due:
-        viewer.show(session.image())
+        viewer.offer(session.image())
 
 
 def _render_cross_check(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:

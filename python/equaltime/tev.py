@@ -10,6 +10,7 @@ from __future__ import annotations
 import socket
 import struct
 import time
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -63,14 +64,24 @@ class Viewer:
         self._socket: socket.socket | None = None
         self._shape: tuple[int, ...] | None = None
         self._next = 0.0
+        self._sender = ThreadPoolExecutor(1, "tev")
+        self._sent: Future[None] | None = None
 
     @property
     def due(self) -> bool:
         """Whether it is time for another picture: not too often, nor so that showing takes more than its share."""
-        return self.problem is None and time.monotonic() >= self._next
+        under_way = self._sent is not None and not self._sent.done()
+        return self.problem is None and not under_way and time.monotonic() >= self._next
+
+    def offer(self, image: NDArray[Any]) -> None:
+        """Send an image (H, W, 3), linear, that nobody changes, while the caller goes on: viewers may read slowly."""
+        self._sent = self._sender.submit(self._show, image)
 
     def show(self, image: NDArray[Any]) -> None:
-        """Send an image (H, W, 3), linear."""
+        """Send an image (H, W, 3), linear, after all that was offered."""
+        self._sender.submit(self._show, image).result()
+
+    def _show(self, image: NDArray[Any]) -> None:
         if self.problem is not None:
             return
         begin = time.monotonic()
@@ -95,10 +106,13 @@ class Viewer:
     def _give_up(self, error: OSError | UnicodeError) -> None:
         said = getattr(error, "strerror", None) or str(error) or "no answer"
         self.problem = f"tev at {self._address}: {said}; the render goes on"
-        self.close()
+        self._hang_up()
 
     def close(self) -> None:
-        """Let go of the viewer, which keeps the image."""
+        """Let go of the viewer, which keeps the image, once it has all that it was sent."""
+        self._sender.submit(self._hang_up).result()
+
+    def _hang_up(self) -> None:
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -135,6 +135,18 @@ def test_a_viewer_that_goes_away_is_let_go() -> None:
         assert not viewer.due
 
 
+def test_a_viewer_that_reads_nothing_holds_up_no_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tev, "_PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        viewer = tev.Viewer(f"127.0.0.1:{server.getsockname()[1]}")
+        large = np.zeros((2048, 2048, 3), np.float32)
+        viewer.offer(large)
+        assert not viewer.due, "the first is under way"
+        assert viewer.problem is None
+        viewer.show(large)
+    assert viewer.problem is not None, "what was offered was waited for"
+
+
 @pytest.mark.parametrize("address", [":14158", "localhost:tev", "localhost:70000", "", "localhost:"])
 def test_what_is_no_address_is_refused(address: str) -> None:
     with pytest.raises(et.RenderError, match="expected HOST:PORT"):
