@@ -6,12 +6,13 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 
 from __future__ import annotations
 
+import functools
 import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
 from io import TextIOWrapper
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -48,8 +49,24 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _interruptible(command: Callable[..., int]) -> Callable[..., int]:
+    """Let Ctrl-C say so: Typer would end without a word."""
+
+    @functools.wraps(command)
+    def run(*arguments: Any, **options: Any) -> int:
+        try:
+            return command(*arguments, **options)
+        except KeyboardInterrupt:
+            print_error("interrupted")
+            return 130
+
+    return run
+
+
 for _command in COMMANDS:
-    app.command(no_args_is_help=False)(_command)
+    app.command(no_args_is_help=False)(_interruptible(_command))
 
 
 @app.callback(invoke_without_command=True)

@@ -232,10 +232,12 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     phases = {**result.stats.phases, "write": writing}
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6
+    fewest, most = int(result.samples.min()), int(result.samples.max())
+    met = "the upper limit of the error is where it was asked to be"
     reasons = {
-        "spp": "every pixel has its samples",
+        "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
         "time": "the time limit was reached",
-        "error": "the upper limit of the error is where it was asked to be",
+        "error": f"{met}, but for what the bias makes of it" if result.origin.biased else met,
         "interrupt": "what was finished is kept",
         "nonfinite": "a sample was not a number",
         "faulty": "a sample raised a floating-point fault",

@@ -1,0 +1,41 @@
+"""What a command says of how it ended."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from equaltime.cli import main
+
+SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+
+
+def why(folder: Path, capsys: pytest.CaptureFixture[str], *options: str) -> str:
+    """Return why a render says that it stopped."""
+    assert main(["render", str(SCENE), "-o", str(folder / "a.exr"), "--seed", "1", *options]) == 0
+    return next(line for line in capsys.readouterr().out.splitlines() if line.startswith("stopped by "))
+
+
+def test_counts_that_differ_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = why(tmp_path, capsys, "--size", "32x32", "--spp", "32", "--strategy", "best,adaptive=error")
+    fewest, most = (int(word) for word in said.split() if word.isdigit())
+    assert said == f"stopped by spp: pixels have {fewest} to {most} samples"
+    assert fewest < 32 < most
+
+
+def test_an_error_that_bias_makes_is_not_met(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--size", "12x12", "--error", "30%")
+    met = "stopped by error: the upper limit of the error is where it was asked to be"
+    assert why(tmp_path, capsys, *options) == met
+    assert why(tmp_path, capsys, *options, "--strategy", "best,truncate=2").startswith(f"{met}, but for what the bias")
+
+
+def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_module("equaltime.cli.quote"), "load_file", interrupted)
+    assert main(["quote", str(SCENE), "--error", "5%"]) == 130
+    assert capsys.readouterr().err == "error: interrupted\n"
