@@ -237,7 +237,7 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     reasons = {
         "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
         "time": "the time limit was reached",
-        "error": f"{met}, but for what the bias makes of it" if result.origin.biased else met,
+        "error": f"{met}, but for a bias that nobody knows" if result.origin.biased and result.bias is None else met,
         "interrupt": "what was finished is kept",
         "nonfinite": "a sample was not a number",
         "faulty": "a sample raised a floating-point fault",
