@@ -48,6 +48,8 @@ _SMOOTH_ABOVE, _SMOOTH_BELOW = 0.2, 0.15
 _BOTH_ABOVE, _LEAST_DOUBT = 0.65, 0.01
 _Z95 = 1.960
 _MANY = 300.0
+# The logarithm of an upper limit over its estimate, beyond which it says nothing, and soon is more than float64 holds.
+_MOST_KNOWN = 100.0
 
 Unit = Literal["%", "s", "spp", "MB"]
 _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
@@ -193,8 +195,9 @@ def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
     deviation = 0.5 * math.sqrt(estimated + realised)
     chance = _quantile(level, effective) * deviation
     above, below = _doubts(deviation, contributions.size, leant, smooth)
-    low, high = math.exp(-math.hypot(chance, _Z95 * below)), math.exp(math.hypot(chance, _Z95 * above))
-    return Estimate(value, value * low, value * high, tail.doubt)
+    down, up = math.hypot(chance, _Z95 * below), math.hypot(chance, _Z95 * above)
+    high = value * math.exp(up) if up < _MOST_KNOWN else math.inf
+    return Estimate(value, value * math.exp(-down), high, tail.doubt)
 
 
 def expected_width(squares: float, pixels: int, degrees: float, leant: float, smooth: float) -> float:

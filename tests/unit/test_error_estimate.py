@@ -226,3 +226,12 @@ def test_an_estimate_reads_as_per_cent() -> None:
 
 def test_unknown_numbers_are_null_in_json() -> None:
     assert Estimate(math.inf, 0.0, math.inf).as_dict() == {"value": None, "low": 0.0, "high": None}
+
+
+def test_a_limit_beyond_all_numbers_is_unknown() -> None:
+    """Eight pixels, of which one makes a third of the error, at the strictest level of a look."""
+    variance = np.ones((1, 8, 3))
+    variance[0, 0] = 4.0
+    pixels = PixelStatistics(np.ones((1, 8, 3)), variance, np.full((1, 8), 4), 1.0)
+    assert image_error(pixels, level=0.95).high < 100.0
+    assert image_error(pixels, level=1.0 - 2e-9).high == math.inf
