@@ -14,7 +14,11 @@ agreement hides.
 Replicates that differ show more than they are wrong by, on average just as much as agreement hides, since their
 variance is unbiased. That is taken off: over many pixels the two balance, and what is left is of the few that make
 much of the error. Of one of them, that makes the most of it, the worst ``k`` counts and not the mean, if its chance is
-2.5 % or more. All this widens the upper limit of the error, and never moves the estimate.
+2.5 % or more.
+
+A lamp that one replicate has met much too soon shows, but makes its neighbourhood, by which errors are divided, too
+bright as well. What the estimate would be more by if such lamps were no brighter than they are is added too. All this
+widens the upper limit of the error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -27,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics
-from equaltime.film import lamps_in_sight
+from equaltime.film import error_contributions, lamps_in_sight
 
 __all__ = ["Lamps"]
 
@@ -40,8 +44,8 @@ _SURELY = 3.0
 """Standard deviations, of its points, by which a share is surely below that: few points tell little."""
 _LEAST, _MANY = 1e-9, 20.0
 """Samples of a replicate that should meet the lamp: as good as none, and so many that replicates tell."""
-_ROUNDING = 0.01
-"""Of light that was met, at most."""
+_ROUNDING = 0.05
+"""Of the light that meetings make, at most: what is known of it comes from few points."""
 _RARE = 0.025
 """Chance of what an upper limit need not hold."""
 
@@ -89,14 +93,13 @@ class Lamps:
         planes[self.pixels, 3] = self.share
         return planes.reshape(height, width, 4)
 
-    def __call__(self, pixels: PixelStatistics) -> float:
-        """Return the part of error² that samples do not show."""
+    def missed(self, pixels: PixelStatistics) -> float:
+        """Return the part of error² that replicates hide by agreeing."""
         replicates = pixels.degrees + 1.0
-        expected = pixels.samples.ravel()[self.pixels] / replicates * self.share
-        lacking = (expected > 0.0) & (expected < _MANY)
+        lacking, x = self._lacking(pixels, _MANY)
         if not lacking.any():
             return 0.0
-        x, light = np.maximum(expected[lacking], _LEAST), self.light[lacking]
+        light = self.light[lacking]
         mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.variance))
         floor = (0.1 * float(pixels.mean.mean())) ** 2
         # the truth is no darker than what lamps add
@@ -108,6 +111,34 @@ class Lamps:
         hidden, worst = _hidden(times, alike, light, mean, floor)
         whole = float((agreeing * hidden - (1.0 - agreeing) * more).sum() + (agreeing * (worst - hidden)).max())
         return max(whole, 0.0) / pixels.samples.size
+
+    def outshone(self, pixels: PixelStatistics) -> float:
+        """Return by how much error² would be estimated higher if no lamp that was met too soon were in the image."""
+        replicates = pixels.degrees + 1.0
+        lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon
+        where, light = self.pixels[lacking], self.light[lacking]
+        mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.variance))
+        # what k meetings in one replicate add to the mean they add to its standard error
+        met = replicates * x * np.sqrt(variance.sum(axis=-1) / np.square(light).sum(axis=-1))
+        too_much = np.maximum(np.floor(met * (1.0 + _ROUNDING)) / (replicates * x) - 1.0, 0.0)[:, None] * light
+        wrong = np.minimum(too_much, np.maximum(mean - light, 0.0))
+        if not wrong.any():
+            return 0.0
+        bright = where[wrong.any(axis=-1)]
+        image, noise = pixels.mean.copy(), pixels.variance.copy()
+        image.reshape(-1, 3)[where] -= wrong
+        noise.reshape(-1, 3)[bright] = 0.0
+        floors = [(0.1 * float(of.mean())) ** 2 for of in (pixels.mean, image)]
+        now = error_contributions(pixels.mean, pixels.variance, pixels.samples, floors[0])[0].sum()
+        others = error_contributions(image, noise, pixels.samples, floors[1])[0].sum()
+        theirs = (np.square(wrong) / (np.square(mean - wrong) + floors[1])).mean(axis=-1).sum()
+        return max(float(others + theirs - now), 0.0) / pixels.samples.size
+
+    def _lacking(self, pixels: PixelStatistics, most: float) -> tuple[NDArray[np.bool_], Floats]:
+        """Tell which have been met less often than ``most`` in each replicate, as is expected, and how often."""
+        expected = pixels.samples.ravel()[self.pixels] / (pixels.degrees + 1.0) * self.share
+        lacking = (expected > 0.0) & (expected < most)
+        return lacking, np.maximum(expected[lacking], _LEAST)
 
 
 def _meetings(expected: Floats, replicates: float) -> tuple[Floats, Floats]:

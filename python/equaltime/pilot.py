@@ -157,7 +157,7 @@ class Pilot:
 
     def _note(self, samples: int) -> None:
         begin = clock.perf_counter()
-        self._errors[samples] = self._session.error()
+        self._errors[samples] = self._session.error(lasting=True)
         self._estimating = clock.perf_counter() - begin
 
     def _quote_due(self, samples: int) -> Quote | None:
@@ -212,10 +212,11 @@ class Pilot:
         session = self._session
         spp, seconds = self._end(law)
         first = self._errors[max(self._errors)]
+        foretold = replace(law.error_at(spp.value), doubt=first.doubt)
         return Quote(
             seconds=seconds,
             spp=spp,
-            error=replace(law.error_at(spp.value), doubt=first.doubt),
+            error=session.error() if spp.high <= session.passes.samples else foretold,
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},

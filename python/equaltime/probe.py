@@ -121,7 +121,7 @@ class Probe:
         less = float((counts * roots.ravel()[self._drawn]).mean() / counts.mean() * parts.sum() / (parts * roots).sum())
         leant, smooth = min(less * leant, _MOST_LEANT), min(less * smooth, 1.0)
         high = math.exp(expected_width(squares, parts.size, self._pilot.degrees, leant, smooth))
-        missed = self._lamps(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)))
+        missed = self._lamps.missed(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)))
         return Probed(samples, math.sqrt(square), doubt, math.log(math.hypot(high, math.sqrt(missed / square))))
 
     def _together(self, found: PixelStatistics) -> PixelStatistics:

@@ -131,9 +131,10 @@ class Session:
         """Seconds of what is done so far, without what was done between passes."""
         return self._before + self.passes.rendering
 
-    def error(self) -> Estimate:
-        """Estimate the error of what is done so far."""
-        return image_error(pixel_statistics(self._renderer.moments), hidden=self._unseen)
+    def error(self, lasting: bool = False) -> Estimate:
+        """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
+        hidden = self._unseen.lasting if lasting else self._unseen
+        return image_error(pixel_statistics(self._renderer.moments), hidden=hidden)
 
     def probe(self, samples: int, draws: int) -> Probe:
         """Return a probe of what is done so far, of a render that is to have so many samples a pixel."""

@@ -98,7 +98,11 @@ class Unseen:
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
         """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
-        return self._by_black(pixels, level) + self.lamps(pixels)
+        return self.lasting(pixels, level) + self.lamps.outshone(pixels)
+
+    def lasting(self, pixels: PixelStatistics, level: float) -> float:
+        """Return that without what a few more samples undo: a lamp that one of them met much too soon."""
+        return self._by_black(pixels, level) + self.lamps.missed(pixels)
 
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
         m = float(pixels.mean.mean())

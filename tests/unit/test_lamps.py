@@ -182,7 +182,7 @@ def lacks(expected: float, *meetings: tuple[int, int], pixels: int = 1) -> float
     both = np.repeat(halves[:, None, :, None], 3, axis=-1)
     lamps = Lamps(np.arange(pixels), np.full((pixels, 3), light), np.full(pixels, 2.0 * expected / samples))
     mean, variance = both.mean(axis=0), np.square(both[0] - both[1]) / 4.0
-    added = lamps(PixelStatistics(mean, variance, np.full((1, pixels + 1), samples), 1.0))
+    added = lamps.missed(PixelStatistics(mean, variance, np.full((1, pixels + 1), samples), 1.0))
     return added * (pixels + 1) * (0.1 * mean.mean() / light) ** 2
 
 
@@ -210,6 +210,22 @@ def test_of_many_pixels_those_whose_replicates_differ_show_most_of_what_the_othe
         lacks(expected, *meetings.T, pixels=meetings.shape[1]) for meetings in (met, met[:, met[0] == met[1]])
     )
     assert found < 0.25 * without
+
+
+def test_a_lamp_met_much_too_soon_brightens_nothing_that_errors_are_divided_by() -> None:
+    """Eight samples, of which one should meet it in two thousand: it does in one replicate, amid what is dark."""
+    light, share, samples, side = 0.05, 5e-4, 8, 32
+    truth = np.full((side, side, 3), 0.3)
+    halves = truth * np.random.default_rng(3).normal(1.0, 0.3, (2, side, side, 1))
+    truth[6, 6] += light
+    halves[0, 6, 6] += light / share / (samples / 2)
+    mean, variance = halves.mean(axis=0), np.square(halves[0] - halves[1]) / 4.0
+    pixels = PixelStatistics(mean, variance, np.full((side, side), samples), 1.0)
+    error = math.sqrt((np.square(mean - truth) / (np.square(truth) + (0.1 * truth.mean()) ** 2)).mean())
+    lamps = Lamps(np.array([6 * side + 6]), np.full((1, 3), light), np.array([share]))
+    value = image_error(pixels).value
+    assert value < 0.9 * error, "which needs it"
+    assert error < math.hypot(value, math.sqrt(lamps.outshone(pixels))) < 1.2 * error
 
 
 def test_it_widens_the_upper_limit_while_replicates_may_have_missed_the_lamp_and_never_moves_the_estimate() -> None:

@@ -109,10 +109,10 @@ def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeyp
     watched = Pilot(session, Limits(seconds=0.3), probes=False)
     measure, measured = session.error, list[float]()
 
-    def slow() -> et.Estimate:
+    def slow(*, lasting: bool) -> et.Estimate:
         measured.append(session.passes.seconds)
         time.sleep(0.2)
-        return measure()
+        return measure(lasting)
 
     monkeypatch.setattr(session, "error", slow)
     for _ in session.passes:

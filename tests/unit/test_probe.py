@@ -157,7 +157,7 @@ def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
     foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
-    stated = lamp(whole) / image_error(whole).value ** 2
+    stated = lamp.missed(whole) / image_error(whole).value ** 2
     assert foretold == pytest.approx(stated, rel=0.3)
     assert stated > 0.03, "the twin, a probe without lamps, foretells nothing of it"
 

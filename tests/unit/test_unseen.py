@@ -124,7 +124,9 @@ def test_a_chamber_in_the_shade_may_hide_light_and_empty_space_may_not() -> None
     assert (result.image == 0.0).mean() > 0.5
     assert result.moments is not None
     lamps = Lamps.of(space.core, core_settings(space, Strategy.parse("best")), 0)
-    edge = image_error(pixel_statistics(result.moments), hidden=lambda pixels, _: lamps(pixels))
+    edge = image_error(
+        pixel_statistics(result.moments), hidden=lambda pixels, _: lamps.missed(pixels) + lamps.outshone(pixels)
+    )
     assert result.error == edge, "the edge of the ball alone"
 
 
