@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -105,13 +106,14 @@ def _problems(error: ValidationError) -> Iterator[str]:
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
     """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
 
-    That it is of another scene is said where nothing else tells why its digest is another.
+    That it is of another scene is said where its file has another name, or nothing else tells why the digest differs.
     """
     differing = [key for key in (*_SAME, *more) if found[key] != wanted[key]]
     if {"size", "crop"} <= {*differing}:
         differing.remove("crop")  # the one follows from the other, mostly
     said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
-    if found["digest"] != wanted["digest"] and _IN_DIGEST.isdisjoint(differing):
+    named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
+    if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
         said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
     return said
 
