@@ -78,6 +78,15 @@ class Estimate:
         """Whether there is an estimate at all."""
         return math.isfinite(self.value)
 
+    def with_bias(self, bias: Estimate | None) -> Estimate:
+        """Return the error of an image that has this noise and a bias, if it has one: their squares add up."""
+        if bias is None:
+            return self
+        value, low, high = (
+            math.hypot(*both) for both in ((self.value, bias.value), (self.low, bias.low), (self.high, bias.high))
+        )
+        return replace(self, value=value, low=low, high=high)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers for JSON, which has no infinity: unknown is ``None``; and the doubt, if there is one."""
         numbers = {"value": self.value, "low": self.low, "high": self.high}

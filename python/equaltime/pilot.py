@@ -216,7 +216,7 @@ class Pilot:
         return Quote(
             seconds=seconds,
             spp=spp,
-            error=session.error() if spp.high <= session.passes.samples else foretold,
+            error=(session.error() if spp.high <= session.passes.samples else foretold).with_bias(session.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},

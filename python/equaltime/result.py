@@ -227,18 +227,10 @@ def make_result(
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
     errors = standard_error(pixels)
-    error = image_error(pixels, hidden=hidden)
-    if bias is not None:
-        error = _together(error, bias)
+    error = image_error(pixels, hidden=hidden).with_bias(bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
     missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
     found = (image, errors, pixels.samples, error)
     return Result(*found, stats, stopped_by, origin, moments, looks, bias, position, missed)
-
-
-def _together(noise: Estimate, bias: Estimate) -> Estimate:
-    """Return the error of an image that has both: their squares add up."""
-    value, low = math.hypot(noise.value, bias.value), math.hypot(noise.low, bias.low)
-    return Estimate(value, low, math.hypot(noise.high, bias.high), noise.doubt)

@@ -62,7 +62,9 @@ class Session:
         bias: Estimate | None = None,
         traps: Traps = "ignore",
     ) -> None:
-        self._scene, self.strategy, self._bias, self._threads = scene, strategy, bias, threads
+        self._scene, self.strategy, self._threads = scene, strategy, threads
+        self.bias = bias
+        """What leaving effects out makes of the error, if any were."""
         biased = strategy.biased or bool(without)
         self._origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
         core = scene.core  # built now, if it was not before
@@ -180,7 +182,7 @@ class Session:
             self._origin,
             moments,
             self.passes.looks.made,
-            self._bias,
+            self.bias,
             self._renderer.position,
             self._unseen,
         )

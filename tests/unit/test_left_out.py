@@ -39,6 +39,15 @@ def test_a_render_without_long_paths_says_so_and_its_error_has_the_bias(box: et.
     assert result.record["bias"]["value"] == result.bias.value
 
 
+def test_what_is_quoted_has_the_bias_too(box: et.Scene) -> None:
+    quotes: list[et.Quote] = []
+    result = et.render(box, error=0.5, without=["long_paths=3"], quoted=quotes.append, threads=1)
+    assert result.bias is not None
+    assert quotes[0].error.low > result.bias.low
+    assert quotes[0].error.value > result.bias.value
+    assert quotes[0].error.high > result.bias.high
+
+
 def test_the_measured_bias_is_that_of_a_converged_image(box: et.Scene) -> None:
     """1024 samples a pixel leave a noise far below a bias of 20 %."""
     left = measured(box, et.Strategy(), ("long_paths=3",), threads=1)
