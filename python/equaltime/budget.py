@@ -54,6 +54,12 @@ class Limits:
     error: float | None = None
     """Upper limit of the image's error: 0.02 is 2 %."""
 
+    def __post_init__(self) -> None:
+        """Make them Python's own numbers: what comes of NumPy's, or of fractions, no JSON could hold."""
+        for name, kind in (("spp", int), ("seconds", float), ("error", float)):
+            if (limit := getattr(self, name)) is not None:
+                object.__setattr__(self, name, kind(limit))
+
 
 class Look(NamedTuple):
     """What a render saw of its error."""

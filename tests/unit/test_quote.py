@@ -2,9 +2,11 @@
 
 import json
 import math
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
@@ -73,6 +75,12 @@ def test_a_quote_of_a_time_says_the_error() -> None:
     assert quote.seconds == Estimate(2.0, 2.0, 2.0)
     assert quote.error.low < quote.error.value < quote.error.high
     assert quote.pilot_seconds < 2.0
+
+
+@pytest.mark.parametrize("limit", [{"time": np.float32(0.1)}, {"time": Fraction(1, 10)}, {"error": np.float32(0.2)}])
+def test_quotes_of_any_kind_of_number_are_json(limit: dict[str, Any]) -> None:
+    found = et.quote(et.load(SCENE).with_(size=(8, 8)), why=False, **limit)
+    assert json.loads(json.dumps(found.as_dict()))["seconds"]["value"] == pytest.approx(found.seconds.value)
 
 
 def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
