@@ -212,16 +212,23 @@ class Pilot:
         session = self._session
         spp, seconds = self._end(law)
         first = self._errors[max(self._errors)]
-        foretold = replace(law.error_at(spp.value), doubt=first.doubt)
+        error = session.error() if spp.high <= session.passes.samples else self._foretold(law, spp.value)
         return Quote(
             seconds=seconds,
             spp=spp,
-            error=(session.error() if spp.high <= session.passes.samples else foretold).with_bias(session.bias),
+            error=error.with_bias(session.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
             prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},
             pilot_seconds=session.passes.rendering + self._seconds_probed,
         )
+
+    def _foretold(self, law: Law, spp: float) -> Estimate:
+        """Return the error at the end, whose upper limit is no more than was asked for, if nothing else is."""
+        error, limits = law.error_at(spp), self._limits
+        most = math.inf if limits.error is None or limits.spp or limits.seconds else limits.error
+        value, high = min(error.value, most), min(error.high, most)
+        return replace(error, value=value, high=high, doubt=self._errors[max(self._errors)].doubt)
 
     def _end(self, law: Law) -> tuple[Estimate, Estimate]:
         """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""

@@ -77,6 +77,11 @@ def test_a_quote_of_a_time_says_the_error() -> None:
     assert quote.pilot_seconds < 2.0
 
 
+def test_an_error_that_is_asked_for_is_not_quoted_to_be_exceeded() -> None:
+    found = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.05, why=False).error
+    assert found.low < found.value < found.high <= 0.05
+
+
 @pytest.mark.parametrize("limit", [{"time": np.float32(0.1)}, {"time": Fraction(1, 10)}, {"error": np.float32(0.2)}])
 def test_quotes_of_any_kind_of_number_are_json(limit: dict[str, Any]) -> None:
     found = et.quote(et.load(SCENE).with_(size=(8, 8)), why=False, **limit)
