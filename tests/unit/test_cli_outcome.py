@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import tempfile
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import equaltime as et
 from equaltime.cli import main
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -41,3 +43,23 @@ def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: 
     monkeypatch.setattr(import_module("equaltime.cli.quote"), "load_file", interrupted)
     assert main(["quote", str(SCENE), "--error", "5%"]) == 130
     assert capsys.readouterr().err == "error: interrupted\n"
+
+
+def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, save, elsewhere = tmp_path / "gone", et.Result.save, tmp_path / "kept"
+    folder.mkdir()
+    elsewhere.mkdir()
+
+    def late(result: et.Result, path: str | Path) -> tuple[Path, ...]:
+        if folder.exists():
+            folder.rmdir()
+        return save(result, path)
+
+    monkeypatch.setattr(et.Result, "save", late)
+    monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
+    assert main(["render", str(SCENE), "-o", str(folder / "a.exr"), "--size", "8x8", "--spp", "4"]) == 1
+    place, said = capsys.readouterr().err.rstrip("\n").split("; the render is kept in ")
+    assert place == f"error: {folder / 'a.exr'}: the folder {folder} does not exist"
+    assert et.render(et.load(SCENE).with_(size=(8, 8)), spp=6, resume=said).spp == 6

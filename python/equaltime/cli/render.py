@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import time as clock
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -199,7 +201,7 @@ def render(
         with held_back() as signals:
             files = result.save(output)
     except ImageError as problem:
-        print_error(str(problem))
+        print_error(f"{problem}{_kept(result)}")
         return 1
     writing = clock.perf_counter() - begin
     if viewer is not None and viewer.problem is not None:
@@ -213,6 +215,15 @@ def render(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _kept(result: Result) -> str:
+    """Save a result elsewhere, since its own place does not take it any more; say where."""
+    with suppress(OSError, ImageError):
+        path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
+        result.save(path)
+        return f"; the render is kept in {path}"
+    return ""
 
 
 def _viewer(address: str, output: Path) -> Viewer:
