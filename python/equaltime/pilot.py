@@ -211,15 +211,16 @@ class Pilot:
     def _quote(self, law: Law) -> Quote:
         session = self._session
         spp, seconds = self._end(law)
-        first = self._errors[max(self._errors)]
-        error = session.error() if spp.high <= session.passes.samples else self._foretold(law, spp.value)
+        last = self._errors[max(self._errors)]
+        foretold = replace(self._foretold(law, spp.value), doubt=last.doubt)
+        error = session.error() if spp.high <= session.passes.samples else foretold
         return Quote(
             seconds=seconds,
             spp=spp,
             error=error.with_bias(session.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
-            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < first.value},
+            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < last.value},
             pilot_seconds=session.passes.rendering + self._seconds_probed,
         )
 
@@ -228,7 +229,7 @@ class Pilot:
         error, limits = law.error_at(spp), self._limits
         most = math.inf if limits.error is None or limits.spp or limits.seconds else limits.error
         value, high = min(error.value, most), min(error.high, most)
-        return replace(error, value=value, high=high, doubt=self._errors[max(self._errors)].doubt)
+        return replace(error, value=value, high=high)
 
     def _end(self, law: Law) -> tuple[Estimate, Estimate]:
         """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""

@@ -53,6 +53,13 @@ def test_an_error_beyond_all_bounds_is_looked_at_again() -> None:
     assert looks.next == 8 * FIRST_LOOK
 
 
+def test_a_limit_far_above_the_estimate_is_looked_at_again_soon() -> None:
+    """It is not extended by a law, at which the target would be eight times as far."""
+    looks = Looks()
+    looks.look(lambda _: Estimate(0.06, 0.01, 0.6), looks.next, 0.05)
+    assert 1.15 * FIRST_LOOK < looks.next < 4 * FIRST_LOOK
+
+
 def levels_of(error: Callable[[int], Estimate], looks: Looks, target: float, count: int) -> list[float]:
     """Return the levels at which the next looks ask for the error."""
     levels: list[float] = []

@@ -153,13 +153,14 @@ def test_pixels_without_noise_say_nothing() -> None:
 
 
 def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
-    lamp = Lamps(np.array([20 * SIDE + 30, 21 * SIDE + 30]), np.full((2, 3), 1.5), np.full(2, 0.5 / SAMPLES))
+    pixels = 20 * SIDE + np.arange(20, 30)
+    lamp = Lamps(pixels, np.full((10, 3), 1.5), np.full(10, 0.5 / SAMPLES))
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
     foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
     stated = lamp.missed(whole) / image_error(whole).value ** 2
     assert foretold == pytest.approx(stated, rel=0.3)
-    assert stated > 0.03, "the twin, a probe without lamps, foretells nothing of it"
+    assert stated > 0.1, "the twin, a probe without lamps, foretells nothing of it"
 
 
 def test_a_law_goes_through_what_was_probed() -> None:

@@ -219,10 +219,13 @@ def render(
 
 def _kept(result: Result) -> str:
     """Save a result elsewhere, since its own place does not take it any more; say where."""
-    with suppress(OSError, ImageError):
+    with suppress(OSError):
         path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
-        result.save(path)
-        return f"; the render is kept in {path}"
+        with suppress(ImageError):  # of the picture beside it too
+            result.save(path)
+        if path.exists():
+            return f"; the render is kept in {path}"
+        path.parent.rmdir()
     return ""
 
 
