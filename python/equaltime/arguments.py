@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
 
-__all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments"]
+__all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments", "is_whole"]
 
 Backend = Literal["core", "embreex"]
 MOST_THREADS = 4096
@@ -29,17 +29,26 @@ def check_arguments(
     seed: int = 0,
     threads: int = 0,
     backend: str = "core",
+    *,
+    within: float | None = None,
+    without: Sequence[str] = (),
+    checkpoint_every: float = 60.0,
 ) -> None:
     """Raise `ValueError` for an argument of a render that is out of range, or no number."""
-    if spp is not None and not (_is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
+    if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")
-    if time is not None and not (_is_real(time) and 0.0 < time <= MOST_SECONDS):
-        raise ValueError(f"time must be a positive number of seconds up to {MOST_SECONDS:g}, found {time!r}")
-    if error is not None and not (_is_real(error) and 0.0 < error <= MOST_ERROR):
-        raise ValueError(f"error must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {error!r}")
-    if not (_is_whole(seed) and 0 <= seed < 2**64):
+    for name, seconds in (("time", time), ("checkpoint_every", checkpoint_every)):
+        if seconds is not None and not (_is_real(seconds) and 0.0 < seconds <= MOST_SECONDS):
+            raise ValueError(f"{name} must be a positive number of seconds up to {MOST_SECONDS:g}, found {seconds!r}")
+    for name, fraction in (("error", error), ("within", within)):
+        if fraction is not None and not (_is_real(fraction) and 0.0 < fraction <= MOST_ERROR):
+            message = f"{name} must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {fraction!r}"
+            raise ValueError(message)
+    if isinstance(without, str) or not all(isinstance(name, str) for name in without):
+        raise ValueError(f"without must be a sequence of effects' names, such as ('long_paths=6',), found {without!r}")
+    if not (is_whole(seed) and 0 <= seed < 2**64):
         raise ValueError(f"seed must be a whole number from 0 to 2^64 - 1, found {seed!r}")
-    if not (_is_whole(threads) and 0 <= threads <= MOST_THREADS):
+    if not (is_whole(threads) and 0 <= threads <= MOST_THREADS):
         raise ValueError(f"threads must be a whole number from 0 to {MOST_THREADS}, found {threads!r}")
     if backend not in get_args(Backend):
         raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
@@ -54,7 +63,8 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
     return load(Path(scene))
 
 
-def _is_whole(value: object) -> bool:
+def is_whole(value: object) -> bool:
+    """Tell a whole number, also NumPy's, from everything else, True among it."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 

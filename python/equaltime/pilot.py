@@ -174,10 +174,11 @@ class Pilot:
 
     def _law(self) -> Law:
         last = self._errors[max(self._errors)]
-        if last.known and last.high == 0.0 and self._session.image().any():
-            raise RenderError("the pilot saw no noise: as few samples as it took are exact")
+        if last.known and last.high == 0.0:
+            why = "as few samples as it took are exact" if self._session.image().any() else "the image is surely black"
+            raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
-            raise RenderError("the pilot saw no light, or too little to say how fast the error falls")
+            raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")
         return fit(self._errors, self._seconds, self._session.strategy.sampler)
 
     def _probe(self, pilot: Law) -> Law:

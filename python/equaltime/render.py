@@ -37,6 +37,8 @@ __all__ = ["render"]
 T = TypeVar("T")
 
 _DEFAULT_SPP = 64
+_LEFT_FOR_BIAS = 0.5
+"""Of the error asked for, what leaving effects out may make at most: the noise may be 87 % of it then."""
 _CROSS_CHECK_ALONE = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
 
 
@@ -54,6 +56,7 @@ def render(
     resume: str | os.PathLike[str] | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
+    unsaved: Callable[[str], object] | None = None,
     quoted: Callable[[Quote], object] | None = None,
     unquoted: Callable[[str], object] | None = None,
     without: Sequence[str] = (),
@@ -95,6 +98,8 @@ def render(
     checkpoint
         Where to save what is done so far (EXR), every ``checkpoint_every`` seconds, within a pass too; less often where
         saving would take more than half of the time.
+    unsaved
+        Called with why, where a checkpoint could not be written, once until one has been again; the render goes on.
     quoted
         Called once, within 8 samples a pixel or a twentieth of the work, but not of more than ten seconds, with what
         the error or the time asked for will cost or bring. For an error some pixels, 4096 at most, are rendered to the
@@ -106,7 +111,8 @@ def render(
         Effects to leave out, by name (`equaltime.effects`): the image is biased, says so, and its error has in it what
         that makes, which a pilot measures.
     within
-        An error, such as 0.01: leave out what a pilot shows can be left out within it, also the longest paths.
+        An error, such as 0.01: leave out what a pilot shows can be left out within it, and within half of ``error`` if
+        that is given, also the longest paths.
     decided
         Called once, before the first sample, with what was left out or kept and why, in words.
     show
@@ -133,11 +139,13 @@ def render(
     FaultySample
         The same for a sample that raised a floating-point fault, if these are looked for.
     RenderError
-        If there is not enough memory.
+        If there is not enough memory, or only ``error`` is to end the render of a single pixel, which cannot be known.
     ValueError
         If an argument is out of range, or of another type.
     """
-    check_arguments(spp, time, error, seed, threads, backend)
+    check_arguments(
+        spp, time, error, seed, threads, backend, within=within, without=without, checkpoint_every=checkpoint_every
+    )
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
@@ -149,6 +157,8 @@ def render(
     if show is not None:
         show.connect()  # before any clock runs: it may have to be waited for
     begin = clock.perf_counter()
+    if within is not None and error is not None:
+        within = min(within, _LEFT_FOR_BIAS * error)
     left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
     piloting = {} if left is None else {"pilot": clock.perf_counter() - begin}
     if left is None:
@@ -171,7 +181,7 @@ def render(
         for watcher in watchers:
             watcher(session)
 
-    result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended)
+    result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended, unsaved)
     if watch is not None:
         watch.ended()
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))

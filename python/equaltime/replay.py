@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from equaltime.arguments import as_scene, check_arguments
+from equaltime.arguments import as_scene, check_arguments, is_whole
 from equaltime.core_renderer import traced
 from equaltime.effects.leaving import leave_out
 from equaltime.scene import Scene
+from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.naming import Names
 from equaltime.strategy import Strategy
 
@@ -92,9 +93,13 @@ def replay(
     SceneError, StrategyError, EffectError
         If the scene or the strategy cannot be read, or an effect not be left out.
     ValueError
-        If the pixel is not on the film, or the sample or the seed is out of range.
+        If the pixel is not on the film, or an argument is out of range, or of another type.
     """
-    check_arguments(spp=sample + 1, seed=seed)
+    check_arguments(seed=seed)
+    if not (is_whole(sample) and 0 <= sample < MOST_SAMPLES):
+        raise ValueError(f"sample must be a whole number from 0 to {MOST_SAMPLES - 1}, found {sample!r}")
+    if not (isinstance(pixel, Sequence) and len(pixel) == 2 and all(map(is_whole, pixel))):
+        raise ValueError(f"pixel must be two whole numbers, (x, y), found {pixel!r}")
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     loaded, chosen = leave_out(as_scene(scene), chosen, without)
     x, y, width, height = loaded.model.sensor.film.crop

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -15,7 +14,7 @@ from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.errors import ImageError
+from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
 from equaltime.memory import resident_bytes
 from equaltime.noise_places import Places, noise_places
@@ -44,7 +43,7 @@ class Session:
     SceneError
         If the film is more than this machine can hold.
     RenderError
-        If there is not enough memory.
+        If there is not enough memory, or the film is a single pixel and nothing but its error is to end the render.
     ImageError
         If the checkpoint belongs to another render.
     """
@@ -75,6 +74,8 @@ class Session:
         if resumed is not None:
             self._take_up(resumed)
         _, height, width = self._renderer.moments.shape
+        if height * width == 1 and limits == Limits(error=limits.error):
+            raise RenderError("the error of a single pixel cannot be known of two replicates: give another limit too")
         looks = () if resumed is None else resumed.looks
         done = self._renderer.position[0]
         self._unseen = Unseen.of(core, core_settings(scene, strategy), seed, threads)
@@ -95,15 +96,22 @@ class Session:
             raise ImageError(f"{resumed.path}: cannot be taken up: {error}") from error
 
     def run(
-        self, path: Path | None = None, every: float = 60.0, pass_ended: Callable[[Session], object] | None = None
+        self,
+        path: Path | None = None,
+        every: float = 60.0,
+        pass_ended: Callable[[Session], object] | None = None,
+        unsaved: Callable[[str], object] | None = None,
     ) -> Result:
         """Run all passes, call ``pass_ended`` after each, and return the result.
 
-        If ``path`` is given, what is done so far is saved there every so many seconds, within passes too. After Ctrl-C
-        the result is what was finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the
-        result so far.
+        If ``path`` is given, what is done so far is saved there every so many seconds, within passes too; ``unsaved``
+        is called with why, where that fails, once until it has been done again. After Ctrl-C the result is what was
+        finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the result so far.
         """
-        stopped_by = self._run_passes(path, every, pass_ended)
+        if path is not None:
+            takes = _SECONDS_A_PIXEL * self.passes.pixels
+            self.passes.saving = Saving(partial(self._save, path), every, takes, unsaved)
+        stopped_by = self._run_passes(pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
         while True:
@@ -112,9 +120,7 @@ class Session:
             except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
                 stopped_by = "interrupt"
 
-    def _run_passes(self, path: Path | None, every: float, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
-        if path is not None:
-            self.passes.saving = Saving(partial(self._save, path), every, _SECONDS_A_PIXEL * self.passes.pixels)
+    def _run_passes(self, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
         try:
             for _ in self.passes:
                 if pass_ended is not None:
@@ -125,8 +131,7 @@ class Session:
         return self.passes.stopped_by
 
     def _save(self, path: Path) -> None:
-        with suppress(ImageError):  # a full disk may have room again at the end, which tells if not
-            self.result("unfinished").save(path)
+        self.result("unfinished").save(path)
 
     @property
     def rendering(self) -> float:

@@ -110,6 +110,12 @@ def test_pixels_are_those_of_the_whole_film_and_only_its_crop_has_any() -> None:
         et.replay(crop, (9, 8), 0)
 
 
+@pytest.mark.parametrize(("pixel", "sample"), [("12,8", 0), ((12,), 0), ((12.5, 8), 0), (12, 0), ((12, 8), -1)])
+def test_an_argument_of_another_type_or_out_of_range_is_refused(pixel: Any, sample: Any) -> None:
+    with pytest.raises(ValueError, match="must be"):
+        et.replay(shipped("cornell-box.toml"), pixel, sample)
+
+
 def test_a_path_is_told_in_the_units_and_names_of_the_scene() -> None:
     scene = et.load_dict(
         {

@@ -262,5 +262,9 @@ def test_resume_begins_anew_where_there_is_no_file(tmp_path: Path) -> None:
 
 
 def test_a_checkpoint_that_cannot_be_written_does_not_end_the_render(scene: et.Scene, tmp_path: Path) -> None:
-    result = et.render(scene, spp=8, checkpoint=tmp_path / "no such folder" / "a.exr", checkpoint_every=1e-9)
+    told: list[str] = []
+    nowhere = tmp_path / "no such folder" / "a.exr"
+    result = et.render(scene, spp=8, checkpoint=nowhere, checkpoint_every=1e-9, unsaved=told.append)
     assert (result.spp, result.stopped_by) == (8, "spp")
+    assert len(told) == 1, "of several that failed in a row"
+    assert str(nowhere) in told[0]

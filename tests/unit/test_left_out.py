@@ -77,6 +77,14 @@ def test_within_an_error_paths_are_cut_and_the_bias_is_less(within: LeftOut) -> 
     assert any(line.startswith("left out: paths longer than") for line in within.why)
 
 
+def test_what_is_left_out_makes_half_of_the_error_asked_for_at_most(box: et.Scene) -> None:
+    result = et.render(box, error=0.4, within=0.9, threads=1)
+    assert result.stopped_by == "error"
+    assert result.error.high <= 0.4
+    assert result.bias is not None
+    assert 0.1 < result.bias.high <= 0.2
+
+
 def test_less_is_left_out_within_a_smaller_error(box: et.Scene, within: LeftOut) -> None:
     assert within.strategy.truncate is not None
     finer = choose(box, et.Strategy(), 0.01, threads=1)

@@ -122,10 +122,20 @@ def test_an_argument_out_of_range_is_refused(name: str, value: Any) -> None:
         et.quote(et.load(SCENE).with_(size=(8, 8)), **{**target, name: value})
 
 
-def test_a_scene_without_light_cannot_be_quoted() -> None:
+def test_a_scene_without_light_is_surely_black() -> None:
     dark = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}
-    with pytest.raises(et.RenderError, match="saw no light"):
-        et.quote(et.load_dict(dark), error=0.1)
+    with pytest.raises(et.RenderError, match="surely black"):
+        et.quote(et.load_dict(dark).with_(size=(8, 8)), error=0.1)
+
+
+def test_a_single_pixel_cannot_be_quoted_nor_rendered_to_an_error_alone() -> None:
+    pixel = et.load(SCENE).with_(size=(1, 1))
+    with pytest.raises(et.RenderError, match="few pixels"):
+        et.quote(pixel, error=0.1)
+    for asked in (et.render, et.progressive):
+        with pytest.raises(et.RenderError, match="a single pixel cannot be known"):
+            asked(pixel, error=0.1)
+    assert et.render(pixel, spp=16, error=0.1).stopped_by == "spp"
 
 
 def test_a_scene_without_noise_says_so() -> None:
@@ -147,6 +157,20 @@ def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.Capture
     printed = capsys.readouterr().out
     assert " [" in printed
     assert "\\" not in printed
+
+
+def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def record(*limits: str) -> Any:
+        assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "24x24", "--json", *limits]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    quoted, unquoted = record("--error", "40%"), record("--error", "40%", "--spp", "1")
+    assert quoted["quote"]["spp"]["low"] <= quoted["spp"]
+    assert "unquoted" not in quoted
+    assert "ended before" in unquoted["unquoted"]
+    assert "quote" not in unquoted
 
 
 def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -234,6 +234,12 @@ def test_radiance_beyond_single_precision_is_infinite_in_the_image() -> None:
         ("error", "2%"),
         ("seed", 1.5),
         ("threads", 1.5),
+        ("within", "5%"),
+        ("within", 0.0),
+        ("without", "lens"),
+        ("without", [1]),
+        ("checkpoint_every", 0.0),
+        ("checkpoint_every", "1m"),
     ],
 )
 def test_an_argument_out_of_range_is_refused(scene: et.Scene, name: str, value: Any) -> None:

@@ -12,6 +12,7 @@ import pytest
 import equaltime as et
 from equaltime import images
 from equaltime.budget import Limits
+from equaltime.errors import ImageError
 from equaltime.passes import Passes, pass_end
 from equaltime.saving import Saving
 
@@ -100,6 +101,22 @@ def test_nothing_is_saved_where_the_time_limit_would_be_overrun() -> None:
     assert passes.stopped_by == "time"
     assert renderer.now == pytest.approx(0.5)
     assert saved.times[-1] + 0.06 <= 0.5
+
+
+def test_that_saving_fails_is_told_again_only_after_it_went_well() -> None:
+    disk_is_full, told = iter([True, True, False, False, True]), list[str]()
+
+    def save() -> None:
+        if next(disk_is_full):
+            raise ImageError("no room")
+
+    saving = Saving(save, EVERY, 0.0, told.append)
+    counts = []
+    for _ in range(5):
+        saving.run(lambda: 0.0)
+        counts.append(len(told))
+    assert counts == [1, 1, 1, 1, 2]
+    assert told[0] == "no room"
 
 
 def test_a_pass_in_which_a_sample_went_wrong_is_finished_and_not_saved() -> None:

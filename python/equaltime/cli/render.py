@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import time as clock
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -103,7 +104,7 @@ def render(
         Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
     ] = "core",
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the record as JSON on stdout, and nothing else.")
+        bool, typer.Option("--json", help="Print the record, with the quote, as JSON on stdout, and nothing else.")
     ] = False,
     without: Without = None,
     within: Annotated[
@@ -164,7 +165,7 @@ def render(
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     failure: SampleError | None = None
-    decisions: list[str] = []
+    told: dict[str, Any] = {}
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
@@ -184,13 +185,12 @@ def render(
                 resume=exr if resume and output.exists() else None,
                 checkpoint=exr if backend == "core" else None,
                 checkpoint_every=checkpoint or 60.0,
-                quoted=None if quiet or as_json else while_heard(print_quote),
-                unquoted=None if quiet or as_json else while_heard(print_no_quote),
+                unsaved=while_heard(_warn_of_checkpoints),
                 without=without or (),
                 within=within,
-                decided=decisions.extend if quiet or as_json else while_heard(print_lines),
                 show=viewer,
                 traps=traps,
+                **_listeners(quiet, told if as_json else None),
             )
     except SampleError as found:
         if found.result is None:  # it was a pilot's
@@ -207,9 +207,9 @@ def render(
     if viewer is not None and viewer.problem is not None:
         print_warning(viewer.problem)
     if as_json:
-        print(json.dumps(_record(result, writing, files, decisions), indent=2))
+        print(json.dumps(_record(result, writing, files) | told, indent=2))
     elif not quiet:
-        print("\n".join(_summary(result, writing, files)))
+        print_lines(_summary(result, writing, files))
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
@@ -229,6 +229,10 @@ def _kept(result: Result) -> str:
     return ""
 
 
+def _warn_of_checkpoints(why: str) -> None:
+    print_warning(f"what is done so far cannot be saved, and the render goes on: {why}")
+
+
 def _viewer(address: str, output: Path) -> Viewer:
     try:
         return Viewer(address, output.name)
@@ -236,8 +240,28 @@ def _viewer(address: str, output: Path) -> Viewer:
         raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
-def _record(result: Result, writing: float, files: tuple[Path, ...], decisions: list[str]) -> dict[str, Any]:
-    record = result.record | ({"decisions": decisions} if decisions else {})
+def _listeners(quiet: bool, record: dict[str, Any] | None) -> dict[str, Callable[..., object]]:
+    """Return who hears of quotes and of what is left out: a record if there is one, or who reads the lines, or nobody.
+
+    They are named as `equaltime.render` takes them.
+    """
+    if record is not None:
+        return {
+            "quoted": lambda quote: record.update(quote=quote.as_dict()),
+            "unquoted": lambda why: record.update(unquoted=why),
+            "decided": lambda lines: record.update(decisions=list(lines)),
+        }
+    if quiet:
+        return {}
+    return {
+        "quoted": while_heard(print_quote),
+        "unquoted": while_heard(print_no_quote),
+        "decided": while_heard(print_lines),
+    }
+
+
+def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:
+    record = result.record
     return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
 
 
