@@ -182,12 +182,12 @@ def render(
             watcher(session)
 
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended, unsaved)
-    if watch is not None:
-        watch.ended()
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))
     rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
     worked = result.stats.seconds * result.stats.threads
     try:
+        if watch is not None:
+            watch.ended()
         if show is not None:
             show.show(result.image)
         if checkpoint is not None and asked_for(rendered):  # outputs may take as long as the image, and as much memory

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -16,6 +17,7 @@ from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, bu
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
+from equaltime.interrupts import held_back
 from equaltime.memory import resident_bytes
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
@@ -114,11 +116,9 @@ class Session:
         stopped_by = self._run_passes(pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
-        while True:
-            try:
-                return self.result(stopped_by)
-            except KeyboardInterrupt:  # an impatient one more, or one too late: what is finished is finished
-                stopped_by = "interrupt"
+        with held_back() as late:  # or an impatient one more: what is finished is finished
+            result = self.result(stopped_by)
+        return replace(result, stopped_by="interrupt") if late else result
 
     def _run_passes(self, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
         try:

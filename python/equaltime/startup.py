@@ -1,7 +1,7 @@
 """Ends the ``equaltime`` command quietly if Ctrl-C comes while it is still importing what it needs.
 
 Importing this module does that, in a process that was started as the command and in no other; the package imports it
-before all that takes time. From `ready` on the command line sees to Ctrl-C itself.
+before all that takes time. From `ready` on the command line sees to Ctrl-C itself, until `over`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-__all__ = ["ready", "runs_the_command"]
+__all__ = ["over", "ready", "runs_the_command"]
 
 
 def runs_the_command(arguments: list[str]) -> bool:
@@ -32,13 +32,20 @@ def ready() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def over() -> None:
+    """Let no Ctrl-C change the exit code of a command that has done its work: Python would end as if killed by it."""
+    if _IS_THE_COMMAND:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 def _end(number: int, frame: FrameType | None) -> NoReturn:
     os._exit(130)  # nothing was begun, and an exception would be raised within whatever is being imported
 
 
-if (
+_IS_THE_COMMAND = (
     runs_the_command(sys.orig_argv)
     and threading.current_thread() is threading.main_thread()
     and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-):
+)
+if _IS_THE_COMMAND:
     signal.signal(signal.SIGINT, _end)

@@ -125,6 +125,12 @@ def test_a_benchmark_refuses_what_it_could_not_do(scene: Path, capsys: pytest.Ca
     assert "--spp" in refusal(["bench", str(scene), "--spp", "4294967297"], capsys)
 
 
+def test_an_experiment_is_no_scene_and_that_is_all_to_be_said(capsys: pytest.CaptureFixture[str]) -> None:
+    experiment = Path(__file__).parents[2] / "scenes" / "experiments" / "x6-lens.toml"
+    assert main(["bench", str(experiment)]) == 2
+    assert capsys.readouterr().err == f"error: {experiment}: an experiment, not a scene: `equaltime cost` runs it\n"
+
+
 def test_text_that_is_not_utf_8_is_refused_with_its_line(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene.write_bytes(HEAD.encode() + b"# caf\xe9\n")
     assert "scene.toml:12: not UTF-8 text (byte" in refusal(["info", str(scene)], capsys)
@@ -222,16 +228,17 @@ def test_folders_and_files_whose_names_no_image_library_reads_are_refused_at_onc
     assert "not UTF-8" in refusal(["compare", output, output], capsys)
 
 
-def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("between", [0.1, 0.02])
+def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path, between: float) -> None:
     output = tmp_path / "out.exr"
     command = [sys.executable, "-m", "equaltime", "render", str(scene), "-o", str(output), "--time", "1h", "--json"]
     often = ["--size", "800x800", "--checkpoint", "100ms"]
     process = subprocess.Popen([*command, *often], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     while not output.exists() and process.poll() is None:  # until it renders, however slow the machine is
         time.sleep(0.05)
-    for _ in range(4):
+    while process.poll() is None:
         process.send_signal(signal.SIGINT)
-        time.sleep(0.1)
+        time.sleep(between)
     _, complaints = process.communicate(timeout=30)
     assert (process.returncode, complaints) == (130, b"")
     assert images.read(output).record["stopped_by"] == "interrupt"

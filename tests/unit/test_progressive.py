@@ -65,7 +65,8 @@ def test_the_time_is_that_of_all_loops_and_of_nothing_else(scene: et.Scene) -> N
 
 def test_an_error_that_nobody_knows_has_no_time_left(scene: et.Scene) -> None:
     """A single pixel shows no spread from place to place: its upper limit is infinite."""
-    session = et.progressive(scene.with_(size=(1, 1)), error=0.05)
+    session = et.progressive(scene.with_(size=(1, 1)))
+    session.aim(error=0.05)
     for state in islice(session, 12):
         assert state.error.high == np.inf
         assert session.time_left is None

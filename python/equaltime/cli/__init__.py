@@ -31,7 +31,7 @@ from equaltime.cli.render import render
 from equaltime.cli.replay import replay
 from equaltime.cli.schema import schema
 from equaltime.cli.selftest import selftest
-from equaltime.cli.signals import sigterm_as_ctrl_c
+from equaltime.cli.signals import interruptible
 from equaltime.errors import EqualtimeError, RenderError
 from equaltime.startup import ready
 
@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
         ready()
-        with sigterm_as_ctrl_c():
+        with interruptible():
             code = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
         print(end="", flush=True)
         return code

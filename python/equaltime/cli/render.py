@@ -6,7 +6,7 @@ import json
 import tempfile
 import time as clock
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -42,8 +42,8 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.outcome import check_spares, doubts, headline
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.signals import held_back
 from equaltime.errors import ImageError, RenderError, SampleError
+from equaltime.interrupts import held_back
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import load_file
@@ -170,51 +170,66 @@ def render(
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
-    try:
-        with progress_bar(quiet) as progress:
-            result = render_scene(
-                loaded,
-                spp,
-                time,
-                chosen,
-                seed,
-                threads,
-                progress,
-                backend,
-                error=error,
-                resume=exr if resume and output.exists() else None,
-                checkpoint=exr if backend == "core" else None,
-                checkpoint_every=checkpoint or 60.0,
-                unsaved=while_heard(_warn_of_checkpoints),
-                without=without or (),
-                within=within,
-                show=viewer,
-                traps=traps,
-                **_listeners(quiet, told if as_json else None),
-            )
-    except SampleError as found:
-        if found.result is None:  # it was a pilot's
-            raise
-        failure, result = found, cast(Result, found.result)
-    begin = clock.perf_counter()
-    try:
-        with held_back() as signals:
+    # an impatient second Ctrl-C must not cost what the first one kept: from the last sample to the last word
+    with ExitStack() as ending:
+        try:
+            with progress_bar(quiet) as progress:
+                result = render_scene(
+                    loaded,
+                    spp,
+                    time,
+                    chosen,
+                    seed,
+                    threads,
+                    progress,
+                    backend,
+                    error=error,
+                    resume=exr if resume and output.exists() else None,
+                    checkpoint=exr if backend == "core" else None,
+                    checkpoint_every=checkpoint or 60.0,
+                    unsaved=while_heard(_warn_of_checkpoints),
+                    without=without or (),
+                    within=within,
+                    show=viewer,
+                    traps=traps,
+                    **_listeners(quiet, told if as_json else None),
+                )
+                signals = ending.enter_context(held_back())
+        except SampleError as found:
+            if found.result is None:  # it was a pilot's
+                raise
+            failure, result = found, cast(Result, found.result)
+            signals = ending.enter_context(held_back())
+        begin = clock.perf_counter()
+        try:
             files = result.save(output)
-    except ImageError as problem:
-        print_error(f"{problem}{_kept(result)}")
-        return 1
-    writing = clock.perf_counter() - begin
-    if viewer is not None and viewer.problem is not None:
-        print_warning(viewer.problem)
-    if as_json:
-        print(json.dumps(_record(result, writing, files) | told, indent=2))
-    elif not quiet:
-        print_lines(_summary(result, writing, files))
+        except ImageError as problem:
+            print_error(f"{problem}{_kept(result)}")
+            return 1
+        writing = clock.perf_counter() - begin
+        _tell_end(result, writing, files, viewer, quiet, told if as_json else None)
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _tell_end(
+    result: Result,
+    writing: float,
+    files: tuple[Path, ...],
+    viewer: Viewer | None,
+    quiet: bool,
+    told: dict[str, Any] | None,
+) -> None:
+    """Print what was done, as a record with what it should tell besides, or in lines."""
+    if viewer is not None and viewer.problem is not None:
+        print_warning(viewer.problem)
+    if told is not None:
+        print(json.dumps(_record(result, writing, files) | told, indent=2))
+    elif not quiet:
+        print_lines(_summary(result, writing, files))
 
 
 def _kept(result: Result) -> str:

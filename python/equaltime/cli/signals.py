@@ -1,39 +1,38 @@
-"""Ctrl-C and SIGTERM: both end a command with what is finished, and neither takes away what is being written."""
+"""Ctrl-C and SIGTERM: both end a command with what is finished."""
 
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["held_back", "sigterm_as_ctrl_c"]
+from equaltime.startup import over
+
+__all__ = ["interruptible"]
+
+_ONE_PRESS = 1.0
+"""Seconds in which further ones are the same: who holds the keys down, or is impatient, means what was meant first."""
 
 
 @contextmanager
-def sigterm_as_ctrl_c() -> Iterator[None]:
-    """Let SIGTERM raise `KeyboardInterrupt`."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
+def interruptible() -> Iterator[None]:
+    """Let both raise `KeyboardInterrupt`, one for all that come at once; after it, a command that ends hears none."""
+    raised = -_ONE_PRESS
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal raised
+        now = time.monotonic()
+        if now - raised >= _ONE_PRESS:
+            raised = now
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def held_back() -> Iterator[list[int]]:
-    """Only list those that come, so that an impatient second Ctrl-C does not cost the result of the first."""
-    seen: list[int] = []
-    before = {
-        number: signal.signal(number, lambda number, _: seen.append(number))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
-        yield seen
-    finally:
+        over()
         for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+            if signal.getsignal(number) is interrupt:
+                signal.signal(number, handler)

@@ -20,6 +20,9 @@ from equaltime.scene.variables import Variables
 
 __all__ = ["read_toml"]
 
+_OF_EXPERIMENTS = ("scenes", "strategies")
+"""Lists that no scene has."""
+
 
 def read_toml(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
@@ -29,6 +32,9 @@ def read_toml(
     if parsed is None:
         return None
     text, table = parsed
+    if all(isinstance(table.get(key), list) for key in _OF_EXPERIMENTS):
+        report.add(Place(file), "an experiment, not a scene: `equaltime cost` runs it")
+        return None
     variables = Variables({name: _typed(value) for name, value in defines.items()})
     scene = _TomlReader(text, variables, report, search, (Path(file),)).scene(table, Place(file))
     variables.report_unused(Place(file), report)
