@@ -76,7 +76,7 @@ class Session:
         if resumed is not None:
             self._take_up(resumed)
         _, height, width = self._renderer.moments.shape
-        if height * width == 1 and limits == Limits(error=limits.error):
+        if height * width == 1 and limits.error is not None and limits == Limits(error=limits.error):
             raise RenderError("the error of a single pixel cannot be known of two replicates: give another limit too")
         looks = () if resumed is None else resumed.looks
         done = self._renderer.position[0]
