@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from equaltime.errors import ImageError
 from equaltime.result import Result
 
-__all__ = ["check_spares", "doubts", "headline"]
+__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere"]
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
@@ -39,3 +41,15 @@ def doubts(result: Result) -> list[str]:
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {result.samples.size} pixels have no sample")
     return lines
+
+
+def kept_elsewhere(result: Result) -> str:
+    """Save a result elsewhere, since its own place does not take it any more; say where."""
+    with suppress(OSError):
+        path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
+        with suppress(ImageError):  # of the picture beside it too
+            result.save(path)
+        if path.exists():
+            return f"; the render is kept in {path}"
+        path.parent.rmdir()
+    return ""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import time as clock
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -40,7 +39,7 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
-from equaltime.cli.outcome import check_spares, doubts, headline
+from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
@@ -204,7 +203,7 @@ def render(
         try:
             files = result.save(output)
         except ImageError as problem:
-            print_error(f"{problem}{_kept(result)}")
+            print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
         writing = clock.perf_counter() - begin
         _tell_end(result, writing, files, viewer, quiet, told if as_json else None)
@@ -230,18 +229,6 @@ def _tell_end(
         print(json.dumps(_record(result, writing, files) | told, indent=2))
     elif not quiet:
         print_lines(_summary(result, writing, files))
-
-
-def _kept(result: Result) -> str:
-    """Save a result elsewhere, since its own place does not take it any more; say where."""
-    with suppress(OSError):
-        path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
-        with suppress(ImageError):  # of the picture beside it too
-            result.save(path)
-        if path.exists():
-            return f"; the render is kept in {path}"
-        path.parent.rmdir()
-    return ""
 
 
 def _warn_of_checkpoints(why: str) -> None:
