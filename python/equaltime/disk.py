@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
 
-__all__ = ["replacing", "to_disk"]
+__all__ = ["replacing", "tidy", "to_disk"]
 
 
 def to_disk(path: Path) -> None:
@@ -34,7 +34,7 @@ def replacing(path: Path) -> Iterator[Path]:
     has the machine's name, and only files of the same machine are looked at.
     """
     path = Path(os.path.realpath(path))
-    _tidy(path.parent)
+    tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
     temporary = path.with_name(f"{_machine()}-{os.getpid()}-{threading.get_ident():x}.part")
     descriptor = _locked(temporary)
@@ -46,6 +46,15 @@ def replacing(path: Path) -> Iterator[Path]:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)
         os.close(descriptor)
+
+
+def tidy(folder: Path) -> None:
+    """Remove what killed processes of this machine were writing; what cannot be is left."""
+    part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
+    with suppress(OSError):
+        for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:
+            with suppress(OSError):
+                _remove_if_left(left)
 
 
 def _machine() -> str:
@@ -69,15 +78,6 @@ def _is(path: Path, descriptor: int) -> bool:
         return os.path.samestat(os.fstat(descriptor), os.stat(path))
     except FileNotFoundError:
         return False
-
-
-def _tidy(folder: Path) -> None:
-    """Remove what killed processes of this machine were writing; what cannot be is left."""
-    part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
-    with suppress(OSError):
-        for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:
-            with suppress(OSError):
-                _remove_if_left(left)
 
 
 def _remove_if_left(part: Path) -> None:

@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,6 +23,7 @@ from typing import IO, Any
 
 from pydantic import BaseModel
 
+from equaltime import disk
 from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
@@ -32,9 +31,6 @@ from equaltime.errors import ExperimentError, Problem
 __all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
-_PART = ".equaltime-{}.part"
-_OWN_PART = re.compile(r"\.equaltime-\d+\.part")
-"""Not those of renders that go on in the same folder, which have more in their names."""
 _GROWING = ("scenes", "strategies")
 """Parts of an identity to which something may be added later, each under its name."""
 
@@ -124,12 +120,13 @@ class Folder:
         return _read_json(self.provenance) if self.provenance.exists() else {}
 
     def tidy(self) -> None:
-        """Remove what a killed process was writing; only for who has the records to themselves."""
-        parts = [*self.path.glob(f"figures/{_PART.format('*')}")]
-        for place in (".", "references", "images/*"):
-            parts += [part for part in self.path.glob(f"{place}/{_PART.format('*')}") if _OWN_PART.fullmatch(part.name)]
-        for part in parts:
-            part.unlink(missing_ok=True)
+        """Remove what a killed process was writing."""
+        for folder in (
+            self.path,
+            *(self.path / name for name in ("references", "figures")),
+            *self.path.glob("images/*"),
+        ):
+            disk.tidy(folder)
 
     def _compare(self, there: object, joined: Mapping[str, Any]) -> None:
         before, now = dict(_flat(there)), dict(_flat(joined))
@@ -155,15 +152,8 @@ class Folder:
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(_PART.format(os.getpid()))
-    try:
-        with temporary.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with disk.replacing(path) as temporary, temporary.open("wb") as file:
+        yield file
 
 
 def machine_facts() -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from equaltime.cost.extras import optional
 from equaltime.cost.report.looks import DARK, LIGHT
+from equaltime.disk import replacing
 from equaltime.images import SOFTWARE
 
 __all__ = ["write_page"]
@@ -35,10 +35,6 @@ def write_page(template: str, path: Path, **values: object) -> Path:
         palettes=_PALETTES,
         **values,
     )
-    temporary = path.with_name(f".{path.stem}-{os.getpid()}.part")
-    try:
+    with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
     return path
