@@ -44,7 +44,8 @@ def check_arguments(
         if fraction is not None and not (_is_real(fraction) and 0.0 < fraction <= MOST_ERROR):
             message = f"{name} must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {fraction!r}"
             raise ValueError(message)
-    if isinstance(without, str) or not all(isinstance(name, str) for name in without):
+    names = not isinstance(without, str) and isinstance(without, Sequence)
+    if not (names and all(isinstance(name, str) for name in without)):
         raise ValueError(f"without must be a sequence of effects' names, such as ('long_paths=6',), found {without!r}")
     if not (is_whole(seed) and 0 <= seed < 2**64):
         raise ValueError(f"seed must be a whole number from 0 to 2^64 - 1, found {seed!r}")

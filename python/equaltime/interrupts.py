@@ -14,15 +14,20 @@ __all__ = ["held_back"]
 def held_back() -> Iterator[list[int]]:
     """Only list those that come, so that an impatient second Ctrl-C does not cost the result of the first.
 
-    In any thread but the main one, which alone hears them, this does nothing.
+    A signal that would end the process does so, since nothing of Python's hears it; in any thread but the main one,
+    which alone hears them, nothing is held back.
     """
     seen: list[int] = []
     before = {}
     if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in filter(_is_heard, (signal.SIGINT, signal.SIGTERM)):
             before[number] = signal.signal(number, lambda number, _: seen.append(number))
     try:
         yield seen
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _is_heard(number: signal.Signals) -> bool:
+    return callable(signal.getsignal(number))

@@ -238,6 +238,7 @@ def test_radiance_beyond_single_precision_is_infinite_in_the_image() -> None:
         ("within", 0.0),
         ("without", "lens"),
         ("without", [1]),
+        ("without", None),
         ("checkpoint_every", 0.0),
         ("checkpoint_every", "1m"),
     ],

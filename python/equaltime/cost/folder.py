@@ -121,11 +121,7 @@ class Folder:
 
     def tidy(self) -> None:
         """Remove what a killed process was writing."""
-        for folder in (
-            self.path,
-            *(self.path / name for name in ("references", "figures")),
-            *self.path.glob("images/*"),
-        ):
+        for folder in (self.path, self.path / "references", self.path / "figures", *self.path.glob("images/*")):
             disk.tidy(folder)
 
     def _compare(self, there: object, joined: Mapping[str, Any]) -> None:
