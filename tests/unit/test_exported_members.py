@@ -33,7 +33,7 @@ def test_render_takes_what_it_promises() -> None:
     first = ["scene", "spp", "time", "strategy", "seed", "threads", "progress", "backend"]
     assert list(parameters)[: len(first)] == first
     more = {name for name, parameter in parameters.items() if parameter.kind == inspect.Parameter.KEYWORD_ONLY}
-    saving = {"resume", "checkpoint", "checkpoint_every"}
+    saving = {"resume", "checkpoint", "checkpoint_every", "unsaved"}
     assert more == {"error", "quoted", "unquoted", "without", "within", "decided", "show", "traps"} | saving
     assert [p.default for p in parameters.values()][1 : len(first)] == [None, None, "best", 0, 0, None, "core"]
 
