@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from statistics import NormalDist, linear_regression, variance
@@ -15,7 +15,6 @@ from equaltime.error_estimate import Estimate, Unit
 
 __all__ = ["Law", "Probed", "fit"]
 
-Effort = Callable[[float, float], float]
 _Z95 = 1.960
 _NORMAL = NormalDist()
 # What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
@@ -54,7 +53,7 @@ class Probed(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """``error(n) = error · (n / samples)^-exponent``, and ``seconds(n) = n · seconds_per_sample`` in long passes.
+    """``error(n) = error · (n / samples)^-exponent``, and ``seconds(n) = n · seconds_per_sample``.
 
     If a probe showed more than the pilot, that is beyond its last point, and the law goes through all of its points.
     Doubts are standard deviations, of logarithms where the name says so.
@@ -71,7 +70,7 @@ class Law:
     exponent: float
     exponent_doubt: float
     seconds_per_sample: float
-    """A sample of every pixel, of many in one pass."""
+    """A sample of every pixel."""
     speed_doubt: float = _SPEED_DOUBT
     """Of the logarithm of the speed, until the end."""
     before: tuple[tuple[int, float], ...] = ()
@@ -141,11 +140,11 @@ class Law:
         return Estimate(value, value * math.exp(-below), value * math.exp(above))
 
     def samples_in(self, seconds: float) -> Estimate:
-        """Return how many samples a pixel, in long passes, so much time is enough for."""
+        """Return how many samples a pixel so much time is enough for."""
         return _interval(max(1.0, seconds / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
-        """Return the time that so many samples a pixel take, in long passes."""
+        """Return the time that so many samples a pixel take."""
         above, below = (
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
@@ -239,13 +238,10 @@ class Law:
         }
 
 
-def fit(
-    errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, effort: Effort = lambda m, n: n - m
-) -> Law:
+def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
-    The exponent is that of the last three octaves, weighed against what is known of the sampler. ``effort`` tells what
-    going from one count to another costs, in samples of a long pass.
+    The exponent is that of the last three octaves, weighed against what is known of the sampler.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -261,20 +257,20 @@ def fit(
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    first = next((n for n in near if 4 * n >= last and n < last), None)
-    rate = (seconds[last] - (0.0 if first is None else seconds[first])) / effort(first or 0, last)
-    doubt = _speed_doubt(seconds, effort)
-    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, doubt)
+    before = [n for n in near if 4 * n >= last and n < last]
+    first = before[0] if before else None
+    rate = seconds[last] / last if first is None else (seconds[last] - seconds[first]) / (last - first)
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, _speed_doubt(seconds))
 
 
 def _least_narrowing(width: float) -> float:
     return min(_FEW * width, _MOST_NARROWING)
 
 
-def _speed_doubt(seconds: Mapping[int, float], effort: Effort) -> float:
+def _speed_doubt(seconds: Mapping[int, float]) -> float:
     """Return how much the speed varies, by that between the counts whose times are known."""
-    pairs = itertools.pairwise(sorted(seconds.items()))
-    speeds = [math.log((after - before) / effort(m, n)) for (m, before), (n, after) in pairs if after > before]
+    steps = itertools.pairwise(sorted(seconds.items()))
+    speeds = [math.log((after - before) / (n - m)) for (m, before), (n, after) in steps if after > before]
     apart = (len(speeds) - 1) * variance(speeds) if len(speeds) > 1 else 0.0
     return math.sqrt((_KNOWN_PASSES * _SPEED_DOUBT**2 + apart) / (_KNOWN_PASSES + max(len(speeds) - 1, 0)))
 

@@ -23,8 +23,6 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
-_OF_A_PASS = 0.3
-"""Samples a pixel that a pass costs besides its own: 0.18 to 0.38 in three scenes, whatever else the machine does."""
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
 # What is done between passes may take so many times what it is expected to: a first estimate of the error takes twice
@@ -66,14 +64,6 @@ def pass_end(samples: int, pixels: int) -> int:
     """
     longest = max(2, _PASS_SAMPLES // max(pixels, 1) // 2 * 2)
     return samples + (max(2, min(2 ** (samples.bit_length() - 3), longest)) if samples >= 16 else 2)
-
-
-def effort(begin: float, end: float, pixels: int) -> float:
-    """Return what bringing every pixel from one count of samples to another costs, in samples of a long pass."""
-    longest, passes, at = pass_end(2**40, pixels) - 2**40, 0.0, int(begin)
-    while at < end and (step := pass_end(at, pixels) - at) < longest:
-        passes, at = passes + min(1.0, (end - at) / step), at + step
-    return end - begin + _OF_A_PASS * (passes + max(end - at, 0.0) / longest)
 
 
 class Passes:

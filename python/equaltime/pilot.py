@@ -24,7 +24,6 @@ from equaltime.errors import RenderError
 from equaltime.law import Law, Probed, fit
 from equaltime.memory import peak_bytes
 from equaltime.noise_places import Places
-from equaltime.passes import effort
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session
@@ -48,7 +47,6 @@ _SHARE_OF_ALL_PIXELS = 0.4
 _PROBE_SHARE = 0.9
 """Of what is left for a probe: more may be needed than was foretold."""
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
-_ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -181,10 +179,7 @@ class Pilot:
             raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")
-        return fit(self._errors, self._seconds, self._session.strategy.sampler, self._effort)
-
-    def _effort(self, begin: float, end: float) -> float:
-        return effort(begin, end, self._session.passes.pixels)
+        return fit(self._errors, self._seconds, self._session.strategy.sampler)
 
     def _probe(self, pilot: Law) -> Law:
         """Return the law that goes through what some pixels show where the render will end."""
@@ -209,7 +204,7 @@ class Pilot:
         if limits.error is not None:
             ends.append(next((n for n in law.looks_until(limits.error) if n > law.samples), 0))
         if limits.seconds is not None:
-            ends.append(self._reached(law, limits.seconds).value)
+            ends.append(self._before + law.samples_in(limits.seconds).value)
         if limits.spp is not None:
             ends.append(limits.spp)
         return 2 * round(0.5 * min(ends))
@@ -226,9 +221,7 @@ class Pilot:
             error=error.with_bias(session.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
-            prices={
-                target: self._seconds_to(law, law.samples_until(target), 0) for target in TARGETS if target < last.value
-            },
+            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < last.value},
             pilot_seconds=session.passes.rendering + self._seconds_probed,
         )
 
@@ -246,29 +239,11 @@ class Pilot:
             spps.append(_at_least(self._session.passes.samples, law.samples_until(limits.error)))
         if limits.spp is not None:
             spps.append(_exactly(limits.spp, "spp"))
-        seconds = [self._seconds_to(law, _at_least(before + 1, spp), before) for spp in spps]
+        seconds = [law.seconds_for(_at_least(1, _more(spp, -before))) for spp in spps]
         if limits.seconds is not None:
-            spps.append(self._reached(law, limits.seconds))
+            spps.append(_more(law.samples_in(limits.seconds), before))
             seconds.append(_exactly(limits.seconds, "s"))
         return _least(spps), _least(seconds)
-
-    def _seconds_to(self, law: Law, spp: Estimate, begin: int) -> Estimate:
-        """Return the time from one count of samples a pixel to another."""
-        value, low, high = (self._effort(begin, end) for end in (spp.value, spp.low, spp.high))
-        return law.seconds_for(replace(spp, value=value, low=low, high=high))
-
-    def _reached(self, law: Law, seconds: float) -> Estimate:
-        """Return to how many samples a pixel the render gets in so much time."""
-        work = law.samples_in(seconds)
-        value, low, high = (self._after(end) for end in (work.value, work.low, work.high))
-        return replace(work, value=value, low=low, high=high)
-
-    def _after(self, work: float) -> float:
-        """Return the count of samples a pixel that so much work leads to."""
-        more = work
-        for _ in range(_ROUNDS):  # what passes cost is a small part: each round makes what is wrong many times less
-            more = max(1.0, work - (self._effort(self._before, self._before + more) - more))
-        return self._before + more
 
 
 def _least(ends: Sequence[Estimate]) -> Estimate:
@@ -280,6 +255,10 @@ def _least(ends: Sequence[Estimate]) -> Estimate:
 def _at_least(number: float, estimate: Estimate) -> Estimate:
     value, low, high = (max(number, each) for each in (estimate.value, estimate.low, estimate.high))
     return replace(estimate, value=value, low=low, high=high)
+
+
+def _more(estimate: Estimate, number: float) -> Estimate:
+    return replace(estimate, value=estimate.value + number, low=estimate.low + number, high=estimate.high + number)
 
 
 def _exactly(number: float, unit: Unit) -> Estimate:
