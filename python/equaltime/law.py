@@ -241,7 +241,8 @@ class Law:
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
-    The exponent is that of the last three octaves, weighed against what is known of the sampler.
+    The exponent is that of the last three octaves, weighed against what is known of the sampler; the speed is that
+    of the last two, or of all there is since the count with which the seconds begin.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -257,9 +258,8 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    before = [n for n in near if 4 * n >= last and n < last]
-    first = before[0] if before else None
-    rate = seconds[last] / last if first is None else (seconds[last] - seconds[first]) / (last - first)
+    first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
+    rate = (seconds[last] - seconds[first]) / (last - first)
     return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, _speed_doubt(seconds))
 
 

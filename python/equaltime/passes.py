@@ -23,6 +23,9 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
+# The first ones double up to this many: threads that a busy machine wakes are a tenth of a second late (measured), and
+# what is cut that soon was hardly begun.
+_FIRST_SAMPLES = 2**18
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
 # What is done between passes may take so many times what it is expected to: a first estimate of the error takes twice
@@ -58,12 +61,13 @@ class PassRenderer(Protocol):
 def pass_end(samples: int, pixels: int) -> int:
     """Return where a pass ends that begins at ``samples`` a pixel.
 
-    Passes end at 2, 4, … 16, 20, … 32, 40, … 64, 80, … A pass adds a quarter at most, so that a limit which cuts one
-    leaves the image nearly even, until steps level off at what is a short pass for the image. Every step is even: both
-    replicates grow alike.
+    Passes of a small image end at 2, 4, 8, 16, 20, … 32, 40, … 64, 80, … From 16 on a pass adds a quarter at most, so
+    that a limit which cuts one leaves the image nearly even, until steps level off at what is a short pass for the
+    image. Every step is a power of two: both replicates grow alike.
     """
-    longest = max(2, _PASS_SAMPLES // max(pixels, 1) // 2 * 2)
-    return samples + (max(2, min(2 ** (samples.bit_length() - 3), longest)) if samples >= 16 else 2)
+    share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
+    steps = 2 ** samples.bit_length() // share, 2 ** (most // max(pixels, 1)).bit_length() // 2
+    return samples + max(2, min(steps))
 
 
 class Passes:

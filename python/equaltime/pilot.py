@@ -111,8 +111,8 @@ class Pilot:
         self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
         load_quantiles()
         self._before = session.passes.samples
+        self._seconds[self._before] = session.rendering
         if self._before:  # it takes up another
-            self._seconds[self._before] = session.rendering
             self._note(self._before)
 
     @property
@@ -221,7 +221,11 @@ class Pilot:
             error=error.with_bias(session.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
-            prices={target: law.seconds_for(law.samples_until(target)) for target in TARGETS if target < last.value},
+            prices={
+                target: self._seconds_for(law, law.samples_until(target), 0, target)
+                for target in TARGETS
+                if target < last.value
+            },
             pilot_seconds=session.passes.rendering + self._seconds_probed,
         )
 
@@ -239,11 +243,16 @@ class Pilot:
             spps.append(_at_least(self._session.passes.samples, law.samples_until(limits.error)))
         if limits.spp is not None:
             spps.append(_exactly(limits.spp, "spp"))
-        seconds = [law.seconds_for(_at_least(1, _more(spp, -before))) for spp in spps]
+        seconds = [self._seconds_for(law, spp, before, limits.error) for spp in spps]
         if limits.seconds is not None:
             spps.append(_more(law.samples_in(limits.seconds), before))
             seconds.append(_exactly(limits.seconds, "s"))
         return _least(spps), _least(seconds)
+
+    def _seconds_for(self, law: Law, spp: Estimate, before: int, error: float | None) -> Estimate:
+        """Return the time from ``before`` samples a pixel on, with the looks at the error, if one is asked for."""
+        looks = 0 if error is None else sum(before < n <= spp.value for n in law.looks_until(error))
+        return _more(law.seconds_for(_at_least(1, _more(spp, -before))), looks * self._estimating)
 
 
 def _least(ends: Sequence[Estimate]) -> Estimate:

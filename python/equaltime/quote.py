@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.arguments import as_scene, check_arguments
-from equaltime.budget import FIRST_LOOK, Limits
+from equaltime.budget import Limits
 from equaltime.pilot import Pilot, Quote
 from equaltime.progress import ProgressCallback
 from equaltime.scene import Scene
@@ -65,9 +65,10 @@ def quote(
     check_arguments(time=time, error=error, seed=seed, threads=threads)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     loaded = as_scene(scene)
-    session = Session(loaded, chosen, seed, threads, Limits(spp=FIRST_LOOK), progress)
+    session = Session(loaded, chosen, seed, threads, Limits(), progress)
     pilot = Pilot(session, Limits(error=error, seconds=time), 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT)
     while True:
+        session.passes.limits = Limits(spp=pilot.due)
         for _ in session.passes:
             if (found := pilot.pass_ended()) is not None:
                 begin = clock.perf_counter()
@@ -77,7 +78,6 @@ def quote(
         if session.passes.stopped_by == "interrupt":
             raise KeyboardInterrupt
         session.result("unfinished")  # raises if a sample went wrong
-        session.passes.limits = Limits(spp=pilot.due)
 
 
 def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:

@@ -22,7 +22,7 @@ def scene() -> et.Scene:
 def test_passes_end_where_render_ends_with_the_same_bits(scene: et.Scene) -> None:
     session = et.progressive(scene, spp=20)
     states = list(session)
-    assert [int(state.spp) for state in states] == [2, 4, 6, 8, 10, 12, 14, 16, 20]
+    assert [int(state.spp) for state in states] == [2, 4, 8, 16, 20]
     assert states[0].stopped_by == "unfinished"
     assert session.result.stopped_by == "spp"
     np.testing.assert_array_equal(session.result.image, et.render(scene, spp=20).image)
@@ -35,7 +35,7 @@ def test_the_caller_may_stop_change_the_target_and_go_on(scene: et.Scene) -> Non
             break
     assert session.result.stopped_by == "unfinished"
     session.aim(spp=32)
-    assert [int(state.spp) for state in session] == [14, 16, 20, 24, 28, 32]
+    assert [int(state.spp) for state in session] == [20, 24, 28, 32]
     np.testing.assert_array_equal(session.result.image, et.render(scene, spp=32).image)
 
 

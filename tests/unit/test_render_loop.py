@@ -26,9 +26,13 @@ def schedule(pixels: int) -> Iterator[int]:
         yield samples
 
 
-def test_passes_grow_by_a_quarter() -> None:
-    small = [2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32]
-    assert list(islice(schedule(PIXELS), 18)) == [*small, 40, 48, 56, 64, 80, 96]
+def test_passes_double_and_then_grow_by_a_quarter() -> None:
+    assert list(islice(schedule(PIXELS), 14)) == [2, 4, 8, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96]
+
+
+def test_the_first_passes_of_a_large_image_are_even() -> None:
+    assert list(islice(schedule(2**16), 6)) == [2, 4, 8, 12, 16, 20]
+    assert list(islice(schedule(2**18), 9)) == [2, 4, 6, 8, 10, 12, 14, 16, 20]
 
 
 def test_the_last_pass_ends_at_the_sample_count() -> None:
@@ -45,6 +49,7 @@ def test_passes_of_a_large_image_stay_short() -> None:
 @pytest.mark.parametrize("pixels", [1, 1000, 2**19, 2**28])
 def test_replicates_grow_alike_in_every_pass(pixels: int) -> None:
     assert all(samples % 2 == 0 for samples in islice(schedule(pixels), 40))
+    assert all((pass_end(samples, pixels) - samples) % 2 == 0 for samples in range(200))
 
 
 def test_a_single_sample_is_one_pass() -> None:
