@@ -7,11 +7,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from statistics import NormalDist, linear_regression, variance
+from statistics import NormalDist, linear_regression
 from typing import Any, NamedTuple
 
 from equaltime.budget import Looks
 from equaltime.error_estimate import Estimate, Unit
+from equaltime.speed import from_start, pace, without_start
 
 __all__ = ["Law", "Probed", "fit"]
 
@@ -31,9 +32,6 @@ _DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6
 # least exponent and its standard deviation, times the width, and at most.
 _FEW, _MOST_NARROWING = 0.25, 0.5
 _RARE, _MOST_RARE, _MOST_WIDENING = 0.5, 0.3, 0.7
-# Of the logarithm of the speed, from the pilot to the end. What is taken to be known before the pilot's passes have
-# shown how their speed varies, and as how many passes it counts: machines that others use too vary by 0.1 (measured).
-_SPEED_DOUBT, _KNOWN_PASSES = 0.1, 2
 _MOST_SAMPLES = 2.0**40
 _DRAWS = 63
 """Renders that are imagined for a quote: its interval is between the second and the last but one of their stops."""
@@ -71,7 +69,7 @@ class Law:
     exponent_doubt: float
     seconds_per_sample: float
     """A sample of every pixel."""
-    speed_doubt: float = _SPEED_DOUBT
+    speed_doubt: float = 0.1
     """Of the logarithm of the speed, until the end."""
     before: tuple[tuple[int, float], ...] = ()
     """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
@@ -141,7 +139,7 @@ class Law:
 
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
-        return _interval(max(1.0, seconds / self.seconds_per_sample), self.speed_doubt, "spp")
+        return _interval(max(1.0, without_start(seconds) / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
         """Return the time that so many samples a pixel take."""
@@ -149,7 +147,7 @@ class Law:
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
         )
-        value = samples.value * self.seconds_per_sample
+        value = from_start(samples.value * self.seconds_per_sample)
         return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
@@ -190,6 +188,8 @@ class Law:
         for (n, error), (after, less) in itertools.pairwise(points):
             if samples < after:
                 last, fallen, exponent = n, error, (error - less) / math.log(after / n)
+                if samples < n:  # before the pilot, where a slope between counts that are close says nothing
+                    exponent = min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT)
                 break
         return math.exp(min(fallen - exponent * math.log(samples / last) + self._between(samples), 700.0))
 
@@ -241,8 +241,8 @@ class Law:
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
-    The exponent is that of the last three octaves, weighed against what is known of the sampler; the speed is that
-    of the last two, or of all there is since the count with which the seconds begin.
+    The exponent is that of the last three octaves, weighed against what is known of the sampler; the pace is
+    `equaltime.speed`'s.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -258,21 +258,11 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
-    rate = (seconds[last] - seconds[first]) / (last - first)
-    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, rate, _speed_doubt(seconds))
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, *pace(seconds))
 
 
 def _least_narrowing(width: float) -> float:
     return min(_FEW * width, _MOST_NARROWING)
-
-
-def _speed_doubt(seconds: Mapping[int, float]) -> float:
-    """Return how much the speed varies, by that between the counts whose times are known."""
-    steps = itertools.pairwise(sorted(seconds.items()))
-    speeds = [math.log((after - before) / (n - m)) for (m, before), (n, after) in steps if after > before]
-    apart = (len(speeds) - 1) * variance(speeds) if len(speeds) > 1 else 0.0
-    return math.sqrt((_KNOWN_PASSES * _SPEED_DOUBT**2 + apart) / (_KNOWN_PASSES + max(len(speeds) - 1, 0)))
 
 
 def _slope(logs: Mapping[int, float]) -> float:

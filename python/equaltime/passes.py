@@ -18,6 +18,7 @@ from equaltime.error_estimate import Estimate, PixelStatistics, image_error, loa
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
+from equaltime.speed import Meter
 
 __all__ = ["PassRenderer", "Passes", "pass_end"]
 
@@ -66,7 +67,7 @@ def pass_end(samples: int, pixels: int) -> int:
     image. Every step is a power of two: both replicates grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
-    steps = 2 ** samples.bit_length() // share, 2 ** (most // max(pixels, 1)).bit_length() // 2
+    steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
     return samples + max(2, min(steps))
 
 
@@ -107,6 +108,8 @@ class Passes:
         self.pixels = pixels
         self.rendering = 0.0
         """Seconds spent in passes that have ended, without what is done between them, or in their pauses."""
+        self.meter = Meter()
+        """Of the passes."""
         self.saving: Saving | None = None
         """What saves what is done so far, if that is wanted: between passes, and in pauses within long ones."""
         self._pass_began: float | None = None
@@ -178,7 +181,8 @@ class Passes:
         while True:
             limit, pause = self.limits.seconds, self._until_saving()
             left = None if limit is None else limit - self.seconds
-            complete = self._renderer.advance(end, left, self._tick, pause)
+            with self.meter:
+                complete = self._renderer.advance(end, left, self._tick, pause)
             if complete or pause is None or not self._tick():
                 took, self._pass_began = self.seconds - self._pass_began, None
                 return complete, took

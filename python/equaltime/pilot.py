@@ -111,7 +111,7 @@ class Pilot:
         self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
         load_quantiles()
         self._before = session.passes.samples
-        self._seconds[self._before] = session.rendering
+        self._seconds[self._before] = 0.0
         if self._before:  # it takes up another
             self._note(self._before)
 
@@ -144,7 +144,7 @@ class Pilot:
         """
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due
-        self._seconds[samples] = self._session.rendering
+        self._seconds[samples] = passes.rendering
         if not (due or _is_noted(samples)) or not passes.has_time_for(self._estimating):
             return None
         self._note(samples)
@@ -196,7 +196,7 @@ class Pilot:
             probed.append(found)
             law = pilot.through(probed, sampler)
         self._probed, self._seconds_probed = probe.taken, clock.perf_counter() - begin
-        return law
+        return replace(law, seconds_per_sample=law.seconds_per_sample * passes.meter.slower(probe.meter))
 
     def _next(self, law: Law) -> int:
         """Return to how many samples a pixel the probe goes next, which is where the render would look; or no more."""

@@ -13,6 +13,7 @@ from equaltime.cli import main
 from equaltime.pilot import Pilot
 from equaltime.probe import Probe
 from equaltime.session import Session
+from equaltime.speed import from_start
 from equaltime.strategy import Strategy
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -78,7 +79,7 @@ def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) ->
 def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Path) -> None:
     et.render(scene, spp=256).save(tmp_path / "begun.exr")
     quote, _ = resumed_quote(scene, tmp_path / "begun.exr", spp=320, time=1e3)
-    assert quote.seconds.value == pytest.approx((320 - 256) * quote.law.seconds_per_sample)
+    assert quote.seconds.value == pytest.approx(from_start((320 - 256) * quote.law.seconds_per_sample))
 
 
 def reasons(scene: et.Scene, **options: float) -> list[str]:

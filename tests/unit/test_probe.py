@@ -173,6 +173,13 @@ def test_a_law_goes_through_what_was_probed() -> None:
     assert law.exponent == pytest.approx(math.log(0.06 / 0.03) / math.log(4.0), rel=0.02)
 
 
+def test_what_a_probe_finds_just_beyond_a_pilot_says_nothing_of_what_lies_before_it() -> None:
+    pilot = Law(58, 0.0884, 0.061, 0.16, 0.545, 0.064, 0.01)
+    law = pilot.through([Probed(64, 0.098, 0.001, 0.06), Probed(512, 0.024, 0.001, 0.043)], "sobol")
+    assert law.error_at(8).value > 0.1  # the slope between the two would make it 1 %
+    assert law.samples_until(0.01).low > 512.0
+
+
 def test_what_is_in_doubt_is_weighed_against_the_law() -> None:
     pilot = Law(8, 0.1, 0.1, 0.25, 0.6, 0.1, 1.0)
     foretold = pilot.error_at(128).value
