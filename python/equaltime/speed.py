@@ -16,7 +16,7 @@ __all__ = ["Meter", "Pace", "from_start", "pace", "without_start"]
 _DOUBT, _KNOWN_PASSES = 0.1, 2
 # The first tenth of a second is slower, until threads are spread over the processors, and caches are filled: what that
 # takes in all, and within which time, in seconds (measured, on an idle machine and with processors taken).
-_LOSS, _START = 0.012, 0.1
+_LOSS, _START = 0.009, 0.1
 
 
 class Meter:
