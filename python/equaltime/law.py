@@ -71,6 +71,8 @@ class Law:
     """A sample of every pixel."""
     speed_doubt: float = 0.1
     """Of the logarithm of the speed, until the end."""
+    seconds_lost: float = 0.0
+    """Until samples come evenly."""
     before: tuple[tuple[int, float], ...] = ()
     """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
     doubt: float = 0.0
@@ -139,7 +141,8 @@ class Law:
 
     def samples_in(self, seconds: float) -> Estimate:
         """Return how many samples a pixel so much time is enough for."""
-        return _interval(max(1.0, without_start(seconds) / self.seconds_per_sample), self.speed_doubt, "spp")
+        even = without_start(seconds, self.seconds_lost)
+        return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
         """Return the time that so many samples a pixel take."""
@@ -147,7 +150,7 @@ class Law:
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
         )
-        value = from_start(samples.value * self.seconds_per_sample)
+        value = from_start(samples.value * self.seconds_per_sample, self.seconds_lost)
         return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
@@ -234,15 +237,16 @@ class Law:
             "exponent_doubt": self.exponent_doubt,
             "seconds_per_sample": self.seconds_per_sample,
             "speed_doubt": self.speed_doubt,
+            "seconds_lost": self.seconds_lost,
             "before": [{"samples": samples, "error": error} for samples, error in self.before],
         }
 
 
-def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str) -> Law:
+def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, taken: float = 0.0) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
     The exponent is that of the last three octaves, weighed against what is known of the sampler; the pace is
-    `equaltime.speed`'s.
+    `equaltime.speed`'s, for which others had the share ``taken`` of the processors.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -258,7 +262,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, *pace(seconds))
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, *pace(seconds, taken))
 
 
 def _least_narrowing(width: float) -> float:

@@ -179,7 +179,8 @@ class Pilot:
             raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")
-        return fit(self._errors, self._seconds, self._session.strategy.sampler)
+        taken = self._session.passes.meter.taken(self._session.threads)
+        return fit(self._errors, self._seconds, self._session.strategy.sampler, taken)
 
     def _probe(self, pilot: Law) -> Law:
         """Return the law that goes through what some pixels show where the render will end."""

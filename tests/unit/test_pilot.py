@@ -79,7 +79,8 @@ def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) ->
 def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Path) -> None:
     et.render(scene, spp=256).save(tmp_path / "begun.exr")
     quote, _ = resumed_quote(scene, tmp_path / "begun.exr", spp=320, time=1e3)
-    assert quote.seconds.value == pytest.approx(from_start((320 - 256) * quote.law.seconds_per_sample))
+    even = (320 - 256) * quote.law.seconds_per_sample
+    assert quote.seconds.value == pytest.approx(from_start(even, quote.law.seconds_lost))
 
 
 def reasons(scene: et.Scene, **options: float) -> list[str]:

@@ -24,9 +24,18 @@ def test_a_pace_that_varies_is_in_doubt() -> None:
 
 @pytest.mark.parametrize("even", [0.005, 0.05, 0.5, 5.0])
 def test_the_start_is_slower_than_the_rest(even: float) -> None:
-    seconds = from_start(even)
-    assert even < seconds < even + 0.0091
-    assert without_start(seconds) == pytest.approx(even, rel=0.02)
+    seconds = from_start(even, 0.004)
+    assert even < seconds < even + 0.00401
+    assert without_start(seconds, 0.004) == pytest.approx(even, rel=0.02)
+
+
+def test_the_start_is_slowest_where_others_have_the_processors() -> None:
+    seconds = {0: 0.0, 2: 0.02, 4: 0.04}
+    own, shared = pace(seconds), pace(seconds, taken=0.5)
+    assert shared.lost > own.lost > 0.0
+    assert shared.seconds_per_sample < own.seconds_per_sample < 0.01
+    assert from_start(4 * own.seconds_per_sample, own.lost) == pytest.approx(0.04, rel=0.02)
+    assert pace({0: 0.0, 2: 20.0, 4: 40.0}, taken=0.5).seconds_per_sample == pytest.approx(10.0, rel=1e-3)
 
 
 def metered(seconds: float, processing: float) -> Meter:
@@ -41,6 +50,12 @@ def test_what_had_less_of_the_processors_than_on_average_will_be_faster() -> Non
     assert probe.slower(pilot) == pytest.approx((0.5 / 0.3) / 1.5)
     assert pilot.slower(metered(0.3, 0.3)) == pytest.approx(1.0)
     assert pilot.slower(Meter()) == 1.0
+
+
+def test_what_others_have_is_the_rest_of_the_processors() -> None:
+    assert metered(0.1, 0.1).taken(2) == pytest.approx(0.5)
+    assert metered(0.1, 0.21).taken(2) == 0.0
+    assert Meter().taken(2) == 0.0
 
 
 def test_a_meter_counts_work_and_no_sleep() -> None:
