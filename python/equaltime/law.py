@@ -242,11 +242,11 @@ class Law:
         }
 
 
-def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, taken: float = 0.0) -> Law:
+def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
     """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
 
     The exponent is that of the last three octaves, weighed against what is known of the sampler; the pace is
-    `equaltime.speed`'s, for which others had the share ``taken`` of the processors.
+    `equaltime.speed`'s, for which there was the share ``had`` of the processors to be had.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -262,7 +262,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
         spread *= math.sqrt(1.0 - weight)
-    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, *pace(seconds, taken))
+    return Law(last, errors[last].value, widths[last], narrowing, exponent, spread, *pace(seconds, had))
 
 
 def _least_narrowing(width: float) -> float:

@@ -18,7 +18,6 @@ from equaltime.error_estimate import Estimate, PixelStatistics, image_error, loa
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
-from equaltime.speed import Meter
 
 __all__ = ["PassRenderer", "Passes", "pass_end"]
 
@@ -108,8 +107,6 @@ class Passes:
         self.pixels = pixels
         self.rendering = 0.0
         """Seconds spent in passes that have ended, without what is done between them, or in their pauses."""
-        self.meter = Meter()
-        """Of the passes."""
         self.saving: Saving | None = None
         """What saves what is done so far, if that is wanted: between passes, and in pauses within long ones."""
         self._pass_began: float | None = None
@@ -181,8 +178,7 @@ class Passes:
         while True:
             limit, pause = self.limits.seconds, self._until_saving()
             left = None if limit is None else limit - self.seconds
-            with self.meter:
-                complete = self._renderer.advance(end, left, self._tick, pause)
+            complete = self._renderer.advance(end, left, self._tick, pause)
             if complete or pause is None or not self._tick():
                 took, self._pass_began = self.seconds - self._pass_began, None
                 return complete, took

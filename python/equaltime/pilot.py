@@ -27,6 +27,7 @@ from equaltime.noise_places import Places
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session
+from equaltime.speed import Processors
 from equaltime.strategy import Strategy
 
 if TYPE_CHECKING:
@@ -110,6 +111,7 @@ class Pilot:
         self._room = float(FIRST_LOOK)
         self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
         load_quantiles()
+        self._began, self._had = Processors.now(), 1.0
         self._before = session.passes.samples
         self._seconds[self._before] = 0.0
         if self._before:  # it takes up another
@@ -179,8 +181,8 @@ class Pilot:
             raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")
-        taken = self._session.passes.meter.taken(self._session.threads)
-        return fit(self._errors, self._seconds, self._session.strategy.sampler, taken)
+        self._had = Processors.now().had_since(self._began)
+        return fit(self._errors, self._seconds, self._session.strategy.sampler, self._had)
 
     def _probe(self, pilot: Law) -> Law:
         """Return the law that goes through what some pixels show where the render will end."""
@@ -197,7 +199,8 @@ class Pilot:
             probed.append(found)
             law = pilot.through(probed, sampler)
         self._probed, self._seconds_probed = probe.taken, clock.perf_counter() - begin
-        return replace(law, seconds_per_sample=law.seconds_per_sample * passes.meter.slower(probe.meter))
+        both = Processors.now().had_since(self._began)
+        return replace(law, seconds_per_sample=law.seconds_per_sample * self._had / both)
 
     def _next(self, law: Law) -> int:
         """Return to how many samples a pixel the probe goes next, which is where the render would look; or no more."""

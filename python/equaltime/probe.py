@@ -24,7 +24,6 @@ from equaltime.lamps import Lamps
 from equaltime.law import Probed
 from equaltime.neighbourhoods import neighbours
 from equaltime.scene import Scene
-from equaltime.speed import Meter
 from equaltime.strategy import Strategy
 
 __all__ = ["Probe"]
@@ -84,8 +83,6 @@ class Probe:
         self._renderer = make_renderer(scene, strategy.model_copy(update={"adaptive": "none"}), seed, threads)
         self._renderer.adapt(0, (chosen * rates).astype(np.float32))
         self._samples = 0
-        self.meter = Meter()
-        """Of its samples."""
 
     @property
     def taken(self) -> float:
@@ -106,8 +103,7 @@ class Probe:
         SampleError
             If a sample went wrong.
         """
-        with self.meter:
-            self._renderer.advance(samples)
+        self._renderer.advance(samples)
         self._samples = samples
         if self._renderer.nonfinite:
             raise bad_sample(self._scene, self._strategy, self._seed, self._renderer)

@@ -133,11 +133,6 @@ class Session:
     def _save(self, path: Path) -> None:
         self.result("unfinished").save(path)
 
-    @property
-    def threads(self) -> int:
-        """That take part."""
-        return self._renderer.threads
-
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
         hidden = self._unseen.lasting if lasting else self._unseen

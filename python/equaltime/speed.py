@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
 import math
-import time
 from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from statistics import variance
 from typing import NamedTuple
 
-__all__ = ["Meter", "Pace", "from_start", "pace", "without_start"]
+__all__ = ["Pace", "Processors", "from_start", "pace", "without_start"]
 
 # Of the logarithm of the speed, from the pilot to the end. What is taken to be known before the pilot's passes have
 # shown how their speed varies, and as how many passes it counts: machines that others use too vary by 0.1 (measured).
@@ -20,33 +22,33 @@ _DOUBT, _KNOWN_PASSES = 0.1, 2
 _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 
 
-class Meter:
-    """Measures what runs while it is entered: how long, and how much of the processors it had.
+class Processors(NamedTuple):
+    """What the threads of this process had of the processors since they began.
 
-    The time of processors that a sample takes hardly depends on what else runs; how many of them there are to be had
-    varies from a tenth of a second to the next, and is better known the longer it was watched.
+    The time of processors that a sample takes hardly depends on what else runs; how much of them there is to be had
+    varies from a tenth of a second to the next, and is better known the longer it was watched. Threads with nothing to
+    do wait for none.
     """
 
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.processing = 0.0
-        """Seconds of processors, of all threads together."""
+    ran: float
+    """Seconds, of all threads together."""
+    waited: float
+    """Seconds for which threads could have run, but others did."""
 
-    def __enter__(self) -> None:
-        self._begin = time.perf_counter(), time.process_time()
+    @classmethod
+    def now(cls) -> Processors:
+        """Read the scheduler's own account (Linux; zero elsewhere)."""
+        ran = waited = 0
+        for task in glob.iglob("/proc/self/task/*/schedstat"):
+            with suppress(OSError):  # the thread has ended
+                times = Path(task).read_text().split()
+                ran, waited = ran + int(times[0]), waited + int(times[1])
+        return cls(1e-9 * ran, 1e-9 * waited)
 
-    def __exit__(self, *_: object) -> None:
-        self.seconds += time.perf_counter() - self._begin[0]
-        self.processing += time.process_time() - self._begin[1]
-
-    def taken(self, threads: int) -> float:
-        """Return the share of so many processors that others had."""
-        return max(0.0, 1.0 - self.processing / (self.seconds * threads)) if self.seconds else 0.0
-
-    def slower(self, other: Meter) -> float:
-        """Return by what to multiply the time of what this measured: as if it had had what both had, on average."""
-        seconds, processing = self.seconds + other.seconds, self.processing + other.processing
-        return self.processing * seconds / (self.seconds * processing) if self.processing and other.processing else 1.0
+    def had_since(self, before: Processors) -> float:
+        """Return the share that they had of what they could have used; 1 where that is not known."""
+        ran, waited = self.ran - before.ran, self.waited - before.waited
+        return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
 
 
 class Pace(NamedTuple):
@@ -60,12 +62,12 @@ class Pace(NamedTuple):
     """Seconds that the start takes longer."""
 
 
-def pace(seconds: Mapping[int, float], taken: float = 0.0) -> Pace:
+def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
     """Return the pace of the last two octaves of samples, or of all, by the seconds at some counts of samples.
 
-    ``taken`` is the share of the processors that others had.
+    ``had`` is the share of the processors that there was to be had, meanwhile.
     """
-    last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * taken
+    last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
     even = without_start(seconds[last], lost) - without_start(seconds[first], lost)
     steps = itertools.pairwise(sorted(seconds.items()))

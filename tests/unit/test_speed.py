@@ -1,10 +1,11 @@
 """The pace of a render, by the seconds of its first passes."""
 
 import time
+from pathlib import Path
 
 import pytest
 
-from equaltime.speed import Meter, from_start, pace, without_start
+from equaltime.speed import Processors, from_start, pace, without_start
 
 
 def test_the_pace_is_that_of_the_last_two_octaves() -> None:
@@ -31,41 +32,29 @@ def test_the_start_is_slower_than_the_rest(even: float) -> None:
 
 def test_the_start_is_slowest_where_others_have_the_processors() -> None:
     seconds = {0: 0.0, 2: 0.02, 4: 0.04}
-    own, shared = pace(seconds), pace(seconds, taken=0.5)
+    own, shared = pace(seconds), pace(seconds, had=0.5)
     assert shared.lost > own.lost > 0.0
     assert shared.seconds_per_sample < own.seconds_per_sample < 0.01
     assert from_start(4 * own.seconds_per_sample, own.lost) == pytest.approx(0.04, rel=0.02)
-    assert pace({0: 0.0, 2: 20.0, 4: 40.0}, taken=0.5).seconds_per_sample == pytest.approx(10.0, rel=1e-3)
+    assert pace({0: 0.0, 2: 20.0, 4: 40.0}, had=0.5).seconds_per_sample == pytest.approx(10.0, rel=1e-3)
 
 
-def metered(seconds: float, processing: float) -> Meter:
-    meter = Meter()
-    meter.seconds, meter.processing = seconds, processing
-    return meter
+def test_what_was_to_be_had_is_what_ran_of_what_could_have() -> None:
+    before = Processors(10.0, 5.0)
+    assert Processors(10.3, 5.1).had_since(before) == pytest.approx(0.75)
+    assert Processors(10.3, 5.0).had_since(before) == 1.0
+    assert before.had_since(before) == 1.0
+    assert Processors(0.0, 0.0).had_since(Processors(0.0, 0.0)) == 1.0
 
 
-def test_what_had_less_of_the_processors_than_on_average_will_be_faster() -> None:
-    pilot, probe = metered(0.1, 0.1), metered(0.3, 0.5)
-    assert pilot.slower(probe) == pytest.approx(1.0 / 1.5)
-    assert probe.slower(pilot) == pytest.approx((0.5 / 0.3) / 1.5)
-    assert pilot.slower(metered(0.3, 0.3)) == pytest.approx(1.0)
-    assert pilot.slower(Meter()) == 1.0
-
-
-def test_what_others_have_is_the_rest_of_the_processors() -> None:
-    assert metered(0.1, 0.1).taken(2) == pytest.approx(0.5)
-    assert metered(0.1, 0.21).taken(2) == 0.0
-    assert Meter().taken(2) == 0.0
-
-
-def test_a_meter_counts_work_and_no_sleep() -> None:
-    meter = Meter()
-    with meter:
-        time.sleep(0.05)
-    assert meter.seconds >= 0.05 > 0.04 > meter.processing
-    with meter:
-        end = time.process_time() + 0.02
-        while time.process_time() < end:
-            pass
-    assert meter.processing >= 0.02
-    assert meter.seconds >= 0.07
+@pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="the system has no such account")
+def test_threads_that_sleep_neither_run_nor_wait() -> None:
+    before = Processors.now()
+    time.sleep(0.05)
+    asleep = Processors.now()
+    assert asleep.ran - before.ran < 0.04
+    assert asleep.waited - before.waited < 0.04
+    end = time.process_time() + 0.02
+    while time.process_time() < end:
+        pass
+    assert Processors.now().ran - asleep.ran > 0.01
