@@ -72,7 +72,7 @@ class Law:
     speed_doubt: float = 0.1
     """Of the logarithm of the speed, until the end."""
     seconds_lost: float = 0.0
-    """Until samples come evenly."""
+    """By the start, until samples come evenly."""
     before: tuple[tuple[int, float], ...] = ()
     """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
     doubt: float = 0.0

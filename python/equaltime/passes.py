@@ -23,8 +23,8 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
-# The first ones double up to this many: threads that a busy machine wakes are a tenth of a second late (measured), and
-# what is cut that soon was hardly begun.
+# The first ones double up to this many: short ones cost more a sample (tests/bench/short_passes.py), and what is cut
+# that soon was hardly begun.
 _FIRST_SAMPLES = 2**18
 # Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
 _LIKELY_LAW = 0.55
