@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["held_back"]
+__all__ = ["held_back", "put_off"]
 
 
 @contextmanager
@@ -27,6 +27,18 @@ def held_back() -> Iterator[list[int]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def put_off() -> Iterator[None]:
+    """Let the first of those that come be heard only when what is begun is done."""
+    seen: list[int] = []
+    try:
+        with held_back() as seen:
+            yield
+    finally:
+        if seen:
+            signal.raise_signal(seen[0])
 
 
 def _is_heard(number: signal.Signals) -> bool:

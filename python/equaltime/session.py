@@ -17,7 +17,7 @@ from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, bu
 from equaltime.error_estimate import Estimate, image_error, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
-from equaltime.interrupts import held_back
+from equaltime.interrupts import held_back, put_off
 from equaltime.memory import resident_bytes
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
@@ -131,7 +131,8 @@ class Session:
         return self.passes.stopped_by
 
     def _save(self, path: Path) -> None:
-        self.result("unfinished").save(path)
+        with put_off():  # or Ctrl-C would leave half a picture
+            self.result("unfinished").save(path)
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""

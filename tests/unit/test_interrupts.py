@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import signal
 import threading
+from pathlib import Path
 
 import pytest
 
-from equaltime.interrupts import held_back
+import equaltime as et
+from equaltime import preview
+from equaltime.interrupts import held_back, put_off
+
+SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
 
 def test_ctrl_c_is_held_back_and_heard_again_after_it() -> None:
@@ -17,6 +22,44 @@ def test_ctrl_c_is_held_back_and_heard_again_after_it() -> None:
     assert seen == [signal.SIGINT, signal.SIGINT]
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_what_is_put_off_is_heard_once_when_what_was_begun_is_done(fails: bool) -> None:
+    done = list[str]()
+
+    def begun() -> None:
+        with put_off():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            done.append("whole")
+            if fails:
+                raise OSError
+
+    with pytest.raises(KeyboardInterrupt):
+        begun()
+    assert done == ["whole"]
+    with put_off():
+        pass
+
+
+def test_a_checkpoint_is_written_whole_before_ctrl_c_ends_the_render(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write, written = preview.write_png, list[bool]()
+
+    def interrupted(path: Path, *rest: object) -> None:
+        if not written:
+            signal.raise_signal(signal.SIGINT)
+        write(path, *rest)  # type: ignore[arg-type]  # handed on
+        written.append(path.exists())
+
+    monkeypatch.setattr(preview, "write_png", interrupted)
+    scene, begun = et.load(SCENE).with_(size=(16, 16)), tmp_path / "begun.exr"
+    result = et.render(scene, time=60.0, checkpoint=begun, checkpoint_every=0.01)
+    assert result.stopped_by == "interrupt"
+    assert written[0]
+    assert {file.name for file in tmp_path.iterdir()} == {"begun.exr", "begun.png"}
 
 
 def test_a_signal_that_nothing_of_python_hears_keeps_what_it_does() -> None:
