@@ -69,7 +69,7 @@ class Law:
     exponent_doubt: float
     seconds_per_sample: float
     """A sample of every pixel."""
-    speed_doubt: float = 0.1
+    speed_doubt: float
     """Of the logarithm of the speed, until the end."""
     seconds_lost: float = 0.0
     """By the start, until samples come evenly."""

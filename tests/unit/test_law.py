@@ -101,7 +101,7 @@ def test_half_of_the_renders_stop_before_the_quote() -> None:
 
 def test_a_quote_foretells_the_upper_limit_and_not_the_error() -> None:
     """A wide interval needs samples until the limit is there."""
-    narrow = Law(8, 0.1, 0.02, 0.0, 0.5, 0.001, 1.0)
+    narrow = Law(8, 0.1, 0.02, 0.0, 0.5, 0.001, 1.0, 0.1)
     wide = replace(narrow, width=0.4)
     ratio = wide.samples_until(0.02).value / narrow.samples_until(0.02).value
     assert ratio == pytest.approx(math.exp(0.38 / 0.5), rel=0.3)
@@ -109,7 +109,7 @@ def test_a_quote_foretells_the_upper_limit_and_not_the_error() -> None:
 
 
 def test_an_interval_that_narrows_asks_for_fewer() -> None:
-    wide = Law(8, 0.1, 0.4, 0.0, 0.5, 0.001, 1.0)
+    wide = Law(8, 0.1, 0.4, 0.0, 0.5, 0.001, 1.0, 0.1)
     assert replace(wide, narrowing=0.3).samples_until(0.02).value < 0.8 * wide.samples_until(0.02).value
 
 

@@ -3,6 +3,7 @@
 import copy
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,10 +11,11 @@ import equaltime as et
 from equaltime import pilot
 from equaltime.budget import Limits
 from equaltime.cli import main
+from equaltime.law import Law
 from equaltime.pilot import Pilot
 from equaltime.probe import Probe
 from equaltime.session import Session
-from equaltime.speed import from_start
+from equaltime.speed import Processors, from_start
 from equaltime.strategy import Strategy
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -120,6 +122,10 @@ def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeyp
     assert len(measured) == 1
 
 
+def first_quote(session: Session, watched: Pilot) -> et.Quote:
+    return next(quote for quote in (watched.pass_ended() for _ in session.passes) if quote is not None)
+
+
 @pytest.mark.parametrize("has_time", [True, False])
 def test_no_pixels_are_probed_for_which_no_time_is_left(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, has_time: bool
@@ -134,7 +140,47 @@ def test_no_pixels_are_probed_for_which_no_time_is_left(
 
     monkeypatch.setattr(session, "probe", noted)
     monkeypatch.setattr(session.passes, "has_time_for", lambda seconds: has_time or seconds == watched._estimating)
-    for _ in session.passes:
-        if watched.pass_ended() is not None:
-            break
+    first_quote(session, watched)
     assert bool(begun) is has_time
+
+
+def test_looks_at_the_error_take_a_part_of_the_seconds(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that a render to an error will make; one of as many samples makes none."""
+    session = Session(scene, Strategy(), 0, 0, Limits(error=0.05))
+    watched, measure = Pilot(session, Limits(error=0.05), probes=False), session.error
+
+    def slow(*, lasting: bool = False) -> et.Estimate:
+        time.sleep(0.1)
+        return measure(lasting)
+
+    monkeypatch.setattr(session, "error", slow)
+    quote = first_quote(session, watched)
+    looks = sum(n <= quote.spp.value for n in quote.law.looks_until(0.05))
+    rendering = quote.law.seconds_for(quote.spp).value
+    assert quote.seconds.value == pytest.approx(rendering + looks * watched._estimating)
+    assert quote.seconds.value > rendering + 0.1
+
+
+def test_what_there_was_of_the_processors_is_watched_until_the_probe_ends(
+    scene: et.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of them during the pilot, and half of them with the probe: to go on with half takes twice as long."""
+    limits, passed, fitted = Limits(error=0.05), [Processors(0.0, 0.0)], list[Law]()
+    monkeypatch.setattr(Processors, "now", lambda: passed[-1])
+    session = Session(scene, Strategy(), 0, 0, limits)
+    watched, fit, probe = Pilot(session, limits), pilot.fit, session.probe
+
+    def noted_fit(*data: Any) -> Law:
+        fitted.append(fit(*data))
+        return fitted[-1]
+
+    def noted_probe(samples: int, draws: int) -> Probe:
+        passed.append(Processors(2.0, 2.0))
+        return probe(samples, draws)
+
+    monkeypatch.setattr(pilot, "fit", noted_fit)
+    monkeypatch.setattr(session, "probe", noted_probe)
+    passed.append(Processors(1.0, 0.0))
+    quote = first_quote(session, watched)
+    assert passed[-1].waited == 2.0
+    assert quote.law.seconds_per_sample == pytest.approx(2.0 * fitted[-1].seconds_per_sample)

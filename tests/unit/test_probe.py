@@ -164,7 +164,7 @@ def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_
 
 
 def test_a_law_goes_through_what_was_probed() -> None:
-    pilot = Law(8, 0.1, 0.1, 0.25, 0.6, 0.1, 1.0)
+    pilot = Law(8, 0.1, 0.1, 0.25, 0.6, 0.1, 1.0, 0.1)
     law = pilot.through([Probed(32, 0.06, 0.001, 0.05), Probed(128, 0.03, 0.001, 0.04)], "sobol")
     assert law.error_at(8).value == pytest.approx(0.1)
     assert law.error_at(32).value == pytest.approx(0.06)
@@ -174,14 +174,14 @@ def test_a_law_goes_through_what_was_probed() -> None:
 
 
 def test_what_a_probe_finds_just_beyond_a_pilot_says_nothing_of_what_lies_before_it() -> None:
-    pilot = Law(58, 0.0884, 0.061, 0.16, 0.545, 0.064, 0.01)
+    pilot = Law(58, 0.0884, 0.061, 0.16, 0.545, 0.064, 0.01, 0.1)
     law = pilot.through([Probed(64, 0.098, 0.001, 0.06), Probed(512, 0.024, 0.001, 0.043)], "sobol")
     assert law.error_at(8).value > 0.1  # the slope between the two would make it 1 %
     assert law.samples_until(0.01).low > 512.0
 
 
 def test_what_is_in_doubt_is_weighed_against_the_law() -> None:
-    pilot = Law(8, 0.1, 0.1, 0.25, 0.6, 0.1, 1.0)
+    pilot = Law(8, 0.1, 0.1, 0.25, 0.6, 0.1, 1.0, 0.1)
     foretold = pilot.error_at(128).value
     vague = pilot.through([Probed(128, 0.5 * foretold, 1.0, 0.04)], "sobol").error_at(128)
     sure = pilot.through([Probed(128, 0.5 * foretold, 0.01, 0.04)], "sobol").error_at(128)
