@@ -1,4 +1,4 @@
-"""The rooms of the repository: who may include whom, where things stand, and how long a file may be."""
+"""The rooms of the repository: who may include whom, and where things stand."""
 
 import ast
 import fnmatch
@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FLOORS = {"math": 0, "sampling": 1, "accel": 1, "film": 1, "scene": 2, "transport": 3, "bindings": 4}
 TOP_LEVEL = {"pyproject.toml", "CMakeLists.txt", "cpp", "python", "tests", "scenes", "README.md", "LICENSE"}
-LONGEST_FILE = 300
+MAY_STAND_THERE = {"CHANGELOG.md", "CITATION.cff"}
 LONGEST_ESTIMATOR = 150
 LONGEST_CPP_LINE = 120
 """As .clang-format has it; Ruff sees to the Python."""
@@ -79,10 +79,8 @@ def test_embree_is_included_under_accel_only() -> None:
     assert {path.parent.name for path in users} == {"accel"}
 
 
-def test_no_file_is_longer_than_a_reader_can_hold() -> None:
-    lengths = {place(path): len(path.read_text().splitlines()) for path in sources()}
-    assert {name: lines for name, lines in lengths.items() if lines > LONGEST_FILE} == {}
-    assert lengths["cpp/transport/path.h"] <= LONGEST_ESTIMATOR
+def test_the_estimator_stands_on_a_screen() -> None:
+    assert len((ROOT / "cpp/transport/path.h").read_text().splitlines()) <= LONGEST_ESTIMATOR
 
 
 def test_no_cpp_line_is_wider_than_the_others() -> None:
@@ -139,7 +137,7 @@ def top_level() -> Iterator[str]:
 
 
 def test_nothing_else_stands_at_the_top_level() -> None:
-    assert set(top_level()) == TOP_LEVEL
+    assert set(top_level()) - MAY_STAND_THERE == TOP_LEVEL
 
 
 def test_nothing_is_put_off_in_a_comment() -> None:
