@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
@@ -11,15 +12,23 @@ from typing import Any, Literal, get_args
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
 
-__all__ = ["MOST_ERROR", "MOST_SECONDS", "MOST_THREADS", "Backend", "as_scene", "check_arguments", "is_whole"]
+__all__ = [
+    "MOST_SECONDS",
+    "MOST_THREADS",
+    "Backend",
+    "as_scene",
+    "check_arguments",
+    "check_fraction",
+    "is_whole",
+]
 
 Backend = Literal["core", "embreex"]
 MOST_THREADS = 4096
 """More than any machine has processors; some ten thousand end the process."""
 MOST_SECONDS = 1e9
 """Thirty years: what a 64-bit count of nanoseconds holds, with room to spare."""
-MOST_ERROR = 1e3
-"""A thousand times the image: nobody can mean more."""
+_MOST_PERCENT = 100.0
+"""The largest number that may have been meant as per cent where a fraction is expected."""
 
 
 def check_arguments(
@@ -41,9 +50,10 @@ def check_arguments(
         if seconds is not None and not (_is_real(seconds) and 0.0 < seconds <= MOST_SECONDS):
             raise ValueError(f"{name} must be a positive number of seconds up to {MOST_SECONDS:g}, found {seconds!r}")
     for name, fraction in (("error", error), ("within", within)):
-        if fraction is not None and not (_is_real(fraction) and 0.0 < fraction <= MOST_ERROR):
-            message = f"{name} must be a positive fraction up to {MOST_ERROR:g}, such as 0.02, found {fraction!r}"
-            raise ValueError(message)
+        if fraction is not None:
+            if not (_is_real(fraction) and 0.0 < fraction < math.inf):
+                raise ValueError(f"{name} must be a fraction above 0 and below 1, such as 0.02, found {fraction!r}")
+            check_fraction(float(fraction), f"{name}=")
     names = not isinstance(without, str) and isinstance(without, Sequence)
     if not (names and all(isinstance(name, str) for name in without)):
         raise ValueError(f"without must be a sequence of effects' names, such as ('long_paths=6',), found {without!r}")
@@ -53,6 +63,14 @@ def check_arguments(
         raise ValueError(f"threads must be a whole number from 0 to {MOST_THREADS}, found {threads!r}")
     if backend not in get_args(Backend):
         raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
+
+
+def check_fraction(error: float, name: str = "") -> float:
+    """Return an error to be reached; raise `ValueError` for 100 % or more, which per cent taken for a fraction make."""
+    if error < 1.0:
+        return error
+    hint = f": did you mean {error / 100.0:g}, which is {error:g} %?" if error < _MOST_PERCENT else ""
+    raise ValueError(f"{name}{error:g} is {100.0 * error:g} %, and an error to be reached is below 100 %{hint}")
 
 
 def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:

@@ -15,7 +15,14 @@ import typer
 
 from equaltime import images
 from equaltime.cli import main
-from equaltime.cli.arguments import parse_crop, parse_definitions, parse_duration, parse_size, parse_whole
+from equaltime.cli.arguments import (
+    parse_crop,
+    parse_definitions,
+    parse_duration,
+    parse_percent,
+    parse_size,
+    parse_whole,
+)
 from equaltime.cli.progress import describe
 from equaltime.error_estimate import Estimate
 from equaltime.progress import Progress
@@ -159,6 +166,8 @@ def test_a_biased_render_says_so(scene: str, output: Path, capsys: pytest.Captur
         (["--crop", "20,0,10,10"], "crop window"),
         (["--backend", "embreex", "--time", "1s"], "no limit but spp"),
         (["-D", "unknown=1"], "unknown"),
+        (["--error", "1"], "'1' is 100 %; did you mean 1%?"),
+        (["--within", "1"], "'1' is 100 %; did you mean 1%?"),
     ],
 )
 def test_bad_options_are_one_clear_message_and_leave_everything_alone(
@@ -285,6 +294,34 @@ def test_durations_are_written_as_people_do(text: str, seconds: float) -> None:
 def test_what_is_no_duration_is_refused(text: str) -> None:
     with pytest.raises(typer.BadParameter):
         parse_duration(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"), [("2%", 0.02), (" 2 % ", 0.02), ("0.02", 0.02), ("99%", 0.99), ("0.4", 0.4)]
+)
+def test_errors(text: str, error: float) -> None:
+    assert parse_percent(text) == pytest.approx(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1", "'1' is 100 %; did you mean 1%?"),
+        ("0.5", "'0.5' is 50 %; did you mean 0.5%, or 50%?"),
+        ("99", "'99' is 9900 %; did you mean 99%?"),
+        ("150", "'150' is too large; an error to be reached is below 100 %"),
+        ("150%", "'150%' is too large; an error to be reached is below 100 %"),
+        ("100%", "'100%' is too large"),
+        *(
+            (text, f"'{text}' is no error; write a positive percentage")
+            for text in ("0", "-1", "nan", "inf", "2%x", "")
+        ),
+    ],
+)
+def test_what_is_no_error_to_be_reached_is_refused_with_what_may_be_meant(text: str, message: str) -> None:
+    with pytest.raises(typer.BadParameter) as refused:
+        parse_percent(text)
+    assert str(refused.value).startswith(message)
 
 
 def test_sizes_windows_and_seeds_are_read() -> None:

@@ -147,6 +147,10 @@ def test_every_problem_is_told_with_file_line_and_keys(file: Callable[[str], Pat
         ({"repeats": "8"}, "repeats: expected a whole number, found '8'"),
         ({"repeats": True}, "repeats: expected a whole number, found True"),
         ({"targets": [0.1, 0.0]}, "targets[1]: must be more than 0, found 0.0"),
+        ({"targets": [0.1, 5]}, "targets[1]: 5 is 500 %, and an error to be reached is below 100 %: did you mean 0.05, "
+         "which is 5 %?"),
+        ({"reference": {"error": 1}}, "reference.error: 1 is 100 %, and an error to be reached is below 100 %: did you "
+         "mean 0.01, which is 1 %?"),
         ({"title": 3}, "title: expected a text, found 3"),
         ({"crops": [[0, 0, 4]]}, "crops[0]: has too few entries: [0, 0, 4]"),
         ({"strategies": ["best", "best"]}, "strategies[1].label: 'best' is strategies[0] already; "

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -119,6 +120,9 @@ def test_a_state_stays_what_it_was(scene: et.Scene, tmp_path: Path) -> None:
 
 
 def test_arguments_are_checked(scene: et.Scene) -> None:
+    for aim in (et.progressive(scene).aim, partial(et.progressive, scene)):
+        with pytest.raises(ValueError, match=r"error=1 is 100 %.*: did you mean 0\.01, which is 1 %\?"):
+            aim(error=1)
     with pytest.raises(ValueError, match="spp must be"):
         et.progressive(scene, spp=0)
     with pytest.raises(ValueError, match=r"spp must be .* found 1\.5"):

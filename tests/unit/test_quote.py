@@ -66,7 +66,7 @@ def test_a_quote_holds_what_the_render_then_takes() -> None:
 
 def test_a_quote_from_a_heavy_tail_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     scene = SCENE.parent / "experiments" / "caustic.toml"
-    assert main(["quote", str(scene), "--error", "100%", "--size", "48x48"]) == 0
+    assert main(["quote", str(scene), "--error", "99%", "--size", "48x48"]) == 0
     assert "heavy tail: one pixel of one render makes " in " ".join(capsys.readouterr().out.split())
 
 
@@ -120,6 +120,13 @@ def test_an_argument_out_of_range_is_refused(name: str, value: Any) -> None:
     target = {} if name == "time" else {"error": 0.1}
     with pytest.raises(ValueError, match=f"{name} must be"):
         et.quote(et.load(SCENE).with_(size=(8, 8)), **{**target, name: value})
+
+
+def test_per_cent_are_not_taken_for_a_fraction(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match=r"error=2 is 200 %.*: did you mean 0\.02, which is 2 %\?"):
+        et.quote(et.load(SCENE).with_(size=(8, 8)), error=2)
+    assert main(["quote", str(SCENE), "--error", "2"]) == 2
+    assert "'2' is 200 %; did you mean 2%?" in capsys.readouterr().err
 
 
 def test_a_scene_without_light_is_surely_black() -> None:

@@ -217,6 +217,14 @@ def test_radiance_beyond_single_precision_is_infinite_in_the_image() -> None:
     assert result.error.known
 
 
+@pytest.mark.parametrize("name", ["error", "within"])
+def test_per_cent_are_not_taken_for_a_fraction(scene: et.Scene, name: str) -> None:
+    with pytest.raises(ValueError, match=rf"{name}=2 is 200 %.*: did you mean 0\.02, which is 2 %\?"):
+        et.render(scene, **{name: 2})
+    with pytest.raises(ValueError, match=f"{name}=150 is 15000 %, and an error to be reached is below 100 %$"):
+        et.render(scene, **{name: 150})
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [

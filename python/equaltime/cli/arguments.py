@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import typer
 
-from equaltime.arguments import MOST_ERROR, MOST_SECONDS
+from equaltime.arguments import MOST_SECONDS
 from equaltime.durations import seconds_of
 
 __all__ = [
@@ -35,15 +35,24 @@ def parse_duration(text: str) -> float:
     return seconds
 
 
+_LEAST_WITHOUT_SIGN = 0.5
+"""The smallest number that needs a per cent sign: whoever writes ``1`` for an error means 1 %, not 100 %."""
+
+
 def parse_percent(text: str) -> float:
-    """Read ``2%`` or ``0.02`` as the fraction that it is."""
+    """Read ``2%`` or ``0.02`` as a fraction below 1."""
     number, percent, rest = text.strip().partition("%")
     try:
         value = float(number) / (100.0 if percent else 1.0)
     except ValueError:
         value = math.nan
-    if rest or not 0.0 < value <= MOST_ERROR:
+    if rest or not 0.0 < value < math.inf:
         raise typer.BadParameter(f"'{text}' is no error; write a positive percentage, such as 2%")
+    if not percent and _LEAST_WITHOUT_SIGN <= value < 100.0:
+        other = f", or {100.0 * value:g}%" if value < 1.0 else ""
+        raise typer.BadParameter(f"'{text}' is {100.0 * value:g} %; did you mean {number.strip()}%{other}?")
+    if value >= 1.0:
+        raise typer.BadParameter(f"'{text}' is too large; an error to be reached is below 100 %, such as 2%")
     return value
 
 

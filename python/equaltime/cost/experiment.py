@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -18,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from equaltime.arguments import MOST_SECONDS, MOST_THREADS
+from equaltime.arguments import MOST_SECONDS, MOST_THREADS, check_fraction
 from equaltime.cost.experiment_problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
 from equaltime.cost.summary import Question
 from equaltime.cost.theirs import Theirs
@@ -36,6 +37,7 @@ DEFAULT_BUDGET = 10.0
 Positive = Annotated[int, Field(ge=1)]
 Natural = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(gt=0.0, le=MOST_SECONDS)]
+Error = Annotated[float, Field(gt=0.0), AfterValidator(check_fraction)]
 Window = Annotated[tuple[Natural, Natural, Positive, Positive], Field(strict=False)]
 File = Annotated[Path, Field(strict=False)]
 
@@ -112,7 +114,7 @@ class StrategyEntry(Value):
 class ReferenceWish(Value):
     """How exact the references shall be."""
 
-    error: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.005
+    error: Error = 0.005
     """Relative error at which rendering a reference ends (0.005 is 0.5 %)."""
     seconds: Seconds = 60.0
     """Time after which it ends in any case."""
@@ -141,7 +143,7 @@ class Experiment(Value):
     ) = None
     """Or the sample counts of all checkpoints."""
     repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
-    targets: Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False)] = DEFAULT_TARGETS
+    targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Errors to which times are wanted (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows large."""
