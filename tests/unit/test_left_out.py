@@ -39,6 +39,14 @@ def test_a_render_without_long_paths_says_so_and_its_error_has_the_bias(box: et.
     assert result.record["bias"]["value"] == result.bias.value
 
 
+@pytest.mark.parametrize(("truncate", "name"), [(3, "long_paths=3"), (5, "long_paths=3"), (3, "long_paths=5")])
+def test_what_the_strategy_cuts_is_measured_with_long_paths(box: et.Scene, truncate: int, name: str) -> None:
+    plain = et.render(box, spp=4, without=["long_paths=3"], threads=1)
+    both = et.render(box, spp=4, strategy=f"best,truncate={truncate}", without=[name], threads=1)
+    assert np.array_equal(both.image, plain.image)
+    assert (both.origin, both.bias, both.error) == (plain.origin, plain.bias, plain.error)
+
+
 def test_what_is_quoted_has_the_bias_too(box: et.Scene) -> None:
     quotes: list[et.Quote] = []
     result = et.render(box, error=0.5, without=["long_paths=3"], quoted=quotes.append, threads=1)

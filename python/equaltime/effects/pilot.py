@@ -14,7 +14,7 @@ from typing import TypeVar
 from equaltime.cost.statistics import Interval
 from equaltime.effects.derive import derive
 from equaltime.effects.kinds import kind_of
-from equaltime.effects.leaving import can_leave_out, leave_out
+from equaltime.effects.leaving import can_leave_out, leave_out, parse_names
 from equaltime.effects.pairs import Versus, run_in_turn
 from equaltime.effects.parts import measure_parts
 from equaltime.error_estimate import Estimate
@@ -53,11 +53,14 @@ class LeftOut:
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
     """Leave these effects out, and measure what that does.
 
+    Where long paths are among them, what the strategy itself cuts is measured with them.
+
     Raises
     ------
     EffectError
         If one does not exist or cannot be left out.
     """
+    strategy, names = _untruncated(strategy, names)
     present = tuple(name for name in dict.fromkeys(names) if can_leave_out(scene, strategy, name))
     why = tuple(f"{name}: the scene does not call for it" for name in names if name not in present)
     less_scene, shorter = leave_out(scene, strategy, present)
@@ -67,6 +70,16 @@ def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int
     change = versus.change
     why += (f"without {', '.join(present)}: {_saved(versus)}",)
     return LeftOut(less_scene, shorter, present, Estimate(change.value, change.low, change.high), why)
+
+
+def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, tuple[str, ...]]:
+    """Return the strategy with paths of any length, if long paths are left out, and the names with the least depth."""
+    depth = parse_names(names).get("long_paths")
+    if depth is None or strategy.truncate is None:
+        return strategy, names
+    others = tuple(name for name in names if not name.startswith("long_paths"))
+    whole = Strategy.model_validate(strategy.model_dump() | {"truncate": None})
+    return whole, (*others, f"long_paths={min(depth, strategy.truncate)}")
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
