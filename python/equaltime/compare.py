@@ -25,6 +25,7 @@ from equaltime.cost.statistics import Interval
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
 from equaltime.images import Picture
+from equaltime.stated import different_problems
 
 __all__ = ["Compared", "Comparison", "compare"]
 
@@ -255,9 +256,7 @@ def _notes(files: list[_File]) -> Iterable[str]:
             )
     if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
         yield "the files lie at different places in the film"
-    digests = {file.said("digest") for file in files} - {None}
-    if len(digests) > 1:
-        yield "the files say that they show different scenes"
+    yield from different_problems([(file.path, file.picture.record) for file in files])
 
 
 def _plain(numbers: Mapping[str, Any]) -> dict[str, Any]:

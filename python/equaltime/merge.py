@@ -123,4 +123,11 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
         without=tuple(record["without"]),
         substitutions=tuple(record["substitutions"]),
         sources=tuple(source for part in parts for source in _sources(part)),
+        scene_max_depth=_scene_max_depth(parts),
     )
+
+
+def _scene_max_depth(parts: Sequence[Checkpoint]) -> int | None:
+    """Return the depth that the parts' scene asks for; one that is not that of the image counts before one that is."""
+    said = [depth for part in parts if (depth := part.record["scene_max_depth"]) is not None]
+    return max(said, key=lambda depth: depth != parts[0].record["max_depth"], default=None)

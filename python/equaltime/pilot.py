@@ -25,6 +25,7 @@ from equaltime.law import Law, Probed, fit
 from equaltime.memory import peak_bytes
 from equaltime.noise_places import Places
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL
+from equaltime.result import Origin
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Session
 from equaltime.speed import Processors
@@ -68,6 +69,8 @@ class Quote:
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
     """What the pilot took to render, and telling what limits it."""
+    origin: Origin
+    """The render that is quoted: its problem and its strategy, of which the error is."""
     places: Places | None = None
     """Where on the picture the error is; None where a render quotes itself."""
     light: NoiseLight | None = None
@@ -83,6 +86,7 @@ class Quote:
             "law": self.law.as_dict(),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
             "pilot_seconds": self.pilot_seconds,
+            **{key: self.origin.record[key] for key in ("max_depth", "scene_max_depth", "strategy", "biased")},
             **({} if self.places is None else {"places": self.places.as_dict()}),
             **({} if self.light is None else {"light": self.light.as_dict()}),
         }
@@ -231,6 +235,7 @@ class Pilot:
                 if target < last.value
             },
             pilot_seconds=session.passes.rendering + self._seconds_probed,
+            origin=session.origin,
         )
 
     def _foretold(self, law: Law, spp: float) -> Estimate:

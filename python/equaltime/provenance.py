@@ -63,6 +63,7 @@ class _Record(_Facts):
     size: Annotated[list[Pixels], Field(min_length=2, max_length=2)]
     crop: Annotated[list[Pixels], Field(min_length=4, max_length=4)]
     max_depth: int
+    scene_max_depth: int | None = None
     strategy: Annotated[str, AfterValidator(_strategy)]
     biased: bool
     seed: Count

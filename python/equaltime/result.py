@@ -17,6 +17,7 @@ from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error, standard_error
 from equaltime.images import Window
+from equaltime.stated import paths_up_to, stated
 from equaltime.unseen import Unseen
 
 __all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result", "uninterrupted"]
@@ -83,6 +84,7 @@ class Origin:
     window: Window
     """The place of the image in the full film."""
     max_depth: int
+    """Length of the longest paths of the problem; -1 if there is no limit."""
     strategy: str
     """The strategy's name; `Strategy.parse` reads it."""
     biased: bool
@@ -95,6 +97,9 @@ class Origin:
     """What was replaced in the scene because it cannot be rendered, if anything was."""
     sources: tuple[Mapping[str, Any], ...] = ()
     """What was merged: of each seed its sample counts, seconds and build; empty for a render that was not merged."""
+    scene_max_depth: int | None = None
+    """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
+    """
 
     @property
     def record(self) -> dict[str, Any]:
@@ -104,6 +109,7 @@ class Origin:
             "digest": self.digest,
             "size": [self.window.full_width, self.window.full_height],
             "max_depth": self.max_depth,
+            "scene_max_depth": self.scene_max_depth,
             "strategy": self.strategy,
             "biased": self.biased,
             "seed": self.seed,
@@ -126,7 +132,8 @@ class Result:
     samples: NDArray[np.int64]
     """(H, W): samples of each pixel, numbered from 0."""
     error: Estimate
-    """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it."""
+    """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it. A bias that
+    was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
     stats: Stats
     stopped_by: StoppedBy
     """What ended the render: the sample count, the time limit, the error asked for, Ctrl-C, or a sample that was not a
@@ -204,7 +211,10 @@ class Result:
 
     def _summary(self) -> str:
         height, width = self.samples.shape
-        return f"{width}x{height}, {self.spp:g} spp, error {self.error}, stopped by {self.stopped_by}"
+        number, asked = stated(self.origin), self.origin.scene_max_depth
+        asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
+        error = f"{number.noun} {self.error}{number.of_paths}{asks}"
+        return f"{width}x{height}, {self.spp:g} spp, {error}, stopped by {self.stopped_by}"
 
     def __repr__(self) -> str:
         return f"Result({self._summary()})"

@@ -85,6 +85,11 @@ class Session:
             self._renderer, height * width, limits, progress, samples=done, looks=looks, hidden=self._unseen
         )
 
+    @property
+    def origin(self) -> Origin:
+        """What decides the bits of the render."""
+        return self._origin
+
     def _take_up(self, resumed: Checkpoint) -> None:
         _, height, width = self._renderer.moments.shape
         window = self._origin.window
@@ -216,4 +221,5 @@ def origin_of(
         replicates=replicates,
         backend=backend,
         without=without,
+        scene_max_depth=scene.own_max_depth,
     )

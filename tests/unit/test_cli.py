@@ -115,7 +115,8 @@ def test_options_beat_the_scene(scene: str, output: Path, capsys: pytest.Capture
 
 
 def test_definitions_reach_the_scene(scene: str, output: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert render_record([scene, "-o", str(output), "-D", "depth=3"], capsys)["max_depth"] == 3
+    record = render_record([scene, "-o", str(output), "-D", "depth=3"], capsys)
+    assert (record["max_depth"], record["scene_max_depth"]) == (3, 3)
 
 
 def test_a_crop_has_the_bits_of_the_whole(scene: str, output: Path, tmp_path: Path) -> None:
@@ -333,5 +334,5 @@ def test_sizes_windows_and_seeds_are_read() -> None:
 
 def test_the_progress_line_shows_samples_error_and_time_left() -> None:
     progress = Progress(24, 64, 4.0, 0.375, 67.4, Estimate(0.0312, 0.03, 0.033))
-    assert describe(progress) == "24/64 spp  error 3.12 %  1:08 left"
+    assert describe(progress) == "24/64 spp  noise 3.12 %  1:08 left"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"

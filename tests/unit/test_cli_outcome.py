@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from importlib import import_module
 from pathlib import Path
@@ -27,15 +28,61 @@ def test_counts_that_differ_are_told(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert fewest < 32 < most
 
 
-def test_that_nobody_knows_a_bias_is_told_and_one_that_was_measured_is_in_the_limit(
+def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ("--size", "12x12", "--error", "60%")
     met = "stopped by error: the upper limit of the error is where it was asked to be"
     assert why(tmp_path, capsys, *options) == met
     assert why(tmp_path, capsys, *options, "--without", "long_paths=3") == met
-    unknown = why(tmp_path, capsys, *options, "--strategy", "best,truncate=2")
-    assert unknown == f"{met}, but for a bias that nobody knows"
+    for cut in (("--strategy", "best,truncate=2"), ("--max-depth", "2")):
+        assert why(tmp_path, capsys, *options, *cut) == met.replace("error is", "noise is")
+
+
+@pytest.mark.parametrize(
+    ("options", "number", "end"),
+    [
+        (["--max-depth", "2"], ", noise ", " of paths up to depth 2; the scene asks for paths up to depth 30: "
+         "`--without long_paths=2` instead of `--max-depth 2` measures the difference"),
+        (["--max-depth", "40"], ", noise ", " of paths up to depth 40; the scene asks for paths up to depth 30"),
+        (["--strategy", "best,truncate=2"], ", noise ", " of paths up to depth 2, biased: best,truncate=2; the scene "
+         "asks for paths up to depth 30: `--without long_paths=2` measures the difference"),
+        (["--strategy", "best,adaptive=history"], ", noise ", ", biased: best,adaptive=history; the bias is not in the "
+         "noise: `equaltime compare` with a render by `best` measures it"),
+    ],
+)  # fmt: skip
+def test_the_noise_of_an_image_that_is_not_the_scene_s_is_not_called_its_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], number: str, end: str
+) -> None:
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--spp", "8", *options]) == 0
+    said = capsys.readouterr().out
+    assert number in said.splitlines()[0]
+    assert said.splitlines()[0].endswith(f"]{end}")
+    assert "unbiased" not in said
+    assert "spp, error" not in said
+
+
+def test_a_depth_that_the_scene_has_itself_leaves_the_number_its_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--max-depth", "30"]) == 0
+    said = capsys.readouterr().out.splitlines()[0]
+    assert ", error " in said
+    assert said.endswith("], unbiased")
+
+
+def test_the_record_and_the_quote_name_the_depth_and_the_scene_s_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--error", "60%"]
+    assert main([*command, "--max-depth", "2", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    for said in (record, record["quote"]):
+        assert (said["max_depth"], said["scene_max_depth"], said["strategy"], said["biased"]) == (2, 30, "best", False)
+    assert main([*command, "--max-depth", "2"]) == 0
+    quoted = capsys.readouterr().out.splitlines()[0]
+    assert quoted.startswith("quote: noise ")
+    assert " of paths up to depth 2 in " in quoted
 
 
 def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -103,6 +103,37 @@ def test_a_record_is_read_as_it_was_written_whatever_else_it_says(render: et.Res
     assert json.loads(json.dumps({key: read[key] for key in expected})) == json.loads(json.dumps(expected))
 
 
+def test_a_record_that_does_not_say_what_the_scene_asks_for_is_taken_up_and_merged(tmp_path: Path) -> None:
+    scene = et.load(SCENE).with_(size=(6, 5), max_depth=3)
+    files = [tmp_path / f"{seed}.exr" for seed in range(2)]
+    for seed, file in enumerate(files):
+        part = et.render(scene, spp=2, seed=seed, threads=1)
+        record = {key: value for key, value in part.record.items() if key != "scene_max_depth" or seed}
+        write(file, part, record)
+    assert et.render(scene, spp=4, threads=1, resume=files[0]).record["scene_max_depth"] == 30
+    for parts in (files, files[::-1]):  # the one that says it counts
+        assert et.merge(parts).record["scene_max_depth"] == 30
+    write(files[1], part, {**part.record, "scene_max_depth": None})
+    assert et.merge(files).record["scene_max_depth"] is None
+
+
+def test_merged_renders_name_the_scene_s_own_depth_if_one_of_them_does(tmp_path: Path) -> None:
+    scene, files = et.load(SCENE).with_(size=(6, 5), max_depth=3), [tmp_path / f"{seed}.exr" for seed in range(2)]
+    for seed, file in enumerate(files):
+        part = et.render(scene, spp=2, seed=seed, threads=1)
+        write(file, part, {**part.record, "scene_max_depth": (3, 30)[seed]})
+    for parts in (files, files[::-1]):
+        assert et.merge(parts).record["scene_max_depth"] == 30
+
+
+def test_a_result_says_of_which_paths_it_is() -> None:
+    scene = et.load(SCENE).with_(size=(6, 5))
+    assert ", error " in repr(et.render(scene, spp=2, threads=1))
+    cut = repr(et.render(scene.with_(max_depth=3), spp=2, threads=1))
+    assert ", noise " in cut
+    assert "] of paths up to depth 3 (the scene asks for paths up to depth 30), stopped by spp)" in cut
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

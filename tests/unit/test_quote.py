@@ -187,6 +187,22 @@ def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["seconds"]["low"] < found["seconds"]["value"] < found["seconds"]["high"]
 
 
+def test_the_command_says_of_which_paths_the_noise_is(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["quote", str(SCENE), "--error", "30%", "--size", "16x16", "--no-why"]
+    assert main(command) == 0
+    whole = capsys.readouterr().out
+    assert "\nerror " in whole
+    assert "the scene asks" not in whole
+    for option, words in (
+        (["--max-depth", "2"], "paths up to depth 2; the scene asks"),
+        (["--strategy", "best,truncate=2"], "paths up to depth 2; biased: best,truncate=2; the scene asks"),
+    ):
+        assert main([*command, *option]) == 0
+        cut = capsys.readouterr().out
+        assert "\nnoise " in cut
+        assert f"which is of {words} for paths up to depth 30: " in " ".join(cut.split())
+
+
 def test_the_command_wants_one_target(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["quote", str(SCENE)]) == 2
     assert "give --error or --time" in capsys.readouterr().err

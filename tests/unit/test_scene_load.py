@@ -228,6 +228,24 @@ def test_another_path_length_makes_a_path_integrator_of_any_other() -> None:
     assert loaded.with_(max_depth=-1).model.integrator.type == "path"
 
 
+def test_a_scene_remembers_the_path_length_of_its_file() -> None:
+    loaded = load(SCENES / "cornell-box.toml")
+    cut = loaded.with_(max_depth=2)
+    assert (loaded.own_max_depth, cut.max_depth, cut.own_max_depth) == (30, 2, 30)
+    again = cut.with_(size=(8, 8)).with_(max_depth=5).with_(crop=(0, 0, 4, 4))
+    assert (again.max_depth, again.own_max_depth) == (5, 30)
+    back = again.with_(max_depth=30)
+    assert (back.max_depth, back.own_max_depth) == (30, 30)
+    assert loaded.with_(size=(8, 8)).own_max_depth == 30
+    assert scene(integrator={"type": "direct"}).with_(max_depth=-1).own_max_depth == 2
+
+
+def test_the_path_length_that_the_file_asks_for_changes_no_fingerprint() -> None:
+    deep, cut = (scene(integrator={"type": "path", "max_depth": depth}) for depth in (8, 2))
+    assert deep.with_(max_depth=2).digest == cut.digest
+    assert deep.with_(max_depth=2).with_(max_depth=8).digest == deep.digest
+
+
 def test_the_field_of_view_along_y_follows_another_size() -> None:
     loaded = load_dict({"type": "scene", "sensor": {"type": "perspective", "fov": 40, "fov_axis": "y"}})
     assert loaded.with_(size=(10, 10)).model.sensor.x_fov == pytest.approx(40)

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from equaltime.pilot import Quote
 from equaltime.scene import Scene
+from equaltime.stated import stated
 
 __all__ = [
     "WAYS",
@@ -74,10 +75,10 @@ def percent(error: float) -> str:
 
 def print_quote(quote: Quote) -> None:
     """Print what a render will cost or bring, in one line."""
-    spp, seconds, error = quote.spp, quote.seconds, quote.error
+    spp, seconds, error, number = quote.spp, quote.seconds, quote.error, stated(quote.origin)
     limits = f" [{duration(seconds.low)}, {duration(seconds.high)}]" if seconds.high > seconds.low else ""
     print(
-        f"quote: error {percent(error.value)} [{percent(error.low)}, {percent(error.high)}] "
+        f"quote: {number.noun} {percent(error.value)} [{percent(error.low)}, {percent(error.high)}]{number.of_paths} "
         f"in {duration(seconds.value)}{limits}, {spp.value:.3g} spp [{spp.low:.3g}, {spp.high:.3g}]"
         f"{f' (in doubt: {error.doubt})' if error.doubt else ''}",
         flush=True,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from equaltime.errors import ImageError
 from equaltime.result import Result
+from equaltime.stated import Stated, stated
 
 __all__ = ["check_spares", "doubts", "headline", "kept_elsewhere"]
 
@@ -23,14 +24,24 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
 
 
 def headline(result: Result) -> str:
-    """Say in a line what the image is, its error, and whether it is biased."""
+    """Say in a line what the image is, its error or noise, whether it is biased, and what the number does not say."""
     height, width = result.samples.shape
-    origin = result.origin
+    origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
-    bias = f"biased: {origin.strategy}" if origin.biased else "unbiased"
-    if result.bias is not None:
-        bias = f"biased: without {', '.join(origin.without)}, which makes {result.bias} of it"
-    return f"{width}x{height}, {result.spp:.4g} spp{seeds}, error {result.error}, {bias}"
+    said = f"{number.noun} {result.error}{number.of_paths}{_bias(result, number)}"
+    missing = f"; {number.missing}" if number.missing else ""
+    return f"{width}x{height}, {result.spp:.4g} spp{seeds}, {said}{missing}"
+
+
+def _bias(result: Result, number: Stated) -> str:
+    """Say what biases the image; nothing of one whose paths are not those that the scene asks for."""
+    origin = result.origin
+    by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias} of it"]
+    if number.by_strategy or (origin.biased and not by):
+        by.append(origin.strategy)
+    if by:
+        return f", biased: {', and '.join(by)}"
+    return "" if number.paths else ", unbiased"
 
 
 def doubts(result: Result) -> list[str]:

@@ -33,11 +33,11 @@ def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
 
 
 def describe(progress: Progress) -> str:
-    """Say where a render stands, such as ``24/64 spp  error 3.12 %  0:07 left``."""
+    """Say where a render stands, such as ``24/64 spp  noise 3.12 %  0:07 left``."""
     target = "" if progress.target is None else f"/{progress.target}"
     words = [f"{progress.samples}{target} spp"]
     if progress.error is not None and progress.error.known:
-        words.append(f"error {100 * progress.error.value:.3g} %")
+        words.append(f"noise {100 * progress.error.value:.3g} %")
     if progress.time_left is not None:
         minutes, seconds = divmod(math.ceil(progress.time_left), 60)
         words.append(f"{minutes}:{seconds:02} left")

@@ -32,6 +32,7 @@ from equaltime.noise_places import Places
 from equaltime.pilot import Quote
 from equaltime.quote import quote as quote_scene
 from equaltime.scene import load_file
+from equaltime.stated import Stated, stated
 
 __all__ = ["quote"]
 
@@ -92,11 +93,13 @@ def quote(
 
 def _print(found: Quote, why: bool | None) -> None:
     console = plain_console()
-    law = found.law
+    law, number = found.law, stated(found.origin)
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("time", _range(found.seconds, duration))
     table.add_row("samples per pixel", _range(found.spp, "{:.3g}".format))
-    table.add_row("error", _range(found.error, percent))
+    table.add_row(number.noun, _range(found.error, percent))
+    if number.noun != "error":
+        table.add_row("which is", _of_what(found, number))
     if found.error.doubt:
         table.add_row("in doubt", found.error.doubt)
     table.add_row("memory", _range(found.memory, lambda count: f"{count / 1e6:.3g} MB"))
@@ -115,6 +118,12 @@ def _print(found: Quote, why: bool | None) -> None:
         table.add_row(f"{percent(target)} would take", _range(seconds, duration))
     table.add_row("this quote took", duration(found.pilot_seconds))
     console.print(table)
+
+
+def _of_what(found: Quote, number: Stated) -> str:
+    """Say of which problem or biased strategy the noise is, and what measures what it does not contain."""
+    by = f"biased: {found.origin.strategy}" if number.by_strategy else ""
+    return "; ".join(filter(None, (number.of_paths.strip(), by, number.missing)))
 
 
 def _add_places(table: Table, places: Places) -> None:

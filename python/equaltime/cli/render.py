@@ -49,6 +49,7 @@ from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
+from equaltime.stated import stated
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
@@ -273,11 +274,12 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6
     fewest, most = int(result.samples.min()), int(result.samples.max())
-    met = "the upper limit of the error is where it was asked to be"
+    noun = stated(result.origin).noun
+    met = f"the upper limit of the {noun} is where it was asked to be"
     reasons = {
         "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
         "time": "the time limit was reached",
-        "error": f"{met}, but for a bias that nobody knows" if result.origin.biased and result.bias is None else met,
+        "error": met,
         "interrupt": "what was finished is kept",
         "nonfinite": "a sample was not a number",
         "faulty": "a sample raised a floating-point fault",

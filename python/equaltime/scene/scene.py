@@ -74,6 +74,8 @@ class Scene:
     places: Places = field(default=NOWHERE, repr=False)
     """Where its parts stand in their files."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
+    _own_max_depth: int | None = field(default=None, repr=False)
+    """`own_max_depth`, once `with_` has changed the path length."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -84,6 +86,11 @@ class Scene:
     def max_depth(self) -> int:
         """Length of the longest paths, in Mitsuba's counting; -1 if there is no limit."""
         return self.model.integrator.max_depth
+
+    @property
+    def own_max_depth(self) -> int:
+        """The `max_depth` that the file asks for, with its variables defined, whatever `with_` has changed since."""
+        return self.max_depth if self._own_max_depth is None else self._own_max_depth
 
     @property
     def spp(self) -> int | None:
@@ -173,7 +180,8 @@ class Scene:
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
-        A new size without a crop renders the whole film. Raises SceneError for values that make no sense.
+        A new size without a crop renders the whole film. A new path length makes another problem, whose error says
+        nothing of the scene's own (`own_max_depth`). Raises SceneError for values that make no sense.
         """
         model, film = self.model, self.model.sensor.film
         changes: dict[str, Any] = {}
@@ -187,7 +195,7 @@ class Scene:
             model = changed(model, sensor=changed(model.sensor, film=changed(film, **changes)))
         if max_depth is not None:
             model = changed(model, integrator=deep(model.integrator, max_depth))
-        return self.replaced(model)
+        return dataclasses.replace(self.replaced(model), _own_max_depth=self.own_max_depth)
 
 
 def load(path: str | Path, /, *, substitute: bool = False, **defines: object) -> Scene:
