@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli.cost_table import print_summary
+from equaltime.cost.report.sentences import facts
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import StrategyResult, Summary
 
@@ -37,6 +38,18 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert naive.rstrip().endswith("*")
     assert "*" not in cut + best
     assert below == "* extrapolated beyond the runs"
+
+
+def test_paths_that_are_not_those_of_the_scene_are_said_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = summary(tmp_path)
+    for asked, times in ((None, 0), (8, 0), (-1, 1)):
+        scene = replace(found.scenes[0], scene_max_depth=asked)
+        text = printed(replace(found, scenes=(scene,)), tmp_path, capsys)
+        said = "errors and times are of paths up to depth 8; the scene asks for all paths"
+        assert text.count(said) == times
+        assert facts(scene).count(", max_depth 8 (the scene asks for all paths); ") == times
 
 
 def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -66,3 +66,16 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
         "without-long_paths.png",
     ]
     assert images.read(tmp_path / "out" / "without-long_paths.exr").image.max() < 1e-6
+    assert "the scene asks for" not in text
+
+
+@pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])
+def test_the_price_list_says_of_which_paths_it_is(capsys: pytest.CaptureFixture[str], cut: list[str]) -> None:
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    command = ["effects", box, "--quick", "--size", "6x6", "--threads", "1", *cut]
+    assert main(command) == 0
+    said = "all of this is of paths up to depth 3; the scene asks for paths up to depth 30"
+    assert said in capsys.readouterr().out.splitlines()
+    assert main([*command, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["max_depth"], found["scene_max_depth"]) == (3, 30)

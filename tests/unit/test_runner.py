@@ -54,6 +54,20 @@ def keys(folder: Path) -> list[tuple[str, str, int]]:
     return list(dict.fromkeys(row.key for row in load(folder / "records.csv")))
 
 
+def test_the_summary_knows_the_depth_that_the_scene_s_file_asks_for(folder: Path) -> None:
+    scenes = [{"path": str(CORNELL), "size": [6, 6], "name": "own"}]
+    scenes.append({"path": str(CORNELL), "size": [6, 6], "name": "cut", "max_depth": 2})  # type: ignore[dict-item]
+    wanted = experiment(scenes=scenes, repeats=1)
+    run(wanted, folder)
+    found = summarise(wanted, load(folder / "records.csv"), folder)
+    assert [(scene.max_depth, scene.scene_max_depth) for scene in found.scenes] == [(30, 30), (2, 30)]
+    assert [scene.other_depth for scene in found.scenes] == [
+        "",
+        "paths up to depth 2; the scene asks for paths up to depth 30",
+    ]
+    assert "own_depths" not in found.provenance
+
+
 def test_every_strategy_takes_its_turn_on_every_scene_in_every_repeat(folder: Path) -> None:
     scenes = [{"path": str(CORNELL), "size": [n, n], "max_depth": 2, "name": f"{n}"} for n in (6, 8)]
     run(experiment(scenes=scenes, repeats=2), folder)

@@ -22,6 +22,7 @@ from equaltime.effects import Price, PriceList
 from equaltime.effects import effects as measure_effects
 from equaltime.errors import ImageError
 from equaltime.scene import load_file
+from equaltime.stated import other_depth
 
 __all__ = ["effects"]
 
@@ -123,6 +124,8 @@ def _print(found: PriceList) -> None:
     if found.outputs:
         times = "; ".join(f"{name} {_brief(share)}" for name, share in found.outputs.items())
         console.print(f"time of outputs beside the image, each by itself: {times}", soft_wrap=True)
+    if depth := other_depth(found.max_depth, found.scene_max_depth):
+        console.print(f"all of this is of {depth}", soft_wrap=True)
     width, height = found.size
     measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
     console.print(f"shares and errors with their 95 % intervals, from {measured}", style="dim", soft_wrap=True)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from equaltime.cost.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.cost.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
+from equaltime.cost.folder import OWN_DEPTHS, Folder
 from equaltime.cost.metrics import Reference, signed_root
 from equaltime.cost.ratios import efficiency, fewer_samples, speed_up
 from equaltime.cost.record import Row, complete
@@ -47,7 +47,8 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
     targets = tuple(sorted(experiment.targets, reverse=True))
     runs = len({row.key for rows in by_scene.values() for row in rows})
-    facts = {**provenance, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
+    shown = {section: found for section, found in provenance.items() if section != OWN_DEPTHS}
+    facts = {**shown, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
     answer = verdict(scenes, targets, experiment.question)
     return Summary(experiment.title, experiment.description, scenes, targets, facts, answer, experiment.question)
 
@@ -92,6 +93,7 @@ class _Scene:
             strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
             reference=self._reference_file(None),
             crops=self.experiment.crops,
+            scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
         )
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:

@@ -4,7 +4,7 @@
 
     records.csv      one row for each checkpoint of each run (`record`)
     experiment.json  what is compared; what a continuation must agree with
-    provenance.json  machines and builds by the keys that records have; references; agreements; sessions
+    provenance.json  machines and builds by the keys that records have; references; agreements; sessions; own_depths
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
                      its pixels have different numbers of samples (H, W); if the experiment wants them,
@@ -28,11 +28,13 @@ from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
 
-__all__ = ["Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
+__all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _GROWING = ("scenes", "strategies")
 """Parts of an identity to which something may be added later, each under its name."""
+OWN_DEPTHS = "own_depths"
+"""Section of the provenance with the ``max_depth`` that each scene's file asks for, whatever the experiment does."""
 
 
 @dataclass(frozen=True)

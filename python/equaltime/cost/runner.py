@@ -19,7 +19,7 @@ from typing import Literal
 from equaltime.cost import reference as references
 from equaltime.cost.directions import write_directions
 from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
-from equaltime.cost.folder import Folder, build_facts, fingerprint, machine_facts
+from equaltime.cost.folder import OWN_DEPTHS, Folder, build_facts, fingerprint, machine_facts
 from equaltime.cost.forming import Studio
 from equaltime.cost.gates import pass_gates
 from equaltime.cost.identity import identity_of
@@ -146,6 +146,8 @@ class _Session:
     def run(self) -> None:
         """Do what is not done."""
         machine, build = self._origin()
+        for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
+            self.folder.note(OWN_DEPTHS, entry.name, {"max_depth": scene.own_max_depth})
         left = [turn for turn in self._turns if turn.key not in self._done]
         if left:
             self._prepare()

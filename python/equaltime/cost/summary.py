@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.theirs import Quantity, Theirs
+from equaltime.stated import other_depth
 
 __all__ = ["Beside", "Curve", "Question", "SceneResult", "StrategyResult", "Summary"]
 
@@ -101,6 +102,13 @@ class SceneResult:
     """File of the reference, for `equaltime.cost.reference.read`; None if it is not at hand."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows x, y, width, height to look at closely, in pixels of the image; empty to let the report choose."""
+    scene_max_depth: int | None = None
+    """The ``max_depth`` that the scene's file asks for; None if the folder does not say."""
+
+    @property
+    def other_depth(self) -> str:
+        """The paths that were rendered and those that the scene asks for, in words; empty if these are the same."""
+        return "" if self.scene_max_depth is None else other_depth(self.max_depth, self.scene_max_depth)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from equaltime.effects.pairs import Versus, run_in_turn
 from equaltime.effects.parts import KINDS_OF_PARTS, Parts, measure_parts
 from equaltime.scene import Scene
 from equaltime.scene.smaller import smaller
+from equaltime.stated import shorter
 from equaltime.strategy import Strategy
 
 __all__ = ["Price", "PriceList", "effects"]
@@ -85,6 +86,10 @@ class PriceList:
     strategy: str
     memory: int
     """Bytes of the scene in the core."""
+    max_depth: int
+    """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
+    scene_max_depth: int
+    """The ``max_depth`` that the scene's file asks for."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON data."""
@@ -101,6 +106,8 @@ class PriceList:
             "repeats": self.repeats,
             "strategy": self.strategy,
             "memory": self.memory,
+            "max_depth": self.max_depth,
+            "scene_max_depth": self.scene_max_depth,
         }
 
 
@@ -172,6 +179,8 @@ def effects(
         repeats=repeats,
         strategy=chosen.name,
         memory=small.core.memory_bytes,
+        max_depth=shorter(small.max_depth, chosen.truncate),
+        scene_max_depth=small.own_max_depth,
     )
 
 

@@ -15,6 +15,8 @@ def facts(scene: SceneResult) -> str:
     """Say what was rendered and against what it was measured."""
     width, height = scene.size
     depth = "paths of any length" if scene.max_depth < 0 else f"max_depth {scene.max_depth}"
+    if scene.other_depth:
+        depth += f" ({scene.other_depth.partition('; ')[2]})"
     against = f"reference with an error of {percent(scene.reference_error)}" if scene.reference_error else "exact truth"
     repeats = {strategy.repeats for strategy in scene.strategies}
     counted = f"{min(repeats)} to {max(repeats)}" if len(repeats) > 1 else str(*repeats)

@@ -60,7 +60,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
         cells = [
             [plain_cell(curve.slope)],
             [error_cell(strategy.error_at_budget)],
-            [_own_estimate(curve.own_estimate)],
+            [_own_estimate(curve.own_estimate, strategy.biased)],
             [error_cell(strategy.bias) if strategy.bias else _NOTHING],
             [probability_cell(strategy.equality_p)],
         ]
@@ -80,7 +80,7 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
                 [Cell(str(spp))],
                 [seconds_cell(curve.seconds[i])],
                 [error_cell(curve.error[i])],
-                [_own_estimate((own,))],
+                [_own_estimate((own,), strategy.biased)],
             ]
             tags = ("biased",) * strategy.biased
             rows.append(Row(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
@@ -135,8 +135,12 @@ def _find(scene: SceneResult, label: str) -> StrategyResult | None:
     return next((strategy for strategy in scene.strategies if strategy.label == label), None)
 
 
-def _own_estimate(estimates: Sequence[Interval]) -> Cell:
-    """Print the last estimate; a renderer that makes none has a dash."""
+def _own_estimate(estimates: Sequence[Interval], biased: bool) -> Cell:
+    """Print the last estimate, which of a biased strategy is its noise alone; a renderer that makes none has a dash."""
     if not estimates or math.isnan(estimates[-1].value):
         return _NOTHING
-    return error_cell(estimates[-1])
+    cell = error_cell(estimates[-1])
+    if not biased:
+        return cell
+    note = "; ".join(filter(None, (cell.note, "the strategy's bias is not in it")))
+    return replace(cell, text=f"noise {cell.text}", note=note)
