@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli.cost_table import print_summary
+from equaltime.cost.report.looks import looks
 from equaltime.cost.report.sentences import facts
+from equaltime.cost.report.tables import check_table, point_table
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import StrategyResult, Summary
 
@@ -50,6 +52,15 @@ def test_paths_that_are_not_those_of_the_scene_are_said_once(
         said = "errors and times are of paths up to depth 8; the scene asks for all paths"
         assert text.count(said) == times
         assert facts(scene).count(", max_depth 8 (the scene asks for all paths); ") == times
+
+
+def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -> None:
+    (scene,) = summary(tmp_path).scenes
+    styles = looks([one.label for one in scene.strategies], scene.baseline)
+    for table, column in ((check_table("box", scene, styles), 2), (point_table("box", scene, styles), 3)):
+        own = [(row.label, cell.text, cell.note) for row in table.rows for cell in row.cells[column]]
+        assert {label for label, text, _ in own if text.startswith("noise ")} == {"cut"}
+        assert {label for label, _, note in own if note == "the strategy's bias is not in it"} == {"cut"}
 
 
 def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
