@@ -14,10 +14,11 @@ from typing import Any, Literal, Protocol
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits, Look, Looks
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error, load_quantiles, pixel_statistics
+from equaltime.error_estimate import Estimate, load_quantiles, pixel_statistics
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
+from equaltime.unseen import Unseen, stated_error
 
 __all__ = ["PassRenderer", "Passes", "pass_end"]
 
@@ -97,7 +98,7 @@ class Passes:
         clock: Callable[[], float] = time.perf_counter,
         samples: int = 0,
         looks: tuple[Look, ...] = (),
-        hidden: Callable[[PixelStatistics, float], float] | None = None,
+        hidden: Unseen | None = None,
     ) -> None:
         self.limits = limits
         self.stopped_by: StoppedBy | None = None
@@ -118,11 +119,6 @@ class Passes:
         self._looks, self._hidden = Looks(looks), hidden
         self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # what the last look took, or the first is taken to
         self._report = None if progress is None else Reporter(self, progress)
-
-    @property
-    def renderer(self) -> PassRenderer:
-        """Whose passes these are."""
-        return self._renderer
 
     @property
     def looks(self) -> Looks:
@@ -244,7 +240,7 @@ class Passes:
         if limits.error is not None:
             self._looks.aim(limits.error)
             due = self.samples >= self._looks.next and self.has_time_for(self._looking)
-            if self._looks.met or (due and self._looks.look(self._error, self.samples, limits.error)):
+            if self._looks.met or (due and self._looks.look(self._look, self.samples, limits.error)):
                 return "error"
         if limits.spp is not None and self.samples >= limits.spp:
             return "spp"
@@ -254,9 +250,13 @@ class Passes:
         """Tell whether what is expected to take so many seconds, between two passes, will end before the time limit."""
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
-    def _error(self, level: float) -> Estimate:
+    def error(self, level: float = 0.95) -> Estimate:
+        """Return the error that the render states of what is done so far."""
+        return stated_error(pixel_statistics(self._renderer.moments), self._hidden, level)
+
+    def _look(self, level: float) -> Estimate:
         begin = self.seconds
-        error = image_error(pixel_statistics(self._renderer.moments), level, self._hidden)
+        error = self.error(level)
         self._looking = self.seconds - begin
         return error
 

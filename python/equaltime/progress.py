@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from equaltime.error_estimate import Estimate, image_error, pixel_statistics
+from equaltime.error_estimate import Estimate
 
 if TYPE_CHECKING:
     from equaltime.passes import Passes
@@ -61,7 +61,7 @@ class Reporter:
         """Report the end of a pass, with a new error if that is cheap by now."""
         begin = self._passes.seconds
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
-            self._error = image_error(pixel_statistics(self._passes.renderer.moments))
+            self._error = self._passes.error()
             self._estimated_at = self._passes.samples
             self._last_estimate = self._passes.seconds - begin
             self._estimating += self._last_estimate

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from equaltime import images, preview
 from equaltime.budget import Look
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error, standard_error
+from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.images import Window
 from equaltime.stated import paths_up_to, stated
-from equaltime.unseen import Unseen
+from equaltime.unseen import Unseen, stated_error
 
 __all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result", "uninterrupted"]
 
@@ -237,7 +237,7 @@ def make_result(
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
     errors = standard_error(pixels)
-    error = image_error(pixels, hidden=hidden).with_bias(bias)
+    error = stated_error(pixels, hidden).with_bias(bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
-from equaltime.error_estimate import Estimate, image_error, pixel_statistics
+from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
 from equaltime.interrupts import held_back, put_off
@@ -27,7 +27,7 @@ from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.saving import Saving
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
-from equaltime.unseen import Unseen
+from equaltime.unseen import Unseen, stated_error
 
 __all__ = ["Session", "Traps", "origin_of"]
 
@@ -141,8 +141,7 @@ class Session:
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
-        hidden = self._unseen.lasting if lasting else self._unseen
-        return image_error(pixel_statistics(self._renderer.moments), hidden=hidden)
+        return stated_error(pixel_statistics(self._renderer.moments), self._unseen, lasting=lasting)
 
     def probe(self, samples: int, draws: int) -> Probe:
         """Return a probe of what is done so far, of a render that is to have so many samples a pixel."""

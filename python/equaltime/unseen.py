@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.error_estimate import PixelStatistics
+from equaltime.error_estimate import Estimate, PixelStatistics, image_error
 from equaltime.film import box_sum, unshadowed
 from equaltime.lamps import Lamps
 from equaltime.neighbourhoods import RADIUS, window_around
 
-__all__ = ["Unseen"]
+__all__ = ["Unseen", "stated_error"]
 
 Floats = NDArray[np.float64]
 
@@ -131,6 +131,17 @@ class Unseen:
         if unknown.size:
             self._known.reshape(-1, 3)[unknown] = self._possible(unknown)
         return np.where(asked[..., None], np.nan_to_num(self._known), 0.0)
+
+
+def stated_error(
+    pixels: PixelStatistics, unseen: Unseen | None = None, level: float = 0.95, lasting: bool = False
+) -> Estimate:
+    """Return the error that a render states of itself: in its result, at its looks, in its progress and in records.
+
+    With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`).
+    """
+    hidden = unseen.lasting if unseen is not None and lasting else unseen
+    return image_error(pixels, level, hidden)
 
 
 def _around(values: NDArray[Any]) -> Floats:

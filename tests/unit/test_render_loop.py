@@ -4,13 +4,15 @@ from collections.abc import Iterator
 from itertools import islice, pairwise, takewhile
 from typing import Any
 
+import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from equaltime.budget import Limits
-from equaltime.error_estimate import image_error, pixel_statistics
+from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
 from equaltime.passes import Passes, pass_end
 from equaltime.progress import Progress
+from equaltime.unseen import Unseen, stated_error
 
 from .fake_renderer import PIXELS, FakeRenderer
 
@@ -158,6 +160,22 @@ def test_progress_shows_the_error_so_far() -> None:
     run(FakeRenderer(), spp=64, progress=seen.append)
     assert seen[0].error is not None
     assert seen[0].error.known
+
+
+class Hiding(Unseen):
+    """A part of error² that no sample has seen."""
+
+    def __call__(self, pixels: PixelStatistics, level: float) -> float:
+        return 9.0
+
+
+def test_progress_shows_the_error_that_the_render_states() -> None:
+    seen: list[Progress] = []
+    hiding = Hiding(lambda pixels: np.zeros((len(pixels), 3)))
+    run(renderer := FakeRenderer(), spp=64, progress=seen.append, hidden=hiding)
+    pixels, shown = pixel_statistics(renderer.moments), seen[0].error
+    assert shown == stated_error(pixels, hiding)
+    assert shown.high > 3.0 > image_error(pixels).high
 
 
 def test_a_progress_callback_can_stop_the_render() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import equaltime as et
 from equaltime.cost import runner, single_run
 from equaltime.cost.analysis import summarise
 from equaltime.cost.core_subject import CoreSubject
@@ -19,10 +20,12 @@ from equaltime.cost.record import load
 from equaltime.cost.reference import REFERENCE_STRATEGY
 from equaltime.cost.runner import RunProgress, run
 from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.error_estimate import pixel_statistics
 from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
 from equaltime.scene import Scene
 from equaltime.scene import load as load_scene
 from equaltime.strategy import Strategy
+from equaltime.unseen import stated_error
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -105,6 +108,34 @@ def test_the_image_of_a_run_is_that_of_its_last_checkpoint(folder: Path) -> None
             *_, last = subject.run(row.seed, (row.spp,))
             assert image.dtype == np.float32
             np.testing.assert_array_equal(image, last.image)
+
+
+def lamp_in_sight() -> dict[str, object]:
+    """Return a lamp that fills a ten-thousandth of a pixel, over a floor that it lights."""
+    look = {"origin": [0.0, 1.0, 4.0], "target": [0.0, 0.6, 0.0], "up": [0, 1, 0]}
+    film = {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"}}
+    lying = [{"rotate": {"axis": [1, 0, 0], "angle": -90}}, {"scale": 4}]
+    lamp = {"type": "sphere", "center": [0.1, 1.1, 0.0], "radius": 0.002}
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 3},
+        "sensor": {"type": "perspective", "fov": 40, "to_world": [{"look_at": look}], "film": film},
+        "floor": {"type": "rectangle", "to_world": lying, "bsdf": {"type": "diffuse", "reflectance": 0.5}},
+        "lamp": {**lamp, "emitter": {"type": "area", "radiance": 1e5}},
+    }
+
+
+def test_a_record_states_the_error_that_a_render_states() -> None:
+    scene = et.load_dict(lamp_in_sight())
+    subject = CoreSubject("x", Strategy())
+    subject.prepare(scene, 1)
+    for seed, spp in ((1, 8), (2, 24)):
+        *_, point = subject.run(seed, (2, spp))
+        rendered = et.render(scene, spp=spp, seed=seed, threads=1)
+        assert rendered.moments is not None
+        seen = stated_error(pixel_statistics(rendered.moments))
+        assert point.estimate == rendered.error
+        assert rendered.error.high > 1.5 * seen.high, "what is hidden makes much of the limit"
 
 
 def test_the_provenance_names_machine_build_references_and_sessions(folder: Path) -> None:

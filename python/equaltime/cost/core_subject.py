@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from equaltime.core_renderer import bad_sample, make_renderer
+from equaltime.core_renderer import bad_sample, core_settings, make_renderer
 from equaltime.cost.subject import Checkpoint, RendererKind
-from equaltime.error_estimate import image_error, pixel_statistics
+from equaltime.error_estimate import pixel_statistics
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
+from equaltime.unseen import Unseen, stated_error
 
 __all__ = ["CoreSubject"]
 
@@ -53,7 +54,9 @@ class CoreSubject:
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
         """Bring one image to each count of ``ladder``; raises `NonFiniteSample` if a sample was not a number."""
         assert self._scene is not None, "prepare comes first"
-        renderer = make_renderer(self._scene, self.strategy, seed, self._threads)
+        scene, threads = self._scene, self._threads
+        renderer = make_renderer(scene, self.strategy, seed, threads)
+        unseen = Unseen.of(scene.core, core_settings(scene, self.strategy), seed, threads)
         wall = cpu = 0.0
         for spp in ladder:
             wall_before, cpu_before = time.perf_counter(), time.process_time()
@@ -61,7 +64,7 @@ class CoreSubject:
             cpu += time.process_time() - cpu_before
             wall += time.perf_counter() - wall_before
             if renderer.nonfinite:
-                raise bad_sample(self._scene, self.strategy, seed, renderer)
+                raise bad_sample(scene, self.strategy, seed, renderer)
             pixels = pixel_statistics(renderer.moments)
             counters = renderer.counters
             yield Checkpoint(
@@ -69,7 +72,7 @@ class CoreSubject:
                 wall_s=wall,
                 cpu_s=cpu,
                 image=pixels.mean.astype(np.float32),
-                estimate=image_error(pixels),
+                estimate=stated_error(pixels, unseen),
                 paths=counters["paths"],
                 rays=counters["rays"],
                 shadow_rays=counters["shadow_rays"],
