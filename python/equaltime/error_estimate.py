@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ from equaltime.film import error_contributions, join_replicates, standard_errors
 from equaltime.tails import tail_of_one
 
 __all__ = [
+    "UNKNOWN",
     "Estimate",
     "PixelStatistics",
     "Unit",
@@ -58,14 +59,15 @@ _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its 95 % interval; ``inf`` where nothing can be known."""
+    """A number with its 95 % interval."""
 
     value: float
+    """NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
     low: float
     high: float
     doubt: str = ""
     """Why the upper limit cannot be trusted; empty where it can (`equaltime.tails`)."""
-    unit: Unit = field(default="%", compare=False)
+    unit: Unit = "%"
     """In which it is printed: a fraction as per cent, or seconds, samples per pixel, bytes as megabytes."""
 
     @property
@@ -88,25 +90,33 @@ class Estimate:
         return replace(self, value=value, low=low, high=high)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the numbers for JSON, which has no infinity: unknown is ``None``; and the doubt, if there is one."""
+        """Return the numbers for JSON, with the unit, and the doubt if there is one.
+
+        JSON has no infinity. A limit that is None is none. A value that is None is unknown, or infinite where ``never``
+        stands beside it.
+        """
         numbers = {"value": self.value, "low": self.low, "high": self.high}
-        known = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
-        return known | ({"doubt": self.doubt} if self.doubt else {})
+        found: dict[str, Any] = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
+        never = {"never": True} if math.isinf(self.value) else {}
+        return found | never | ({"doubt": self.doubt} if self.doubt else {}) | {"unit": self.unit}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
-        """Return what `as_dict` made these data of."""
-        value, low, high = (math.inf if data[key] is None else float(data[key]) for key in ("value", "low", "high"))
-        return cls(value, low, high, data.get("doubt", ""))
+        """Return what `as_dict` made these data of; data without a unit are of a time when all were errors."""
+        never = bool(data.get("never"))
+        none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
+        value, low, high = (other if data[key] is None else float(data[key]) for key, other in none.items())
+        return cls(value, low, high, data.get("doubt") or "", data.get("unit", "%"))
 
     def __str__(self) -> str:
         if not self.known:
-            return "unknown"
+            return "never" if math.isinf(self.value) else "unknown"
         value, low, high = (f"{_SCALES[self.unit] * number:.3g}" for number in (self.value, self.low, self.high))
         return f"{value} {self.unit} [{low}, {high if math.isfinite(self.high) else 'unknown'}]"
 
 
-UNKNOWN = Estimate(math.inf, 0.0, math.inf)
+UNKNOWN = Estimate(math.nan, 0.0, math.inf)
+"""An error of which nothing is known, but that no error is below 0."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +176,7 @@ def image_error(
     reference. Few effective contributions call for Student's t. The doubt is no matter of chance: it does not grow with
     the level, and differs for both sides, since a reference that leans to the dark overestimates more than it misses.
 
-    Unknown (value and upper limit ``inf``) while a pixel has samples in fewer than two replicates. A black image has
+    Unknown (`UNKNOWN`) while a pixel has samples in fewer than two replicates. A black image has
     value 0 and the upper limit ``inf``: nothing was seen, so nothing is known; or 0 if nothing can be hidden. Light
     paths that no sample has found yet are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`)
     tells what part of error² black pixels and small lamps may hide at a level, which widens the upper limit. Where

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
 from equaltime.result import StoppedBy
 from equaltime.scene.known import shortened
@@ -53,6 +54,7 @@ class _Interval(_Facts):
     low: float | None
     high: float | None
     doubt: str = ""
+    unit: Unit = "%"
 
 
 class _Record(_Facts):

@@ -43,7 +43,7 @@ def test_it_is_the_upper_limit_that_counts() -> None:
 
 def test_an_unknown_error_is_looked_at_again_and_not_taken_for_none() -> None:
     looks = Looks()
-    assert not looks.look(lambda _: Estimate(math.inf, 0.0, math.inf), looks.next, 0.1)
+    assert not looks.look(lambda _: Estimate(math.nan, 0.0, math.inf), looks.next, 0.1)
     assert FIRST_LOOK < looks.next <= 2 * FIRST_LOOK
 
 

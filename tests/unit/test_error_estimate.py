@@ -3,15 +3,27 @@
 Simulations have fixed seeds; a z-test here rejects beyond 4.4 standard errors (false alarms: 1e-5 each).
 """
 
+import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error, pixel_statistics, standard_error
+from equaltime.cost.statistics import UNKNOWN as NO_INTERVAL
+from equaltime.cost.statistics import Interval
+from equaltime.error_estimate import (
+    UNKNOWN,
+    Estimate,
+    PixelStatistics,
+    Unit,
+    image_error,
+    pixel_statistics,
+    standard_error,
+)
 
 MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
 Z_LIMIT = 4.4
@@ -101,7 +113,9 @@ def test_a_bright_pixel_does_not_spoil_the_standard_error_of_dark_ones_beyond_it
 
 def test_nothing_is_known_after_one_sample() -> None:
     pixels = pixel_statistics(replicates(np.ones((2, 4, 4, 3)), np.array([1, 0])[:, None, None]))
-    assert image_error(pixels) == Estimate(math.inf, 0.0, math.inf)
+    found = image_error(pixels)
+    assert math.isnan(found.value)
+    assert (found.low, found.high) == (0.0, math.inf)
     assert np.isinf(standard_error(pixels)).all()
     assert str(image_error(pixels)) == "unknown"
 
@@ -225,7 +239,33 @@ def test_an_estimate_reads_as_per_cent() -> None:
 
 
 def test_unknown_numbers_are_null_in_json() -> None:
-    assert Estimate(math.inf, 0.0, math.inf).as_dict() == {"value": None, "low": 0.0, "high": None}
+    assert Estimate(math.nan, 0.0, math.inf).as_dict() == {"value": None, "low": 0.0, "high": None, "unit": "%"}
+
+
+@pytest.mark.parametrize("unknown", [UNKNOWN, NO_INTERVAL])
+def test_what_is_unknown_is_so_everywhere_and_is_not_what_never_comes(unknown: Estimate | Interval) -> None:
+    assert math.isnan(unknown.value)
+    assert not unknown.known
+    never = Estimate(math.inf, 900.0, math.inf, unit="s")
+    assert (str(never), str(UNKNOWN)) == ("never", "unknown")
+    assert Estimate.from_dict(json.loads(json.dumps(never.as_dict()))) == never
+
+
+@pytest.mark.parametrize("unit", ["%", "s", "spp", "MB"])
+def test_an_estimate_comes_back_from_json_with_its_unit(unit: Unit) -> None:
+    for said in (Estimate(3.0, 2.5, math.inf, unit=unit), Estimate(3.0, 2.5, 3.5, "heavy tail", unit)):
+        back = Estimate.from_dict(json.loads(json.dumps(said.as_dict())))
+        assert back == said
+        assert str(back) == str(said)
+    unknown = Estimate.from_dict(json.loads(json.dumps(replace(UNKNOWN, unit=unit).as_dict())))
+    assert math.isnan(unknown.value)
+    assert (unknown.low, unknown.high, unknown.unit) == (0.0, math.inf, unit)
+
+
+def test_a_second_is_not_a_hundred_per_cent() -> None:
+    assert Estimate(1.0, 1.0, 1.0, unit="s") != Estimate(1.0, 1.0, 1.0, unit="%")
+    old = {"value": 0.02, "low": 0.01, "high": None}
+    assert Estimate.from_dict(old) == Estimate(0.02, 0.01, math.inf), "files from before had no units, and errors alone"
 
 
 def test_a_limit_beyond_all_numbers_is_unknown() -> None:

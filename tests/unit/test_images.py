@@ -58,10 +58,10 @@ def test_a_crop_keeps_its_place_in_the_film(result: Result, tmp_path: Path) -> N
 
 
 def test_an_unknown_error_survives_the_file(result: Result, tmp_path: Path) -> None:
-    unknown = replace(result, error=Estimate(np.inf, 0.0, np.inf), standard_error=np.full_like(result.image, np.inf))
+    unknown = replace(result, error=Estimate(np.nan, 0.0, np.inf), standard_error=np.full_like(result.image, np.inf))
     unknown.save(tmp_path / "out.exr")
     picture = images.read(tmp_path / "out.exr")
-    assert picture.record["error"] == {"value": None, "low": 0.0, "high": None}
+    assert picture.record["error"] == {"value": None, "low": 0.0, "high": None, "unit": "%"}
     assert np.isinf(picture.standard_error).all()  # type: ignore[arg-type]
 
 

@@ -72,7 +72,7 @@ def test_a_quote_from_a_heavy_tail_says_so(capsys: pytest.CaptureFixture[str]) -
 
 def test_a_quote_of_a_time_says_the_error() -> None:
     quote = et.quote(et.load(SCENE).with_(size=(48, 48)), time=2.0)
-    assert quote.seconds == Estimate(2.0, 2.0, 2.0)
+    assert quote.seconds == Estimate(2.0, 2.0, 2.0, unit="s")
     assert quote.error.low < quote.error.value < quote.error.high
     assert quote.pilot_seconds < 2.0
 
@@ -85,7 +85,12 @@ def test_an_error_that_is_asked_for_is_not_quoted_to_be_exceeded() -> None:
 @pytest.mark.parametrize("limit", [{"time": np.float32(0.1)}, {"time": Fraction(1, 10)}, {"error": np.float32(0.2)}])
 def test_quotes_of_any_kind_of_number_are_json(limit: dict[str, Any]) -> None:
     found = et.quote(et.load(SCENE).with_(size=(8, 8)), why=False, **limit)
-    assert json.loads(json.dumps(found.as_dict()))["seconds"]["value"] == pytest.approx(found.seconds.value)
+    data = json.loads(json.dumps(found.as_dict()))
+    for name in ("seconds", "spp", "error", "memory"):
+        said = getattr(found, name)
+        assert Estimate.from_dict(data[name]) == said
+        assert str(Estimate.from_dict(data[name])) == str(said)
+    assert [Estimate.from_dict(price["seconds"]).unit for price in data["prices"]] == ["s"] * len(found.prices)
 
 
 def test_what_is_quoted_is_printed_in_its_own_unit() -> None:

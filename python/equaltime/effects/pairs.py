@@ -128,7 +128,7 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
     """Return what is known of a change where light comes to a picture that is black all over: nothing."""
     if denominator.any() or not moved.any():
         return None
-    return Interval(math.inf, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
+    return Interval(math.nan, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
 
 
 def change_of(squares: Floats) -> Interval:
