@@ -1,8 +1,10 @@
 // Arithmetic on films: moments, the statistics of pixels, and sums over neighbourhoods.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "bindings/bindings.h"
 #include "film/error_parts.h"
@@ -84,19 +86,22 @@ PixelEstimates estimates(const Doubles& mean, const Doubles& variance, const Cou
           static_cast<std::size_t>(samples.shape(1))};
 }
 
-py::tuple parts_of_error(const Doubles& mean, const Doubles& variance, const Counts& samples, double floor) {
-  const PixelEstimates pixels = estimates(mean, variance, samples);
-  Doubles contributions({samples.shape(0), samples.shape(1)});
-  const std::span<double> to(contributions.mutable_data(), static_cast<std::size_t>(contributions.size()));
+py::tuple parts_of_error(const Doubles& mean, const Doubles& variance, const Counts& samples, double floor,
+                         const std::optional<Doubles>& least) {
+  PixelEstimates pixels = estimates(mean, variance, samples);
+  if (least && least->size() != mean.size()) throw std::invalid_argument("the least light is (H, W, 3)");
+  if (least) pixels.least = least->data();
+  Doubles found({py::ssize_t{3}, samples.shape(0), samples.shape(1)});
+  const auto count = static_cast<std::size_t>(samples.size());
+  const std::span<double> to(found.mutable_data(), 3 * count);
   ErrorSums sums;
   {
     const py::gil_scoped_release release;
-    sums = error_parts(pixels, floor, to);
+    sums = error_parts(pixels, floor, {to.first(count), to.subspan(count, count), to.last(count)});
   }
-  const py::dict named("slopes"_a = sums.slopes, "smooth"_a = sums.smooth, "leant"_a = sums.leant,
-                       "locals_squared"_a = sums.locals_squared, "crossed"_a = sums.crossed,
+  const py::dict named("slopes"_a = sums.slopes, "locals_squared"_a = sums.locals_squared, "crossed"_a = sums.crossed,
                        "means_squared"_a = sums.means_squared);
-  return py::make_tuple(contributions, named);
+  return py::make_tuple(found, named);
 }
 
 py::array_t<float> errors_of_pixels(const Doubles& mean, const Doubles& variance, const Counts& samples) {
@@ -123,8 +128,11 @@ void bind_film(py::module_& m) {
   m.def("nearest_mean", &of_neighbourhoods<nearest_mean>, "image"_a,
         "Means over the pixels around each of (H, W, C) without itself (by not a bit), by a Gaussian of 0.8 pixels "
         "within 5x5; 0 for a single pixel.");
-  m.def("error_contributions", &parts_of_error, "mean"_a, "variance"_a, "samples"_a, "floor"_a,
-        "Each pixel's part of error², (H, W), and sums over all pixels (ErrorSums of cpp/film/error_parts.h).");
+  m.def("others_sum", &of_neighbourhoods<others_sum>, "image"_a,
+        "Sums over 7x7 neighbourhoods of (H, W, C) without the pixel itself (by not a bit), zeros outside.");
+  m.def("error_contributions", &parts_of_error, "mean"_a, "variance"_a, "samples"_a, "floor"_a, "least"_a = py::none(),
+        "Each pixel's part of error² by three references (value, lenient, cautious), (3, H, W), and sums over all pixels "
+        "(ErrorContributions and ErrorSums of cpp/film/error_parts.h).");
   m.def("standard_errors", &errors_of_pixels, "mean"_a, "variance"_a, "samples"_a,
         "(H, W, 3) standard errors, their variances pooled over 7x7 neighbourhoods; inf where unknown.");
 }

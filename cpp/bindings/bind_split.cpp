@@ -6,6 +6,7 @@
 
 #include "bindings/bindings.h"
 #include "transport/in_sight.h"
+#include "transport/specular.h"
 #include "transport/split.h"
 #include "transport/unseen.h"
 
@@ -53,11 +54,8 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
   return py::array_t<double>(shape, found.data());
 }
 
-py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points) {
-  const std::map<std::uint32_t, LampsOfPixel> found = [&] {
-    const py::gil_scoped_release release;
-    return lamps_in_sight(scene, settings, seed, points);
-  }();
+/// Pixels, their moments, and of how many points these are made.
+py::tuple arrays_of(const std::map<std::uint32_t, LampsOfPixel>& found) {
   const auto count = static_cast<py::ssize_t>(found.size());
   py::array_t<std::uint32_t> pixels(count), made_of(count);
   py::array_t<double> moments({count, py::ssize_t{2}, py::ssize_t{3}});
@@ -70,6 +68,35 @@ py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t s
     moment_to = std::copy_n(lamps.mean_square, 3, moment_to);
   }
   return py::make_tuple(pixels, moments, made_of);
+}
+
+py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points) {
+  std::map<std::uint32_t, LampsOfPixel> found;
+  {
+    const py::gil_scoped_release release;
+    found = lamps_in_sight(scene, settings, seed, points);
+  }
+  return arrays_of(found);
+}
+
+py::tuple in_mirrors(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
+                   std::uint64_t samples) {
+  std::map<std::uint32_t, LampsOfPixel> found;
+  {
+    const py::gil_scoped_release release;
+    found = mirrored_lamps(scene, settings, {.seed = seed, .threads = threads}, samples);
+  }
+  return arrays_of(found);
+}
+
+py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
+                  std::uint64_t paths) {
+  FocusedLight found;
+  {
+    const py::gil_scoped_release release;
+    found = focused_light(scene, settings, {.seed = seed, .threads = threads}, paths);
+  }
+  return py::make_tuple(found.vertices, found.radiance, found.solid_angle);
 }
 
 }  // namespace
@@ -87,6 +114,12 @@ void bind_split(py::module_& m) {
       "What samples see of lamps themselves, by so many points of them: N pixels (y * width + x of the crop) that see "
       "any, the mean and the mean square of a sample of each, (N, 2, 3), and how many points these are made of. None "
       "are found by cameras other than pinholes and lenses that stand still.");
+  m.def("mirrored_lamps", &in_mirrors, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
+        "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
+        "lamps_in_sight tells it.");
+  m.def("focused_light", &on_specular, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "paths"_a = 1,
+        "(vertices, radiance, solid angle): how many of so many paths meet a specular surface, and the light of emitters "
+        "there (FocusedLight of cpp/transport/specular.h).");
 }
 
 }  // namespace equaltime

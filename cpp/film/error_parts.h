@@ -14,21 +14,27 @@ struct PixelEstimates {
   const double *mean, *variance;
   const std::int64_t* samples;
   std::size_t height, width;
+  const double* least = nullptr;  ///< light that each pixel's mean surely has, or null: no reference is below it
 };
 
 /// Sums over all pixels and channels.
 struct ErrorSums {
-  double slopes = 0;  ///< of -1/(2R) times the derivative of a contribution by its reference R
-  double smooth = 0;  ///< of contributions that are noise, weighed by the share of the local mean in R
-  double leant = 0;   ///< of how far a contribution moves as R leans
+  double slopes = 0;  ///< of -1/2 times the derivative of the value's contributions by `floor`
   /// Of products of the noise that reaches contributions by the local means around a pixel, and by the whole mean.
   double locals_squared = 0, crossed = 0, means_squared = 0;
 
   void add(const ErrorSums& other) noexcept;
 };
 
-/// Fills each pixel's part of error², (height, width). Every variance is known; `floor` is (0.1 m)².
-[[nodiscard]] ErrorSums error_parts(const PixelEstimates& pixels, double floor, std::span<double> contributions);
+/// Each pixel's part of error², (height, width), by three references.
+struct ErrorContributions {
+  std::span<double> value;     ///< by a weighted geometric mean of the other two denominators
+  std::span<double> lenient;   ///< by a reference that the pixel itself has a part in, and may make too bright
+  std::span<double> cautious;  ///< by one that leaves the pixel out, but for the darker of its replicates
+};
+
+/// Fills the contributions. Every variance is known; `floor` is (0.1 m)².
+[[nodiscard]] ErrorSums error_parts(const PixelEstimates& pixels, double floor, const ErrorContributions& contributions);
 
 /// Fills the standard errors, (height, width, 3): of the variance of one sample, averaged over the pixels of the 7x7
 /// neighbourhood where it is known, and divided by the pixel's own samples. Infinite where the pixel's is unknown.

@@ -67,15 +67,20 @@ class Rows {
   std::vector<double> outside_;
 };
 
-double seven(double a, double b, double c, double d, double e, double f, double g) noexcept {
-  return ((a + b) + (c + d)) + (e + f) + g;
+double six(double a, double b, double c, double d, double e, double f) noexcept {
+  return ((a + b) + (c + d)) + (e + f);
 }
+
+double seven(double a, double b, double c, double d, double e, double f, double g) noexcept {
+  return six(a, b, c, d, e, f) + g;
+}
+
+constexpr std::size_t kRadius = 3;
 
 }  // namespace
 
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums) {
-  constexpr std::size_t kRadius = 3;
   const std::size_t row = width * channels, margin = kRadius * channels;
   const Rows at(image, height, row);
   std::vector<double> padded(row + 2 * margin);
@@ -88,6 +93,24 @@ void box_sum(std::span<const double> image, std::size_t height, std::size_t widt
     const std::size_t c = channels;
     for (std::size_t i = 0; i < row; ++i, ++p)
       to[i] = seven(p[0], p[c], p[2 * c], p[3 * c], p[4 * c], p[5 * c], p[6 * c]);
+  }
+}
+
+void others_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+                std::span<double> sums) {
+  const std::size_t row = width * channels, margin = kRadius * channels;
+  const Rows at(image, height, row);
+  std::vector<double> padded(row + 2 * margin);
+  for (std::size_t y = 0; y < height; ++y) {
+    const double* const r[] = {at(y, -3), at(y, -2), at(y, -1), at(y, 0), at(y, 1), at(y, 2), at(y, 3)};
+    double* to = sums.data() + y * row;
+    for (std::size_t i = 0; i < row; ++i) {
+      to[i] = six(r[0][i], r[1][i], r[2][i], r[4][i], r[5][i], r[6][i]);
+      padded[margin + i] = to[i] + r[3][i];
+    }
+    const double* p = padded.data();
+    const std::size_t c = channels;
+    for (std::size_t i = 0; i < row; ++i, ++p) to[i] += six(p[0], p[c], p[2 * c], p[4 * c], p[5 * c], p[6 * c]);
   }
 }
 

@@ -29,6 +29,10 @@ void sample_deviation(const PixelMoments* first, std::size_t replicates, std::si
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums);
 
+/// The sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends; zeros outside.
+void others_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
+                std::span<double> sums);
+
 /// The mean over the 5x5 around every pixel without the pixel itself, of which not a bit depends on it; the nearer ones
 /// count by more, by a Gaussian of 0.8 pixels. What lies outside the image has no part in it; 0 for a single pixel.
 void nearest_mean(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,

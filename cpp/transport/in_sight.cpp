@@ -84,20 +84,13 @@ void add(const Scene& scene, const Sight& sight, double share, std::map<std::uin
   const auto last = [&](double at, std::uint32_t from, std::uint32_t size) {
     return static_cast<std::int64_t>(std::min(std::floor(at + radius - 0.5) - from, size - 1.0));
   };
-  const float channels[3] = {sight.radiance.r, sight.radiance.g, sight.radiance.b};
   for (std::int64_t row = first(y, film.crop_y); row <= last(y, film.crop_y, film.crop_height); ++row)
     for (std::int64_t column = first(x, film.crop_x); column <= last(x, film.crop_x, film.crop_width); ++column) {
       const auto [density, weight] = scene.filter.drawn(x - (static_cast<double>(column) + film.crop_x + 0.5),
                                                         y - (static_cast<double>(row) + film.crop_y + 0.5));
       if (!(density > 0)) continue;
       const double times = share * density / (solid_angle * static_cast<double>(sight.pdf));
-      LampsOfPixel& pixel = found[static_cast<std::uint32_t>(row * film.crop_width + column)];
-      ++pixel.points;
-      for (int c = 0; c < 3; ++c) {
-        const double value = static_cast<double>(channels[c]) * scale * weight;
-        pixel.mean[c] += times * value;
-        pixel.mean_square[c] += times * value * value;
-      }
+      found[static_cast<std::uint32_t>(row * film.crop_width + column)].add(sight.radiance, scale * weight, times);
     }
 }
 

@@ -13,6 +13,17 @@ namespace equaltime {
 struct LampsOfPixel {
   double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
   std::uint32_t points = 0;                  // of lamps, of which these are made
+
+  /// One more point, whose radiance in the user's units is `scale` times L, with its share in the means.
+  void add(const Spectrum& L, double scale, double share) noexcept {
+    ++points;
+    const float channels[3] = {L.r, L.g, L.b};
+    for (int c = 0; c < 3; ++c) {
+      const double value = static_cast<double>(channels[c]) * scale;
+      mean[c] += share * value;
+      mean_square[c] += share * value * value;
+    }
+  }
 };
 
 /// By points that are drawn on lamps, and looked at by the rays that pinholes and lenses would send there: pixels

@@ -5,9 +5,12 @@ their means is an honest measure of the error of the image under any sampler; th
 is not (low-discrepancy points are correlated on purpose), and is not used here.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
-the pixel, ``R`` the 7x7 local mean of the image (which gives way to the pixel itself where the picture has structure,
-see ``Reference`` in cpp/film/error_parts.cpp) and ``m`` the mean of the image. All arrays are float64 here, indexed
-``[y, x, channel]``, in the units of the image.
+the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
+own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once: by its own
+mean it would excuse itself. So there are three references, all of them between the pixel and its 7x7 local mean
+(cpp/film/error_parts.cpp): a lenient one with the pixel, for the lower limit; a cautious one without it, for the upper
+limit; and a weighted geometric mean of both denominators, for the value. None is below the light of lamps that are
+known to be in the pixel. All arrays are float64 here, indexed ``[y, x, channel]``, in the units of the image.
 """
 
 from __future__ import annotations
@@ -22,15 +25,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film import error_contributions, join_replicates, standard_errors
-from equaltime.tails import tail_of_one
 
 __all__ = [
     "UNKNOWN",
+    "ErrorParts",
     "Estimate",
     "PixelStatistics",
     "Unit",
     "error_parts",
-    "expected_width",
+    "expected_half_width",
     "image_error",
     "load_quantiles",
     "pixel_statistics",
@@ -39,14 +42,8 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-# What making the reference R from the noisy image itself does to the error, as standard deviations of its logarithm,
-# measured against converged images of 16x16 to 96x96 pixels, for how far the error may lie above and below the
-# estimate: of how far it moves as R leans all the way from a pixel's mean to the darker of its replicates (above only
-# where few pixels make the noise, which is skewed then); times the noise, where R is all the local mean; times both,
-# which are large together in the first samples; and at least.
-_LEANING_ABOVE, _LEANING_BELOW = 0.35, 0.25
-_SMOOTH_ABOVE, _SMOOTH_BELOW = 0.2, 0.15
-_BOTH_ABOVE, _LEAST_DOUBT = 0.65, 0.01
+_LEAST_DOUBT = 0.01
+"""Standard deviation of the logarithm of an error, at least: references are made of the noisy image itself."""
 _Z95 = 1.960
 _MANY = 300.0
 # The logarithm of an upper limit over its estimate, beyond which it says nothing, and soon is more than float64 holds.
@@ -166,24 +163,30 @@ def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
 
 
 def image_error(
-    pixels: PixelStatistics, level: float = 0.95, hidden: Callable[[PixelStatistics, float], float] | None = None
+    pixels: PixelStatistics,
+    level: float = 0.95,
+    hidden: Callable[[PixelStatistics, float], float] | None = None,
+    least: Floats | None = None,
 ) -> Estimate:
     """Estimate the error of the image by the definition at the top of this file.
 
-    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``). It
-    is formed on the logarithm from the variance of the estimate, that of the realised error (the square of a Gaussian
-    varies by twice its mean's square, and no less than its estimate from two replicates does), and the doubt about the
-    reference. Few effective contributions call for Student's t. The doubt is no matter of chance: it does not grow with
-    the level, and differs for both sides, since a reference that leans to the dark overestimates more than it misses.
+    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
+    Each limit is formed on the logarithm, around the error by its own reference, from the variance of the estimate and
+    that of the realised error (the square of a Gaussian varies by twice its mean's square, and no less than its
+    estimate from two replicates does). Few effective contributions call for Student's t.
 
-    Unknown (`UNKNOWN`) while a pixel has samples in fewer than two replicates. A black image has
-    value 0 and the upper limit ``inf``: nothing was seen, so nothing is known; or 0 if nothing can be hidden. Light
-    paths that no sample has found yet are beyond any estimate made from the samples: ``hidden`` (`equaltime.unseen`)
-    tells what part of error² black pixels and small lamps may hide at a level, which widens the upper limit. Where
-    single pixels make much of the error, so that what was not seen may make more, the estimate says so: its upper limit
-    is in doubt.
+    Unknown (`UNKNOWN`) while a pixel has samples in fewer than two replicates. A black image has value 0 and the upper
+    limit ``inf``: nothing was seen, so nothing is known; or 0 if nothing can be hidden.
+
+    Parameters
+    ----------
+    hidden
+        Tells at a level what part of error² no sample has found: what black pixels and small lamps may hide
+        (`equaltime.unseen`). The upper limit is wider by that.
+    least
+        (H, W, 3): light that is surely in a pixel's mean; no reference is below it.
     """
-    seen = _seen_error(pixels, level)
+    seen = _seen_error(pixels, level, least)
     if hidden is None or not seen.known:
         return seen
     missed = math.sqrt(hidden(pixels, level))
@@ -192,54 +195,49 @@ def image_error(
     return replace(seen, high=math.hypot(seen.high, missed))
 
 
-def _seen_error(pixels: PixelStatistics, level: float) -> Estimate:
+def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> Estimate:
     """Return the error by what samples have seen."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
         return UNKNOWN
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf)
-    contributions, moved, leant, smooth = error_parts(pixels, m)
-    square = float(contributions.mean())
-    if square == 0.0:
+    parts = error_parts(pixels, m, least)
+    value, low, high = (math.sqrt(float(part.mean())) for part in (parts.value, parts.lenient, parts.cautious))
+    if value == 0.0:
         return Estimate(0.0, 0.0, 0.0)
-    spread = _spread(contributions, pixels.degrees)
-    realised = max(spread, _of_gaussians(pixels.degrees) * float(np.square(contributions).mean()))
-    estimated, realised = (v / (contributions.size * square**2) for v in (spread + moved, realised))
-    value = math.sqrt(square)
-    effective = min(contributions.size * pixels.degrees, 2.0 / estimated)
-    tail = tail_of_one(contributions)
+    moved = parts.moved / (parts.value.size * value**4)
+    down, up = (_half_width(part, moved, pixels.degrees, level) for part in (parts.lenient, parts.cautious))
+    return Estimate(value, low * math.exp(-down), high * math.exp(up) if up < _MOST_KNOWN else math.inf)
+
+
+def _half_width(contributions: Floats, moved: float, degrees: float, level: float) -> float:
+    """Return half the interval of the logarithm of the error that these contributions make, at a level.
+
+    Infinite where they are too few. ``moved`` is what the noise of references adds to the variance of error², relative
+    to its square.
+    """
+    square = float(contributions.mean())
+    spread = _spread(contributions, degrees)
+    realised = max(spread, _of_gaussians(degrees) * float(np.square(contributions).mean()))
+    estimated, realised = (v / (contributions.size * square**2) for v in (spread, realised))
+    estimated += moved
+    effective = min(contributions.size * degrees, 2.0 / estimated)
     if effective < 1.0:
-        return Estimate(value, 0.0, math.inf, tail.doubt)
-    deviation = 0.5 * math.sqrt(estimated + realised)
-    chance = _quantile(level, effective) * deviation
-    above, below = _doubts(deviation, contributions.size, leant, smooth)
-    down, up = math.hypot(chance, _Z95 * below), math.hypot(chance, _Z95 * above)
-    high = value * math.exp(up) if up < _MOST_KNOWN else math.inf
-    return Estimate(value, value * math.exp(-down), high, tail.doubt)
+        return math.inf
+    return math.hypot(_quantile(level, effective) * 0.5 * math.sqrt(estimated + realised), _Z95 * _LEAST_DOUBT)
 
 
-def expected_width(squares: float, pixels: int, degrees: float, leant: float, smooth: float) -> float:
-    """Return the logarithm of the upper limit over the error, at 95 %, that `image_error` will find.
+def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
+    """Return half the interval of the logarithm of an error at 95 %, as `image_error` will find it.
 
     Parameters
     ----------
     squares
         Mean of the squares of pixels' contributions, over the square of their mean.
-    leant, smooth
-        Of `error_parts`.
     """
     deviation = 0.5 * math.sqrt(2.0 * _of_gaussians(degrees) * squares / pixels)
-    return _Z95 * math.hypot(deviation, _doubts(deviation, pixels, leant, smooth)[0])
-
-
-def _doubts(deviation: float, pixels: int, leant: float, smooth: float) -> tuple[float, float]:
-    """Return what the reference leaves to the logarithm of the error, above and below, as standard deviations."""
-    # of even noise in two replicates, the deviation is one over the root of the number of pixels
-    skewed = min(max(0.5 * (deviation * math.sqrt(pixels) - 1.0), 0.0), 1.0)
-    both = _BOTH_ABOVE * leant * smooth
-    above = math.hypot(_LEANING_ABOVE * leant * skewed, _SMOOTH_ABOVE * smooth, both, _LEAST_DOUBT)
-    return above, math.hypot(_LEANING_BELOW * leant, _SMOOTH_BELOW * smooth, _LEAST_DOUBT)
+    return _Z95 * math.hypot(deviation, _LEAST_DOUBT)
 
 
 def _of_gaussians(degrees: float) -> float:
@@ -261,20 +259,28 @@ def load_quantiles() -> None:
     import scipy.special  # noqa: F401
 
 
-def error_parts(pixels: PixelStatistics, m: float) -> tuple[Floats, float, float, float]:
-    """Return each pixel's part of error², (H, W), and three things about the denominators.
+@dataclass(frozen=True)
+class ErrorParts:
+    """Each pixel's part of error², (H, W), by three references."""
 
-    The first is the variance per pixel that their noise adds. By the delta method: pixel j moves the local means around
+    value: Floats
+    lenient: Floats
+    cautious: Floats
+    moved: float
+    """Variance per pixel that the noise of references adds to ``value``."""
+
+
+def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
+    """Return each pixel's part of error²; ``m`` is the mean of the image, ``least`` as `image_error` takes it.
+
+    The variance that the noise of references adds is found by the delta method: pixel j moves the local means around
     it, and m, by its own noise; all contributions there share that. Both derivatives have one sign, so the parts add up
-    in absolute value. The others are how far R's lean moves the logarithm of the error, and the share of the error,
-    weighed by the noise, where R is the local mean.
+    in absolute value.
     """
-    contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2)
+    contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size
     by_means = 2.0 * influence * sums["crossed"] + influence**2 * sums["means_squared"]
-    moved = (sums["locals_squared"] + by_means) / contributions.size
-    whole = max(3.0 * float(contributions.sum()), np.finfo(np.float64).tiny)
-    return contributions, moved, sums["leant"] / whole, sums["smooth"] / whole
+    return ErrorParts(*contributions, moved=(sums["locals_squared"] + by_means) / pixels.samples.size)
 
 
 def _spread(contributions: Floats, degrees: float) -> float:

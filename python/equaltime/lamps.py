@@ -1,5 +1,8 @@
 """Lamps that are in sight but smaller than a pixel: what a render lacks whose samples have not met them.
 
+In sight are lamps that the camera sees, and those that it sees in mirrors and through glass, which chains of specular
+vertices find from the camera's side.
+
 A lamp that fills a thousandth of a pixel is met by one sample of a thousand. Until then the pixel's samples agree that
 it is dark, and with low-discrepancy samples both replicates soon agree again, that each has met it once: either way its
 variance seems to be nothing. But lamps know where they are. Points of them, seen through the film from their side, say
@@ -31,13 +34,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics
-from equaltime.film import error_contributions, lamps_in_sight
+from equaltime.film import error_contributions, lamps_in_sight, mirrored_lamps
 
 __all__ = ["Lamps"]
 
 Floats = NDArray[np.float64]
 
 _POINTS = 4096
+_CHAINS = 2**17
+"""Specular chains that look for lamps in mirrors, a tenth of a second of one core; or one a pixel of a large image."""
 _LARGEST = 0.25
 """Share of a pixel: what fills more is met by the first samples."""
 _SURELY = 3.0
@@ -48,6 +53,8 @@ _ROUNDING = 0.05
 """Of the light that meetings make, at most: what is known of it comes from few points."""
 _RARE = 0.025
 """Chance of what an upper limit need not hold."""
+_DOUBTED = 2.0
+"""Standard deviations of the light that chains found, which is surely there only beyond that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,22 +67,42 @@ class Lamps:
     """(N, 3): what lamps add to the mean of each, in the units of the image."""
     share: Floats
     """(N,): of the samples of each, those that meet one."""
+    surely: Floats
+    """(N, 3): the part of ``light`` that is certain, however few points or chains found it."""
 
     @classmethod
-    def of(cls, scene: Any, settings: Any, seed: int) -> Lamps:
-        """Return those of the core's scene."""
-        pixels, moments, points = lamps_in_sight(scene, settings, seed, _POINTS)
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
+        """Return those of the core's scene; in mirrors too, if there are specular surfaces that send light on."""
+        found = [lamps_in_sight(scene, settings, seed, _POINTS)]
+        if mirrors:
+            found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
+        certain = (np.ones(len(found[0][0])), *(np.maximum(1.0 - _DOUBTED / np.sqrt(n), 0.0) for _, _, n in found[1:]))
+        where = np.concatenate([pixels for pixels, _, _ in found]).astype(np.intp)
+        pixels, each = np.unique(where, return_inverse=True)
+        points = np.bincount(each, np.concatenate([n for _, _, n in found]), len(pixels))
+        moments = np.zeros((len(pixels), 2, 3))
+        np.add.at(moments, each, np.concatenate([moment for _, moment, _ in found]))
+        surely = np.zeros((len(pixels), 3))
+        np.add.at(surely, each, np.concatenate(certain)[:, None] * np.concatenate([m[:, 0] for _, m, _ in found]))
         with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square has no share
             light, squares = moments[:, 0], moments[:, 1].sum(axis=-1)
             # of a lamp of one radiance, exactly its share; of several, nearly that of the brightest
             share = np.square(light).sum(axis=-1) / np.maximum(squares, np.finfo(np.float64).tiny)
-        small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(points)) < _LARGEST)
-        return cls(pixels[small].astype(np.intp), light[small], share[small])
+        small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(np.maximum(points, 1.0))) < _LARGEST)
+        return cls(pixels[small], light[small], share[small], surely[small])
 
     @classmethod
     def none(cls) -> Lamps:
         """Return no lamp at all."""
-        return cls(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
+        return cls(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+
+    def least(self, height: int, width: int) -> Floats | None:
+        """Return the light (H, W, 3) that is surely in the mean of each pixel; None where no lamp is in sight."""
+        if not self.pixels.size:
+            return None
+        light = np.zeros((height * width, 3))
+        light[self.pixels] = self.surely
+        return light.reshape(height, width, 3)
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
@@ -84,7 +111,8 @@ class Lamps:
             return cls.none()
         planes = reduce(np.fmax, parts).reshape(-1, 4)
         pixels = np.flatnonzero(planes[:, 3] > 0.0)
-        return cls(pixels, planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64))
+        light, share = planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64)
+        return cls(pixels, light, share, light)
 
     def channels(self, height: int, width: int) -> NDArray[np.float32]:
         """Return light and share as an image (H, W, 4), for a file."""
@@ -129,8 +157,8 @@ class Lamps:
         image.reshape(-1, 3)[where] -= wrong
         noise.reshape(-1, 3)[bright] = 0.0
         floors = [(0.1 * float(of.mean())) ** 2 for of in (pixels.mean, image)]
-        now = error_contributions(pixels.mean, pixels.variance, pixels.samples, floors[0])[0].sum()
-        others = error_contributions(image, noise, pixels.samples, floors[1])[0].sum()
+        now = error_contributions(pixels.mean, pixels.variance, pixels.samples, floors[0])[0][0].sum()
+        others = error_contributions(image, noise, pixels.samples, floors[1])[0][0].sum()
         theirs = (np.square(wrong) / (np.square(mean - wrong) + floors[1])).mean(axis=-1).sum()
         return max(float(others + theirs - now), 0.0) / pixels.samples.size
 

@@ -6,11 +6,11 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from statistics import NormalDist, linear_regression
 from typing import Any, NamedTuple
 
-from equaltime.budget import Looks
+from equaltime.budget import Looks, next_look
 from equaltime.error_estimate import Estimate, Unit
 from equaltime.speed import from_start, pace, without_start
 
@@ -164,12 +164,12 @@ class Law:
     def _looks(self, error: float, draw: tuple[float, ...]) -> Iterator[int]:
         """Give the counts at which one imagined render looks."""
         looks, samples = Looks(), 0
-        while samples < _MOST_SAMPLES and not looks.met:
-            samples = looks.next
-            looks.look(partial(self._seen, samples, draw), samples, error)
+        while samples < _MOST_SAMPLES and not looks.met(error):
+            samples = next_look(samples)
+            looks.look(self._seen(samples, draw), samples)
             yield samples
 
-    def _seen(self, samples: int, draw: tuple[float, ...], level: float) -> Estimate:
+    def _seen(self, samples: int, draw: tuple[float, ...]) -> Estimate:
         """Return what a look sees; the pilot's samples are among those, and what chance made of them wears off."""
         of_pilot, of_exponent, of_others, of_width = draw
         kept = min(1.0, self.samples / samples)
@@ -177,11 +177,10 @@ class Law:
         chance = self._fresh(samples) * of_others - of_pixels * of_pilot
         exponent = self.exponent + self.exponent_doubt * of_exponent
         value = self._error(samples, exponent) * math.exp(min(chance, 700.0))
-        z = _NORMAL.inv_cdf(0.5 + 0.5 * level)
         pilot = self.before[0][0] if self.before else self.samples  # a probe's few pixels do not show what is rare
         rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(math.log(samples / pilot), 0.0)
         width = self._width(samples) * math.exp(min(rare, _MOST_WIDENING))
-        factor = math.exp(min(z / _Z95 * width, 700.0))
+        factor = math.exp(min(width, 700.0))
         return Estimate(value, value / factor, value * factor)
 
     def _error(self, samples: float, exponent: float) -> float:

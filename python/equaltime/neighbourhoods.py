@@ -7,31 +7,12 @@ from numpy.typing import NDArray
 
 from equaltime.film import box_sum
 
-__all__ = ["RADIUS", "neighbours", "others_count", "others_sum", "window_around"]
+__all__ = ["RADIUS", "neighbours", "others_count", "window_around"]
 
 Floats = NDArray[np.float64]
 
 RADIUS = 3
 """Of a neighbourhood, in pixels."""
-
-
-def others_sum(values: Floats) -> Floats:
-    """Sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends."""
-    rows, beside = _line_sum(values, 1), _line_sum(values, 1, middle=False)
-    return _line_sum(rows, 0, middle=False) + beside
-
-
-def _line_sum(values: Floats, axis: int, middle: bool = True) -> Floats:
-    """Sum seven in a row, zeros outside, or the six around the middle."""
-    length, shape = values.shape[axis], list(values.shape)
-    shape[axis] += 2 * RADIUS
-    padded = np.zeros(shape)
-    line = np.moveaxis(padded, axis, 0)
-    line[RADIUS : RADIUS + length] = np.moveaxis(values, axis, 0)
-    pairs = line[:-1] + line[1:]
-    last = pairs[4 : 4 + length] + line[6 : 6 + length]
-    second = pairs[2 : 2 + length] if middle else line[2 : 2 + length]
-    return np.moveaxis(pairs[:length] + second + last, 0, axis)
 
 
 def neighbours(height: int, width: int) -> Floats:

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import Estimate, PixelStatistics, error_parts
-from equaltime.film import nearest_mean
-from equaltime.neighbourhoods import others_count, others_sum
+from equaltime.film import nearest_mean, others_sum
+from equaltime.neighbourhoods import others_count
 
 __all__ = ["FRACTIONS", "Places", "Rectangle", "noise_places"]
 
@@ -92,7 +92,7 @@ class Places:
         }
 
 
-def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0)) -> Places:
+def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> Places:
     """Tell where the error of a render is.
 
     Parameters
@@ -101,9 +101,11 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0)) -> P
         Of the render, with samples in two replicates everywhere, that saw some light.
     corner
         Column and row on the whole film of the first pixel, if the render is a part of it.
+    least
+        Light that is surely in the pixels, as `equaltime.error_estimate.image_error` takes it.
     """
     height, width = pixels.samples.shape
-    parts, *_ = error_parts(pixels, float(pixels.mean.mean()))
+    parts = error_parts(pixels, float(pixels.mean.mean()), least).value
     noise = nearest_mean(np.sqrt(parts)[..., None])[..., 0]  # roots, lest one bright pixel choose all around it
     order = np.argsort(-noise, axis=None, kind="stable")
     noisiest = {}

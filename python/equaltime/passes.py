@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol
 
 from numpy.typing import NDArray
 
-from equaltime.budget import Limits, Look, Looks
+from equaltime.budget import Limits, Look, Looks, next_look
 from equaltime.error_estimate import Estimate, load_quantiles, pixel_statistics
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
@@ -222,7 +222,7 @@ class Passes:
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high):
             return None
-        growth = math.pow(looks.last.high / error, 1.0 / _LIKELY_LAW)
+        growth = math.pow(looks.made[-1].believed / error, 1.0 / _LIKELY_LAW)
         return max(looks.made[-1].samples * growth, self.samples + 1.0)
 
     def run(self) -> StoppedBy:
@@ -238,9 +238,9 @@ class Passes:
             return "interrupt"
         limits = self.limits
         if limits.error is not None:
-            self._looks.aim(limits.error)
-            due = self.samples >= self._looks.next and self.has_time_for(self._looking)
-            if self._looks.met or (due and self._looks.look(self._look, self.samples, limits.error)):
+            if self._looks.due(self.samples) and self.has_time_for(self._looking):
+                self._look()
+            if self._looks.met(limits.error):
                 return "error"
         if limits.spp is not None and self.samples >= limits.spp:
             return "spp"
@@ -250,22 +250,21 @@ class Passes:
         """Tell whether what is expected to take so many seconds, between two passes, will end before the time limit."""
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
-    def error(self, level: float = 0.95) -> Estimate:
+    def error(self) -> Estimate:
         """Return the error that the render states of what is done so far."""
-        return stated_error(pixel_statistics(self._renderer.moments), self._hidden, level)
+        return stated_error(pixel_statistics(self._renderer.moments), self._hidden)
 
-    def _look(self, level: float) -> Estimate:
+    def _look(self) -> None:
         begin = self.seconds
-        error = self.error(level)
+        self._looks.look(self.error(), self.samples)
         self._looking = self.seconds - begin
-        return error
 
     def _next_end(self) -> int:
         ends = [pass_end(self.samples, self.pixels)]
         if self.limits.spp is not None:
             ends.append(self.limits.spp)
-        if self.limits.error is not None and self._looks.next > self.samples:
-            ends.append(self._looks.next)
+        if self.limits.error is not None:
+            ends.append(next_look(self.samples))
         return min(ends)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.core_renderer import bad_sample, make_renderer
-from equaltime.error_estimate import PixelStatistics, error_parts, expected_width, pixel_statistics
+from equaltime.error_estimate import PixelStatistics, error_parts, expected_half_width, pixel_statistics
 from equaltime.film import box_sum
 from equaltime.lamps import Lamps
 from equaltime.law import Probed
@@ -34,8 +34,8 @@ _EVENLY = 0.4
 """Of the draws."""
 _LEAST_DOUBT = 0.04
 """Of the logarithm of the error: what the noise of the pilot does to what squares are divided by (measured)."""
-_MOST_LEANT = 0.5
-"""Where all noise is that of single bright paths; more comes of a pilot's noise on pixels that have little light."""
+_LEAST_WIDTH = 0.01
+"""Logarithm of the upper limit over the estimate, at least."""
 
 
 class Probe:
@@ -72,7 +72,8 @@ class Probe:
         self._scene, self._strategy, self._seed, self._pilot = scene, strategy, seed, pilot
         self._rates, self._lamps = rates, lamps
         self._mean = float(pilot.mean.mean())
-        around = _around(error_parts(pilot, self._mean)[0][..., None])
+        self._least = lamps.least(*pilot.samples.shape)
+        around = _around(error_parts(pilot, self._mean, self._least).value[..., None])
         self._sizes = ((1.0 - _EVENLY) * around + _EVENLY * around.mean()).ravel()
         self._drawn = _draw(self._sizes, draws, np.random.default_rng(seed))
         chosen = np.zeros(rates.shape, np.float32)
@@ -108,21 +109,24 @@ class Probe:
         if self._renderer.nonfinite:
             raise bad_sample(self._scene, self._strategy, self._seed, self._renderer)
         together = self._together(pixel_statistics(self._renderer.moments))
-        parts, _, leant, smooth = error_parts(together, self._mean)
-        drawn = parts.ravel()[self._drawn]
+        parts = error_parts(together, self._mean, self._least)
+        drawn = parts.value.ravel()[self._drawn]
         counts = drawn / self._sizes[self._drawn]
         if not counts.any():
             return None
         square = float(counts.mean() * self._sizes.mean())
-        squares = float((counts * drawn).mean() * self._sizes.mean()) / square**2
         doubt = math.hypot(0.5 * float(counts.std(ddof=1) / counts.mean()) / math.sqrt(len(counts)), _LEAST_DOUBT)
-        # both are sums of variances to the power of 3/2, of which a pilot's few samples make too much
-        roots = np.sqrt(np.minimum(parts, 1.0))
-        less = float((counts * roots.ravel()[self._drawn]).mean() / counts.mean() * parts.sum() / (parts * roots).sum())
-        leant, smooth = min(less * leant, _MOST_LEANT), min(less * smooth, 1.0)
-        high = math.exp(expected_width(squares, parts.size, self._pilot.degrees, leant, smooth))
         missed = self._lamps.missed(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)))
-        return Probed(samples, math.sqrt(square), doubt, math.log(math.hypot(high, math.sqrt(missed / square))))
+        high = math.hypot(self._high(parts.cautious), math.sqrt(missed))
+        return Probed(samples, math.sqrt(square), doubt, max(math.log(high / math.sqrt(square)), _LEAST_WIDTH))
+
+    def _high(self, cautious: Floats) -> float:
+        """Return the upper limit of the error, by the cautious parts of the drawn pixels."""
+        drawn = cautious.ravel()[self._drawn]
+        counts = drawn / self._sizes[self._drawn]
+        square = float(counts.mean() * self._sizes.mean())
+        squares = float((counts * drawn).mean() * self._sizes.mean()) / square**2
+        return math.sqrt(square) * math.exp(expected_half_width(squares, cautious.size, self._pilot.degrees))
 
     def _together(self, found: PixelStatistics) -> PixelStatistics:
         """Return the picture of the pilot, and in it the pixels that were found, as if all had gone as far.

@@ -157,7 +157,8 @@ class Session:
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""
         window = self._origin.window
-        return noise_places(pixel_statistics(self._renderer.moments), (window.x, window.y))
+        pixels = pixel_statistics(self._renderer.moments)
+        return noise_places(pixels, (window.x, window.y), self._unseen.lamps.least(*pixels.samples.shape))
 
     def image(self) -> NDArray[np.float64]:
         """Return the image so far, (H, W, 3)."""

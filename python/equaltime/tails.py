@@ -31,7 +31,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.neighbourhoods import others_count, others_sum
+from equaltime.film import others_sum
+from equaltime.neighbourhoods import others_count
 
 __all__ = ["MOST_RATIO", "Tail", "tail_of", "tail_of_one"]
 

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial, reduce
+from dataclasses import replace
+from functools import cache, cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from equaltime.error_estimate import Estimate, PixelStatistics, image_error
 from equaltime.film import box_sum, unshadowed
+from equaltime.focus import Focus
 from equaltime.lamps import Lamps
 from equaltime.neighbourhoods import RADIUS, window_around
 
@@ -48,6 +50,8 @@ class Unseen:
         (H, W, 3): what it gave before; NaN for pixels that it was not asked for.
     lamps
         Gives small lamps in sight.
+    focus
+        Gives what specular surfaces focus.
     """
 
     def __init__(
@@ -55,19 +59,26 @@ class Unseen:
         possible: Callable[[NDArray[np.uint32]], Floats],
         known: Floats | None = None,
         lamps: Callable[[], Lamps] = Lamps.none,
+        focus: Callable[[], Focus] = Focus.none,
     ) -> None:
         self._possible = possible
         self._known = known
-        self._find_lamps = lamps
+        self._find_lamps, self._find_focus = lamps, focus
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
         """Return what may be hidden from a render of the core's scene with the core's settings."""
-        lamps = partial(Lamps.of, scene, settings, seed)
-        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads), lamps=lamps)
+        focus = cache(partial(Focus.of, scene, settings, seed, threads))
+
+        def lamps() -> Lamps:
+            return Lamps.of(scene, settings, seed, threads, focus().possible)
+
+        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads), lamps=lamps, focus=focus)
 
     @classmethod
-    def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]]) -> Unseen:
+    def together(
+        cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Callable[[], Focus] = Focus.none
+    ) -> Unseen:
         """Return what may be hidden from renders of one image together, by the `parts` of each.
 
         A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything;
@@ -76,12 +87,17 @@ class Unseen:
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
         lamps = Lamps.from_channels(*(part["lamps"] for part in parts if "lamps" in part))
-        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps)
+        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps, focus)
 
     @cached_property
     def lamps(self) -> Lamps:
         """Small lamps in sight, looked for once."""
         return self._find_lamps()
+
+    @cached_property
+    def focus(self) -> Focus:
+        """Light that specular surfaces focus, looked for once."""
+        return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
         """Return what there is of it in an image, for a file, and for `together`.
@@ -140,8 +156,14 @@ def stated_error(
 
     With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`).
     """
-    hidden = unseen.lasting if unseen is not None and lasting else unseen
-    return image_error(pixels, level, hidden)
+    if unseen is None:
+        return image_error(pixels, level)
+    hidden = unseen.lasting if lasting else unseen
+    found = image_error(pixels, level, hidden, unseen.lamps.least(*pixels.samples.shape))
+    if not found.known:
+        return found
+    doubt = unseen.focus.doubt(float(pixels.samples.mean()), found.value, float(pixels.mean.mean()))
+    return replace(found, doubt=doubt)
 
 
 def _around(values: NDArray[Any]) -> Floats:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.film import box_sum, nearest_mean
-from equaltime.neighbourhoods import RADIUS, neighbours, others_count, others_sum
+from equaltime.neighbourhoods import RADIUS, neighbours, others_count
 
 Floats = NDArray[np.float64]
 

@@ -1,0 +1,191 @@
+#include "transport/specular.h"
+
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <atomic>
+#include <numbers>
+#include <vector>
+
+#include "math/threads.h"
+#include "transport/sample_pixel.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Per steradian: a sampled direction of at least this density counts as specular. A microfacet lobe of roughness 0.02
+/// peaks at 200.
+constexpr float kSpecularDensity = 100;
+/// A chain of more vertices carries little light.
+constexpr int kLongestChain = 16;
+/// Samples a pixel, at least and at most.
+constexpr std::uint64_t kFewest = 16, kMost = 4096;
+constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
+
+enum class Vertex : std::uint8_t { specular, straight, other };
+
+/// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
+Vertex kind_of(const event::Scatters& at) noexcept {
+  if (!at.scattered) return Vertex::other;
+  if (std::holds_alternative<ThinDielectric>(at.bsdf) && !at.scattered->above) return Vertex::straight;
+  return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
+}
+
+/// What both probes share: a path that has ended for them meets nothing any more, nor does light that it aims at.
+struct ChainProbe {
+  static constexpr bool listens = true;
+
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+    return ended ? Optional<Interaction>{} : scene.intersect<E>(ray, time);
+  }
+  template <auto E>
+  [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
+    return true;
+  }
+  template <auto E>
+  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+    return scene.intersect<E>(ray, time);
+  }
+  static void scatters(const Bsdf&) noexcept {}
+  static void aims(const LightSample&) noexcept {}
+  static Spectrum lit(const Spectrum&, int) noexcept { return {}; }
+  static bool gives_up() noexcept { return false; }
+  template <class Event>
+  static void note(const Event&) noexcept {}
+
+  float time = 0;  // as RayCounter's
+  bool ended = false, specular = false;
+};
+
+/// Follows a path for as long as its vertices are specular, and sees the emitters that it meets after the first.
+struct MirrorProbe : ChainProbe {
+  using ChainProbe::note;
+  void note(const event::Scatters& at) noexcept {
+    const Vertex kind = kind_of(at);
+    ended = kind == Vertex::other;
+    specular = specular || kind == Vertex::specular;
+  }
+  void begin(float) noexcept { ended = specular = false; }
+  Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !ended && specular ? L : Spectrum(); }
+};
+
+/// Follows a path to its first specular vertex.
+struct FocusProbe : ChainProbe {
+  using ChainProbe::note;
+  void note(const event::Scatters& at) noexcept {
+    specular = ended = kind_of(at) == Vertex::specular;
+    place = at.it.anchor.p;
+  }
+  void begin(float) noexcept { ended = specular = false; }
+  static Spectrum met(const Spectrum&, std::uint32_t, int) noexcept { return {}; }
+
+  Vec3f place;
+};
+
+/// Paths that scatter by the BSDF alone and are never ended by roulette, of a scene whose lights are ready.
+struct Chains {
+  const Scene& scene;
+  Settings settings;
+  std::uint64_t seed;  // no render's: what chains find must not depend on what samples of the film did
+  unsigned threads;
+
+  Chains(const Scene& s, Settings of_render, const RenderOptions& options)
+      : scene(s),
+        settings(of_render),
+        seed(options.seed ^ 0x9e3779b97f4a7c15),
+        threads(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())) {
+    settings.technique = Technique::bsdf;
+    settings.lights = LightSelection::power;
+    settings.roulette = Roulette::none;
+    settings.sampler = SamplerKind::sobol;
+    settings.max_depth = std::min(settings.max_depth, kLongestChain);
+    scene.lights.prepare(settings.lights, settings.environment);
+  }
+
+  [[nodiscard]] std::size_t pixels() const noexcept {
+    return std::size_t{scene.film.crop_width} * scene.film.crop_height;
+  }
+  template <class Probe>
+  Spectrum sample(std::size_t pixel, std::uint64_t index, Probe& probe) const {
+    const auto x = static_cast<std::uint32_t>(pixel % scene.film.crop_width);
+    const auto y = static_cast<std::uint32_t>(pixel / scene.film.crop_width);
+    const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, 0, 1};
+    return sample_pixel<kAllEffects>(task, x, y, index, 1, probe);
+  }
+};
+
+/// work(i, probe) for all i below `count`, on so many threads.
+template <class Probe, class Work>
+void for_each(std::size_t count, unsigned threads, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  on_threads(threads, [&](unsigned) {
+    Probe probe;
+    for (std::size_t from = next.fetch_add(kChunk); from < count; from = next.fetch_add(kChunk))
+      for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, probe);
+  });
+}
+
+}  // namespace
+
+FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
+                           std::uint64_t paths) {
+  const Chains chains(scene, settings, options);
+  struct Seen {
+    bool vertex = false;
+    double once = 0, squared = 0;
+  };
+  std::vector<Seen> seen(paths);
+  for_each<FocusProbe>(paths, chains.threads, [&](std::size_t i, FocusProbe& probe) {
+    const std::size_t pixel = i * chains.pixels() / paths;
+    (void)chains.sample(pixel, i, probe);
+    if (!probe.specular) return;
+    const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
+    const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+    const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
+                                                        {probe.place, {}, false}, sampler, 0, u, probe.time);
+    seen[i].vertex = true;
+    if (!light || light->delta || !(light->pdf > 0)) return;
+    const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
+    seen[i].once = L / pdf, seen[i].squared = L * L / pdf;
+  });
+  FocusedLight found;
+  double once = 0, squared = 0;
+  for (const Seen& at : seen) found.vertices += at.vertex ? 1 : 0, once += at.once, squared += at.squared;
+  if (!(squared > 0)) return found;
+  const auto vertices = static_cast<double>(found.vertices);
+  found.solid_angle = once * once / squared / vertices;
+  found.radiance = once / vertices / std::numbers::pi * scene.normalization.world_radiance_scale();
+  return found;
+}
+
+std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
+                                                     const RenderOptions& options, std::uint64_t samples) {
+  if (scene.hides_emitters) return {};
+  const Chains chains(scene, settings, options);
+  std::vector<std::uint8_t> specular(chains.pixels());
+  for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    (void)chains.sample(i, kMost, probe);  // a sample that is none of those below
+    specular[i] = probe.specular ? 1 : 0;
+  });
+  std::vector<std::uint32_t> pixels;
+  for (std::size_t i = 0; i < specular.size(); ++i)
+    if (specular[i] != 0) pixels.push_back(static_cast<std::uint32_t>(i));
+  const std::uint64_t each = pixels.empty() ? 0 : std::min(std::max<std::uint64_t>(samples, chains.pixels()) / pixels.size(), kMost);
+  if (each < kFewest) return {};
+  const double scale = scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
+  std::vector<LampsOfPixel> lamps(pixels.size());
+  for_each<MirrorProbe>(pixels.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    for (std::uint64_t index = 0; index < each; ++index) {
+      const Spectrum L = chains.sample(pixels[i], index, probe);
+      if (!L.is_black()) lamps[i].add(L, scale, share);
+    }
+  });
+  std::map<std::uint32_t, LampsOfPixel> found;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (lamps[i].points > 0) found.emplace(pixels[i], lamps[i]);
+  return found;
+}
+
+}  // namespace equaltime

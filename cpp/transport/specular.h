@@ -1,0 +1,30 @@
+// What specular surfaces do to light, found before a render knows it: which lamps pixels see in mirrors and through
+// glass, and how small the lamps are that such surfaces may focus. Chains of specular vertices alone are followed: a
+// vertex is specular if the direction that its BSDF draws is discrete, or nearly so.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "transport/in_sight.h"
+#include "transport/renderer.h"
+
+namespace equaltime {
+
+/// The light of emitters at specular vertices that paths from the camera meet, as if nothing stood between.
+struct FocusedLight {
+  std::uint64_t vertices = 0;  // specular ones that were met, at most one a path
+  double radiance = 0;         // mean over the solid angle of a sphere, times that angle, over pi: user's units
+  double solid_angle = 0;      // steradians, effective: (∫L dω)² / ∫L² dω; 0 if there is no light
+};
+
+/// Traces so many paths, over all pixels.
+[[nodiscard]] FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
+                                         std::uint64_t paths);
+
+/// Emitters that pixels (y * width + x of the crop) see by specular chains, by `samples` chains in all, spread evenly
+/// over the pixels whose first vertex is specular; in all at least as many as the film has pixels. None if that is fewer than 16 a pixel, or if emitters are hidden.
+[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
+                                                                   const RenderOptions& options, std::uint64_t samples);
+
+}  // namespace equaltime
