@@ -53,6 +53,8 @@ class Look(NamedTuple):
     value: float
     high: float
     """The upper limit, at 95 %."""
+    brightest: float = 0.0
+    """How bright the brightest path was (`equaltime.tails.averaged_out`)."""
 
     @property
     def believed(self) -> float:
@@ -85,10 +87,15 @@ class Looks:
         """Tell whether the error is to be looked at after so many samples a pixel."""
         return next_look(samples - 1) == samples and (not self.made or self.made[-1].samples < samples)
 
-    def look(self, error: Estimate, samples: int) -> None:
-        """Note the error at ``samples`` a pixel."""
+    @property
+    def brightest(self) -> float:
+        """How bright the brightest path of all looks was."""
+        return max((look.brightest for look in self.made), default=0.0)
+
+    def look(self, error: Estimate, samples: int, brightest: float = 0.0) -> None:
+        """Note the error at ``samples`` a pixel, and how bright its brightest path is."""
         self.last = error
-        self.made = (*self.made, Look(samples, error.value, error.high))
+        self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 
     def met(self, target: float) -> bool:
         """Tell whether the last two looks agree that the error is at the target."""

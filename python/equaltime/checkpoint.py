@@ -58,8 +58,8 @@ class Checkpoint:
     def looks(self) -> tuple[Look, ...]:
         """What it saw when it looked at its error."""
         return tuple(
-            Look(samples, math.nan if value is None else value, math.inf if high is None else high)
-            for samples, value, high in self.record["looks"]
+            Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
+            for samples, value, high, brightest in self.record["looks"]
         )
 
     @property

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film import error_contributions, join_replicates, standard_errors
+from equaltime.tails import outstanding
 
 __all__ = [
     "UNKNOWN",
@@ -32,6 +33,7 @@ __all__ = [
     "Estimate",
     "PixelStatistics",
     "Unit",
+    "error_and_brightest",
     "error_parts",
     "expected_half_width",
     "image_error",
@@ -186,29 +188,40 @@ def image_error(
     least
         (H, W, 3): light that is surely in a pixel's mean; no reference is below it.
     """
-    seen = _seen_error(pixels, level, least)
+    return error_and_brightest(pixels, level, hidden, least)[0]
+
+
+def error_and_brightest(
+    pixels: PixelStatistics,
+    level: float = 0.95,
+    hidden: Callable[[PixelStatistics, float], float] | None = None,
+    least: Floats | None = None,
+) -> tuple[Estimate, float]:
+    """Return `image_error`, and the share of error² that the brightest path makes (`equaltime.tails.outstanding`)."""
+    seen, brightest = _seen_error(pixels, level, least)
     if hidden is None or not seen.known:
-        return seen
+        return seen, brightest
     missed = math.sqrt(hidden(pixels, level))
     if seen.value == 0.0 and missed == 0.0:
-        return Estimate(0.0, 0.0, 0.0)
-    return replace(seen, high=math.hypot(seen.high, missed))
+        return Estimate(0.0, 0.0, 0.0), brightest
+    return replace(seen, high=math.hypot(seen.high, missed)), brightest
 
 
-def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> Estimate:
-    """Return the error by what samples have seen."""
+def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> tuple[Estimate, float]:
+    """Return the error by what samples have seen, and the share of its square that the brightest path makes."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
-        return UNKNOWN
+        return UNKNOWN, 0.0
     m = float(pixels.mean.mean())
     if m == 0.0:
-        return Estimate(0.0, 0.0, math.inf)
+        return Estimate(0.0, 0.0, math.inf), 0.0
     parts = error_parts(pixels, m, least)
     value, low, high = (math.sqrt(float(part.mean())) for part in (parts.value, parts.lenient, parts.cautious))
     if value == 0.0:
-        return Estimate(0.0, 0.0, 0.0)
+        return Estimate(0.0, 0.0, 0.0), 0.0
     moved = parts.moved / (parts.value.size * value**4)
     down, up = (_half_width(part, moved, pixels.degrees, level) for part in (parts.lenient, parts.cautious))
-    return Estimate(value, low * math.exp(-down), high * math.exp(up) if up < _MOST_KNOWN else math.inf)
+    limits = (low * math.exp(-down), high * math.exp(up) if up < _MOST_KNOWN else math.inf)
+    return Estimate(value, *limits), outstanding(parts.value)
 
 
 def _half_width(contributions: Floats, moved: float, degrees: float, level: float) -> float:
@@ -280,7 +293,7 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size
     by_means = 2.0 * influence * sums["crossed"] + influence**2 * sums["means_squared"]
-    return ErrorParts(*contributions, moved=(sums["locals_squared"] + by_means) / pixels.samples.size)
+    return ErrorParts(*contributions, (sums["locals_squared"] + by_means) / pixels.samples.size)
 
 
 def _spread(contributions: Floats, degrees: float) -> float:

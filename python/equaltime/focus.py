@@ -72,8 +72,9 @@ class Focus:
         if unmet < _MATTERS * error:
             return ""
         return (
-            "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at most "
-            f"one in {1.0 / self.share:.2g}: light that {samples:.3g} samples a pixel have not met is not in the error"
+            "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at "
+            f"most one in {1.0 / self.share:.2g}: light that {samples:.3g} samples a pixel have not met is not in the "
+            "error"
         )
 
     def as_dict(self) -> dict[str, float]:

@@ -18,7 +18,7 @@ from equaltime.error_estimate import Estimate, load_quantiles, pixel_statistics
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.result import StoppedBy
 from equaltime.saving import Saving
-from equaltime.unseen import Unseen, stated_error
+from equaltime.unseen import Unseen, stated, stated_error
 
 __all__ = ["PassRenderer", "Passes", "pass_end"]
 
@@ -252,11 +252,14 @@ class Passes:
 
     def error(self) -> Estimate:
         """Return the error that the render states of what is done so far."""
-        return stated_error(pixel_statistics(self._renderer.moments), self._hidden)
+        return stated_error(pixel_statistics(self._renderer.moments), self._hidden, brightest=self._looks.brightest)
 
     def _look(self) -> None:
         begin = self.seconds
-        self._looks.look(self.error(), self.samples)
+        error, brightest = stated(
+            pixel_statistics(self._renderer.moments), self._hidden, brightest=self._looks.brightest
+        )
+        self._looks.look(error, self.samples, brightest)
         self._looking = self.seconds - begin
 
     def _next_end(self) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
@@ -40,6 +40,16 @@ class _Facts(BaseModel):
     """Facts by name; more of them than are asked for do no harm."""
 
     model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+
+def _whole_look(look: Any) -> Any:
+    """Complete a look of an earlier version, which did not tell of its brightest path."""
+    return [*look, None] if isinstance(look, list) and len(look) == 3 else look
+
+
+_Look = Annotated[
+    tuple[Count, float | None, float | None, float | None], Field(strict=False), BeforeValidator(_whole_look)
+]
 
 
 class _Source(_Facts):
@@ -77,7 +87,8 @@ class _Record(_Facts):
     samples: dict[str, int]
     stopped_by: StoppedBy
     bias: _Interval | None = None
-    looks: list[Annotated[tuple[Count, float | None, float | None], Field(strict=False)]]
+    looks: list[_Look]
+    focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
     seconds: Seconds
     paths: Count

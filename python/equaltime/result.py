@@ -237,7 +237,8 @@ def make_result(
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
     errors = standard_error(pixels)
-    error = stated_error(pixels, hidden).with_bias(bias)
+    brightest = max((look.brightest for look in looks), default=0.0)
+    error = stated_error(pixels, hidden, brightest=brightest).with_bias(bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)

@@ -141,7 +141,8 @@ class Session:
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
-        return stated_error(pixel_statistics(self._renderer.moments), self._unseen, lasting=lasting)
+        pixels = pixel_statistics(self._renderer.moments)
+        return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
 
     def probe(self, samples: int, draws: int) -> Probe:
         """Return a probe of what is done so far, of a render that is to have so many samples a pixel."""

@@ -18,9 +18,10 @@ still holds, since what was not seen can only add to an error. The limits were c
 tests/statistical/test_intervals.py repeats.
 
 One render has no repeats, only the difference of its two halves at every pixel; what it has instead is neighbours,
-whose noise is mostly alike. There e is the deviation from the mean of the others in the 7x7 neighbourhood. The square
-of a normal difference varies by itself, as few pixels' do more: the ratio may be what that makes of it, and of the
-largest c only what lies beyond the largest of so many such squares counts.
+whose noise is mostly alike. Of its largest c only the part counts that lies beyond what the others in the 7x7
+neighbourhood have, times the largest of so many squares of normal differences (`outstanding`). That is no reason to
+doubt its error, of which the bright path is a part. But when the same path has averaged out since, no variance shows
+it, and others like it may be missing (`averaged_out`).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 from equaltime.film import others_sum
 from equaltime.neighbourhoods import others_count
 
-__all__ = ["MOST_RATIO", "Tail", "tail_of", "tail_of_one"]
+__all__ = ["MOST_RATIO", "Tail", "averaged_out", "outstanding", "tail_of"]
 
 Floats = NDArray[np.float64]
 
@@ -44,12 +45,10 @@ MOST_SHARE = 0.015
 UNSEEN = 20.0
 """Index 1.2 of squared errors, the least with which these limits hold, leaves about six times the largest share unseen
 on average, and three times as much in bad cases."""
-_NORMAL = 4.5
-"""Times one over the root of the number of pixels: the ratio of squares of normal differences is 3.1, and varies."""
 _LARGEST = 2.5
 """Times the logarithm of their number, and their mean: the largest of squares of normal differences is about 2."""
-_MOST_SHARE_OF_ONE = 0.05
-"""Intervals of one render are wide where few pixels make the error, so that they stand more than those of repeats."""
+_AVERAGED_OUT = 0.5
+"""Share of the present error² that a bright path of an earlier look would still make, to be a reason for doubt."""
 
 
 @dataclass(frozen=True)
@@ -60,20 +59,18 @@ class Tail:
     """Lyapunov's."""
     share: float
     """Of the largest."""
-    most_ratio: float = MOST_RATIO
-    most_share: float = MOST_SHARE
 
     @property
     def doubt(self) -> str:
         """Why upper ends of intervals cannot be trusted; nothing if they can, or nothing can be seen."""
-        if not self.ratio > self.most_ratio or self.share <= self.most_share:
+        if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
         return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
 
     @property
     def unseen(self) -> float:
         """By how much larger than it seems the mean square error may be for what was not seen."""
-        return UNSEEN * self.share if self.ratio > self.most_ratio else 0.0
+        return UNSEEN * self.share if self.ratio > MOST_RATIO else 0.0
 
 
 def tail_of(errors: ArrayLike) -> Tail:
@@ -81,22 +78,35 @@ def tail_of(errors: ArrayLike) -> Tail:
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
         return Tail(math.nan, math.nan)
-    return _tail(squares, squares.mean(axis=0), float(squares.max(initial=0.0)), MOST_RATIO, MOST_SHARE)
-
-
-def tail_of_one(squares: Floats) -> Tail:
-    """Return the same of the squared errors (H, W) that one render estimates from the difference of its halves."""
-    around = others_sum(squares[..., None])[..., 0] / others_count(*squares.shape)[..., 0]
-    beyond = float((squares - _LARGEST * math.log(squares.size + 1.0) * around).max())
-    most_ratio = max(MOST_RATIO, _NORMAL / math.sqrt(squares.size))
-    return _tail(squares, around, max(beyond, 0.0), most_ratio, _MOST_SHARE_OF_ONE)
-
-
-def _tail(squares: Floats, expected: Floats, largest: float, *limits: float) -> Tail:
     total = float(squares.sum())
-    deviations = np.abs(squares - expected)
+    deviations = np.abs(squares - squares.mean(axis=0))
     most = float(deviations.max(initial=0.0))
     if not total > 0.0 or most <= 1e-12 * total:
-        return Tail(0.0, 0.0, *limits)
+        return Tail(0.0, 0.0)
     scaled = deviations / most  # or third powers of bright outliers would not be finite
-    return Tail(float((scaled**3).sum() / np.square(scaled).sum() ** 1.5), largest / total, *limits)
+    return Tail(float((scaled**3).sum() / np.square(scaled).sum() ** 1.5), float(squares.max(initial=0.0)) / total)
+
+
+def outstanding(squares: Floats) -> float:
+    """Return the share of the largest in the sum of squared errors (H, W) of one render; 0 where noise is even."""
+    total = float(squares.sum())
+    if not total > 0.0:
+        return 0.0
+    around = others_sum(squares[..., None])[..., 0] / others_count(*squares.shape)[..., 0]
+    return max(float((squares - _LARGEST * math.log(squares.size + 1.0) * around).max()), 0.0) / total
+
+
+def averaged_out(past: float, samples: float, square: float, share: float) -> str:
+    """Return why an error is in doubt that no longer shows a bright path of an earlier look; empty if it does.
+
+    Parameters
+    ----------
+    past
+        Largest product of `outstanding`, error² and the square of the samples a pixel, of the looks before. What one
+        path makes of error² falls with the square of the samples.
+    samples, square, share
+        Samples a pixel, error² and `outstanding` now.
+    """
+    if not square > 0.0 or past / (samples * samples * square) - share <= _AVERAGED_OUT:
+        return ""
+    return "a rare bright path that was met has averaged out: others like it may not have been met yet"

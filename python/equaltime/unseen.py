@@ -23,13 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.error_estimate import Estimate, PixelStatistics, image_error
+from equaltime.error_estimate import Estimate, PixelStatistics, error_and_brightest
 from equaltime.film import box_sum, unshadowed
 from equaltime.focus import Focus
 from equaltime.lamps import Lamps
 from equaltime.neighbourhoods import RADIUS, window_around
+from equaltime.tails import averaged_out
 
-__all__ = ["Unseen", "stated_error"]
+__all__ = ["Unseen", "stated", "stated_error"]
 
 Floats = NDArray[np.float64]
 
@@ -150,20 +151,39 @@ class Unseen:
 
 
 def stated_error(
-    pixels: PixelStatistics, unseen: Unseen | None = None, level: float = 0.95, lasting: bool = False
+    pixels: PixelStatistics,
+    unseen: Unseen | None = None,
+    level: float = 0.95,
+    lasting: bool = False,
+    brightest: float = 0.0,
 ) -> Estimate:
     """Return the error that a render states of itself: in its result, at its looks, in its progress and in records.
 
-    With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`).
+    With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`). ``brightest`` is that of the
+    looks before (`stated`).
     """
+    return stated(pixels, unseen, level, lasting, brightest)[0]
+
+
+def stated(
+    pixels: PixelStatistics,
+    unseen: Unseen | None = None,
+    level: float = 0.95,
+    lasting: bool = False,
+    brightest: float = 0.0,
+) -> tuple[Estimate, float]:
+    """Return `stated_error`, and how bright the brightest path is, as `equaltime.tails.averaged_out` measures it."""
     if unseen is None:
-        return image_error(pixels, level)
-    hidden = unseen.lasting if lasting else unseen
-    found = image_error(pixels, level, hidden, unseen.lamps.least(*pixels.samples.shape))
+        found, share = error_and_brightest(pixels, level)
+    else:
+        hidden, least = unseen.lasting if lasting else unseen, unseen.lamps.least(*pixels.samples.shape)
+        found, share = error_and_brightest(pixels, level, hidden, least)
     if not found.known:
-        return found
-    doubt = unseen.focus.doubt(float(pixels.samples.mean()), found.value, float(pixels.mean.mean()))
-    return replace(found, doubt=doubt)
+        return found, 0.0
+    samples, square = float(pixels.samples.mean()), found.value**2
+    focused = unseen.focus.doubt(samples, found.value, float(pixels.mean.mean())) if unseen is not None else ""
+    doubt = focused or averaged_out(brightest, samples, square, share)
+    return replace(found, doubt=doubt), share * square * samples**2
 
 
 def _around(values: NDArray[Any]) -> Floats:

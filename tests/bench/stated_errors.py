@@ -1,8 +1,8 @@
-"""Whether stated errors are the realised ones, whether intervals hold them, and whether doubts are said where they miss.
+"""Whether stated errors are the realised ones, intervals hold them, and doubts are said where intervals miss.
 
-Every seed of a scene is rendered to each count of samples. True errors are realised ones, against the mean of all *other*
-seeds' last images, joined with a reference if ``--reference`` gives its samples; the noise of either is subtracted.
-Nothing is timed: run it beside anything, nice.
+Every seed of a scene is rendered to each count of samples. True errors are realised ones, against the mean of all
+*other* seeds' last images, joined with a reference if ``--reference`` gives its samples; the noise of either is
+subtracted. Nothing is timed: run it beside anything, nice.
 """
 
 from __future__ import annotations
@@ -50,13 +50,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=700_000, help="the first seed [%(default)s]")
     parser.add_argument("--counts", nargs="+", type=int, default=[2, 8, 42, 122], help="samples a pixel [%(default)s]")
     parser.add_argument("--strategy", default="best", help="[%(default)s]")
-    parser.add_argument(
-        "--reference", type=int, default=0, help="samples a pixel of a reference; 0: none [%(default)s]"
-    )
+    parser.add_argument("--reference", type=int, default=0, help="samples of a reference; 0: none [%(default)s]")
     options = parsed(parser, seeds=4, size=8)
-    print(
-        "scene      spp  true    stated/true: median [5 %, 95 %]   inside  above [95 %]            doubt  above, no doubt"
-    )
+    print("scene      spp    true  stated/true [5 %, 95 %]  inside  above [95 %]       doubt  above, no doubt")
     for name in options.scenes:
         strategy = et.Strategy.parse(options.strategy)
         seeds = range(options.first, options.first + options.seeds)
@@ -110,10 +106,10 @@ def line(rows: list[Stated]) -> str:
     doubted = sum(bool(row.estimate.doubt) for row in rows)
     silent = sum(row.above and not row.estimate.doubt for row in rows)
     least, most = wilson(above, len(rows))
+    true = np.median([row.true for row in rows])
     return (
-        f"{np.median([row.true for row in rows]):6.4f}  {middle:5.2f} [{low:5.2f}, {high:5.2f}]"
-        f"               {inside / len(rows):.2f}    {above / len(rows):.2f} [{least:.2f}, {most:.2f}]"
-        f"       {doubted / len(rows):.2f}   {silent / len(rows):.2f}"
+        f"{true:6.4f}  {middle:5.2f} [{low:5.2f}, {high:5.2f}]     {inside / len(rows):.2f}"
+        f"    {above / len(rows):.2f} [{least:.2f}, {most:.2f}]  {doubted / len(rows):.2f}   {silent / len(rows):.2f}"
     )
 
 

@@ -147,8 +147,14 @@ def met(seed: int, samples: int) -> PixelStatistics:
     return PixelStatistics(both.mean(axis=0), np.square(both[0] - both[1]) / 4.0, counts, 1.0)
 
 
+def lamps_of(pixels: NDArray[np.intp], light: float, share: NDArray[np.float64]) -> Lamps:
+    """Return lamps that all give their pixels the same light."""
+    given = np.full((len(pixels), 3), light)
+    return Lamps(pixels, given, share, given)
+
+
 def the_lamp() -> Lamps:
-    return Lamps(np.array([8 * PICTURE + 9]), np.full((1, 3), BRIGHT * SHARE), np.array([SHARE]))
+    return lamps_of(np.array([8 * PICTURE + 9]), BRIGHT * SHARE, np.array([SHARE]))
 
 
 def everywhere_dark(pixels: NDArray[np.uint32]) -> Floats:
@@ -183,7 +189,7 @@ def lacks(expected: float, *meetings: tuple[int, int], pixels: int = 1, beneath:
     halves = np.full((2, pixels + 1), beside)
     halves[:, :-1] = np.resize(np.transpose(meetings), (2, pixels)) / expected * light + beneath
     both = np.repeat(halves[:, None, :, None], 3, axis=-1)
-    lamps = Lamps(np.arange(pixels), np.full((pixels, 3), light), np.full(pixels, 2.0 * expected / samples))
+    lamps = lamps_of(np.arange(pixels), light, np.full(pixels, 2.0 * expected / samples))
     mean, variance = both.mean(axis=0), np.square(both[0] - both[1]) / 4.0
     added = lamps.missed(PixelStatistics(mean, variance, np.full((1, pixels + 1), samples), 1.0))
     return added * (pixels + 1) * (0.1 * mean.mean() / light) ** 2
@@ -223,7 +229,7 @@ def test_a_lamp_met_much_too_soon_brightens_nothing_that_errors_are_divided_by()
     mean, variance = halves.mean(axis=0), np.square(halves[0] - halves[1]) / 4.0
     pixels = PixelStatistics(mean, variance, np.full((side, side), samples), 1.0)
     error = math.sqrt((np.square(mean - truth) / (np.square(truth) + (0.1 * truth.mean()) ** 2)).mean())
-    lamps = Lamps(np.array([6 * side + 6]), np.full((1, 3), light), np.array([share]))
+    lamps = lamps_of(np.array([6 * side + 6]), light, np.array([share]))
     value = image_error(pixels).value
     assert value < 0.9 * error, "which needs it"
     assert error < math.hypot(value, math.sqrt(lamps.outshone(pixels))) < 1.2 * error

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film import box_sum, nearest_mean
+from equaltime.film import box_sum, nearest_mean, others_sum
 from equaltime.neighbourhoods import RADIUS, neighbours, others_count
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from equaltime.error_estimate import (
     Estimate,
     PixelStatistics,
     error_parts,
-    expected_width,
+    expected_half_width,
     image_error,
     pixel_statistics,
 )
@@ -107,12 +107,14 @@ def test_probes_scatter_by_no_more_than_they_state(share: float, holds: bool) ->
 
 
 def test_the_upper_limit_follows_from_what_is_known_of_few_pixels() -> None:
-    """To a fifth: what the noise of denominators adds is left out. Without their doubts it would be a half."""
-    contributions, _, *doubts = error_parts(statistics(SAMPLES), float(statistics(SAMPLES).mean.mean()))
-    squares = float(np.square(contributions).mean() / contributions.mean() ** 2)
-    stated = math.log(whole().high / whole().value)
-    assert abs(expected_width(squares, SIDE**2, 1.0, *doubts) / stated - 1.0) < 0.2
-    assert expected_width(squares, SIDE**2, 1.0, 0.0, 0.0) / stated < 0.6
+    """To a fifth: what the noise of denominators adds is left out."""
+    cautious = error_parts(statistics(SAMPLES), float(statistics(SAMPLES).mean.mean())).cautious
+    squares = float(np.square(cautious).mean() / cautious.mean() ** 2)
+    stated = math.log(whole().high / math.sqrt(cautious.mean()))
+    assert abs(expected_half_width(squares, SIDE**2, 1.0) / stated - 1.0) < 0.2
+    assert abs(expected_half_width(squares, 4 * SIDE**2, 1.0) / stated - 1.0) > 0.3, (
+        "the twin: of four times the pixels"
+    )
 
 
 def test_its_samples_are_those_of_the_render() -> None:
@@ -154,7 +156,8 @@ def test_pixels_without_noise_say_nothing() -> None:
 
 def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
     pixels = 20 * SIDE + np.arange(20, 30)
-    lamp = Lamps(pixels, np.full((10, 3), 1.5), np.full(10, 0.5 / SAMPLES))
+    light = np.full((10, 3), 1.5)
+    lamp = Lamps(pixels, light, np.full(10, 0.5 / SAMPLES), light)
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
     foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
