@@ -293,7 +293,8 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size
     by_means = 2.0 * influence * sums["crossed"] + influence**2 * sums["means_squared"]
-    return ErrorParts(*contributions, (sums["locals_squared"] + by_means) / pixels.samples.size)
+    value, lenient, cautious = contributions
+    return ErrorParts(value, lenient, cautious, (sums["locals_squared"] + by_means) / pixels.samples.size)
 
 
 def _spread(contributions: Floats, degrees: float) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from equaltime.cost.record import Row
 from equaltime.cost.reference import KnownReference, write
 from equaltime.cost.statistics import Interval
 from equaltime.cost.summary import StrategyResult, Summary
+from equaltime.errors import ExperimentError
 
 Array = NDArray[np.float64]
 
@@ -199,6 +200,48 @@ def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, Strateg
     assert not any(number.trusted for number in numbers)
     assert all(number.bound == "low" for number in fireflies.curve.error), "what was not seen can only add"
     assert fireflies.ratio[0.2].bound == "high"
+
+
+def changed(rows: list[Row], label: str, **values: Callable[[Row], object]) -> list[Row]:
+    """Return the rows with some numbers of one strategy changed."""
+    return [
+        replace(row, **{name: change(row) for name, change in values.items()}) if row.strategy == label else row
+        for row in rows
+    ]
+
+
+def test_what_renders_said_is_joined_as_what_they_did(recorded: tuple[Path, list[Row]]) -> None:
+    """The mean of five errors of 1 % and one of 13 % is 3 %; the root of their mean square is 5.4 %."""
+    folder, rows = recorded
+    firefly = changed(
+        rows,
+        "best",
+        estimate=lambda row: 0.13 if row.repeat == 2 else 0.01,
+        estimate_low=lambda row: 0.1 if row.repeat == 2 else 0.01,
+        estimate_high=lambda row: 0.2 if row.repeat == 2 else 0.01,
+    )
+    said = summarise(experiment(), firefly, folder).scenes[0].strategies[1].curve.own_estimate[-1]
+    expected = [math.sqrt((5.0 * 0.01**2 + one**2) / 6.0) for one in (0.13, 0.1, 0.2)]
+    assert (said.value, said.low, said.high) == pytest.approx(expected)
+    assert said.trusted
+
+
+def test_what_renders_doubt_is_doubted_of_all_together(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    unsure = changed(rows, "best", doubt=lambda row: "heavy tail" if row.repeat in (1, 4) else None)
+    said = summarise(experiment(), unsure, folder).scenes[0].strategies[1].curve.own_estimate
+    assert all((one.trusted, one.bound, one.note) == (False, "low", "2 of 6 renders: heavy tail") for one in said)
+
+
+def test_repeats_without_a_common_count_are_left_out_and_said_to_be(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    apart = changed(rows, "best", spp=lambda row: 100 * row.repeat + row.spp)
+    (scene,) = summarise(experiment(), apart, folder).scenes
+    assert [strategy.label for strategy in scene.strategies] == ["naive", "cut", "fireflies"]
+    assert scene.left_out == (("best", "its repeats have no sample count in common, so that they cannot be joined"),)
+    alone = [row for row in apart if row.strategy == "best"]
+    with pytest.raises(ExperimentError, match="box: its repeats have no sample count in common"):
+        summarise(experiment(("best",), "best"), alone, folder)
 
 
 def test_images_are_those_of_the_first_repeat(strategies: Mapping[str, StrategyResult]) -> None:

@@ -1,5 +1,6 @@
 """Records: what is written comes back, and a kill at any moment costs at most the run that was going on."""
 
+import csv
 import math
 import signal
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.cost.record import COLUMNS, Recorder, Row, complete, load
+from equaltime.cost.record import COLUMNS, Recorder, Row, check_seeds, complete, load
 from equaltime.errors import ExperimentError
 
 ROW = Row(
@@ -128,6 +129,35 @@ def test_a_run_that_had_not_ended_is_cut_off(path: Path) -> None:
     assert load(path) == tuple(run(0))
 
 
+def without_doubts(path: Path) -> None:
+    """Make the file what an earlier version wrote."""
+    table = [row[:] for row in csv.reader(path.read_text(encoding="utf-8").splitlines())]
+    at = table[0].index("doubt")
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([*row[:at], *row[at + 1 :]] for row in table)
+
+
+def test_what_a_render_doubts_is_recorded(path: Path) -> None:
+    rows = [replace(row, doubt="heavy tail: one pixel, and others") for row in run(0)]
+    write(path, iter(rows))
+    assert list(load(path)) == rows
+
+
+def test_records_of_earlier_versions_are_read_and_gone_on_with(path: Path) -> None:
+    write(path, run(0))
+    without_doubts(path)
+    assert load(path) == tuple(run(0))
+    write(path, (replace(row, doubt="no room for it") for row in run(1)))
+    assert load(path) == (*run(0), *run(1))
+
+
+def test_two_repeats_of_one_seed_are_told(path: Path) -> None:
+    rows = [replace(row, seed=5 + row.repeat % 2) for repeat in range(3) for row in run(repeat)]
+    check_seeds(rows[:6], path)
+    with pytest.raises(ExperimentError, match='repeats 0 and 2 of the "best" on cornell box, red have one seed'):
+        check_seeds(rows, path)
+
+
 def test_a_checkpoint_cannot_be_recorded_twice(path: Path) -> None:
     write(path, run(0))
     with Recorder(path) as recorder, pytest.raises(ValueError, match="recorded already"):
@@ -155,7 +185,7 @@ def test_only_one_process_writes_at_a_time(path: Path) -> None:
         ("scene,digest", "scene,digests", r"records\.csv:1: the columns are not those of equaltime's records"),
         (",core,0,0,", ",core,2,0,", r"records\.csv:2: no record: biased cannot be '2'"),
         (",0 8 64 40,", ",0 8 64,", r"records\.csv:2: no record: crop cannot be '0 8 64'"),
-        (",core,", ",", r"records\.csv:2: no record: it has 33 cells, not 34"),
+        (",core,", ",", r"records\.csv:2: no record: it has 34 cells, not 35"),
         (",64,48,", ",,48,", r"records\.csv:2: no record: width cannot be ''"),
         (",0,2147483647,1,4", ",0,2147483647,0,2", r"records\.csv:3: the same checkpoint of the same run as line 2"),
     ],

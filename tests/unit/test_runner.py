@@ -1,6 +1,6 @@
 """The runner: what is run in which order, what is kept, and that nothing is lost or done twice."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from equaltime.cost.analysis import summarise
 from equaltime.cost.core_subject import CoreSubject
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
-from equaltime.cost.identity import run_seed
+from equaltime.cost.identity import film_seed, run_seeds
 from equaltime.cost.record import load
 from equaltime.cost.reference import REFERENCE_STRATEGY
 from equaltime.cost.runner import RunProgress, run
@@ -87,7 +87,7 @@ def test_a_record_says_what_was_done(folder: Path) -> None:
     assert (row.width, row.height, row.crop, row.max_depth) == (12, 8, (0, 0, 12, 8), 3)
     assert (row.repeat, row.checkpoint, row.spp, row.last, row.threads) == (0, 1, 4, True, 1)
     assert row.paths == 12 * 8 * 4
-    assert row.seed == run_seed("box", "bsdf", 0)
+    assert row.seed == run_seeds("box", "bsdf", 1)[0]
     assert row.relmse is not None
     assert row.reference_relmse is not None
     assert row.estimate is not None
@@ -163,6 +163,7 @@ class Clockwork:
     asked: list[tuple[int, ...]] = field(default_factory=list)
     closed: bool = False
     samples: NDArray[np.int64] | None = None
+    rounded: Callable[[Iterable[int]], Iterable[int]] | None = None
 
     def prepare(self, scene: Scene, threads: int) -> float:
         return 0.25
@@ -171,7 +172,7 @@ class Clockwork:
         if self.fails:
             raise NonFiniteSample((1, 2), 3, seed, None)
         taken = []
-        for spp in ladder:
+        for spp in ladder if self.rounded is None else self.rounded(ladder):
             taken.append(spp)
             image = np.full((8, 12, 3), 0.1, np.float32)
             yield Checkpoint(spp, spp / self.rate, spp / self.rate, image, samples=self.samples)
@@ -297,7 +298,32 @@ def test_own_subjects_come_from_python_files(folder: Path, tmp_path: Path) -> No
 
 
 def test_seeds_of_runs_have_31_bits_and_are_all_different() -> None:
-    seeds = [run_seed(scene, label, repeat) for scene in "ab" for label in "cd" for repeat in range(500)]
+    seeds = [seed for scene in "ab" for label in "cd" for seed in run_seeds(scene, label, 500)]
     assert len(set(seeds)) == len(seeds)
     assert max(seeds) < 2**31
     assert min(seeds) >= 0
+    assert film_seed("a", "c") not in seeds
+
+
+def test_repeats_whose_hashes_are_the_same_have_seeds_of_their_own() -> None:
+    """Of these names the hashes of repeats 12745 and 17535 are."""
+    seeds = run_seeds("s", "best", 20_000)
+    assert len(set(seeds)) == len(seeds)
+    assert run_seeds("s", "best", 17_535) == seeds[:17_535], "more repeats change none"
+    assert seeds[0] == 1342983669, "folders of earlier versions can be taken up"
+
+
+def test_a_renderer_must_take_the_same_counts_in_every_repeat(folder: Path, clockworks: list[Clockwork]) -> None:
+    def stop(progress: RunProgress) -> None:
+        if progress.phase == "run" and progress.repeat == 1:
+            clockworks[0].rounded = lambda ladder: (spp + 3 for spp in ladder)
+
+    message = "box: bsdf: repeat 1 has 5 samples a pixel, and the first repeat had 2, 4; repeats are compared at equal"
+    with pytest.raises(ExperimentError, match=message):
+        run(experiment(), folder, stop)
+    clockworks[0].rounded = lambda ladder: list(ladder)[:1]
+    with pytest.raises(ExperimentError, match="repeat 1 has 2 samples a pixel, and the first repeat had 2, 4"):
+        run(experiment(), folder)
+    clockworks[0].rounded = None
+    run(experiment(), folder)
+    assert len(keys(folder)) == 6, "what was refused can be done again"

@@ -39,7 +39,8 @@ def print_summary(summary: Summary, folder: Path) -> None:
 
 
 def _without_error(scene: SceneResult) -> Iterator[tuple[str, str]]:
-    """Tell of which strategies the error at equal time has no interval, and why."""
+    """Tell which strategies are left out, or have no interval of the error at equal time, and why."""
+    yield from scene.left_out
     for result in scene.strategies:
         if not result.error_at_budget.trusted and result.error_at_budget.note:
             yield result.label, result.error_at_budget.note

@@ -24,10 +24,13 @@ from equaltime.cost.statistics import FEWEST_REPEATS, UNKNOWN, Interval
 from equaltime.cost.strategy_runs import StrategyRuns, runs_of
 from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.cost.verdict import pick_standard, verdict
+from equaltime.errors import ExperimentError, Problem
 
 __all__ = ["Curve", "SceneResult", "StrategyResult", "Summary", "runs_of", "summarise"]
 
 Floats = NDArray[np.float64]
+
+_NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
@@ -67,11 +70,14 @@ class _Scene:
     def result(self) -> SceneResult:
         first = self.rows[0]
         reference = self._reference(None)
-        strategies = [
+        found = [
             StrategyRuns.of(entry.label, rows, self.place.path, self._reference(entry.label) or reference)
             for entry in self.experiment.strategies
             if (rows := tuple(row for row in self.rows if row.strategy == entry.label))
         ]
+        strategies = [strategy for strategy in found if strategy.spp]
+        if not strategies:
+            raise ExperimentError((Problem(str(self.place.records), f"{self.name}: {_NO_COMMON_COUNT}"),))
         budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
         labels = [s.label for s in strategies]
         errors = [least_error_at(s.runs, budget) for s in strategies]
@@ -94,6 +100,7 @@ class _Scene:
             reference=self._reference_file(None),
             crops=self.experiment.crops,
             scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
+            left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
         )
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:
@@ -191,15 +198,21 @@ def _curve(strategy: StrategyRuns, runs: Runs) -> Curve:
 
 
 def _own(rows: Sequence[Row]) -> Interval:
-    """Return the mean of what renders said of their errors, with the means of their own limits."""
+    """Return the root of the mean square of what renders said of their errors, and of their own limits.
+
+    Realised errors are joined in the same way. If a render doubts its upper limit, so must be the joined one.
+    """
     said = [(row.estimate, row.estimate_low, row.estimate_high) for row in rows]
     known = [one for one in said if one[0] is not None and math.isfinite(one[0])]
     if not known or len(known) < len(said):
         return replace(UNKNOWN, note="not every render said its error")
     value, low, high = (
-        float(np.mean([math.inf if x is None else x for x in column])) for column in zip(*known, strict=True)
+        math.sqrt(float(np.mean([math.inf if x is None else x * x for x in column])))
+        for column in zip(*known, strict=True)
     )
-    return Interval(value, low, high)
+    doubts = [row.doubt for row in rows if row.doubt]
+    joined = Interval(value, low, high)
+    return joined.bounded("low", f"{len(doubts)} of {len(rows)} renders: {doubts[0]}") if doubts else joined
 
 
 def _equality(images: Floats, others: Floats, careful: bool) -> float | None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder, replacing
-from equaltime.cost.identity import run_seed
+from equaltime.cost.identity import film_seed
 from equaltime.cost.metrics import Reference, measure
 from equaltime.cost.record import Key, Row
 from equaltime.cost.reducing import reduced
@@ -30,8 +30,6 @@ FRAMES = 48
 """At most; of them the k-th is wanted when (k / FRAMES)² of the time is over."""
 _LONGEST = 256
 _MOST = 60000.0
-_REPEAT = -1
-"""Of the seeds: no repeat has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ class Studio:
         seconds = self.experiment.budget or ended.wall_s
         counts = moments(seconds * ended.spp / max(ended.wall_s, 1e-9))
         subject.prepare(self.scenes[number], self.threads)
-        film = _film(subject, run_seed(*key[:2], _REPEAT), counts, seconds, self.references[number])
+        film = _film(subject, film_seed(*key[:2]), counts, seconds, self.references[number])
         with replacing(self.folder.film(*key[:2])) as file:
             np.savez_compressed(file, frames=film.frames, spp=film.spp, seconds=film.seconds, error=film.error)
 

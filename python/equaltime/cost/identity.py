@@ -12,7 +12,7 @@ from equaltime.cost.subject import Subject
 from equaltime.errors import ExperimentError, Problem
 from equaltime.scene import Scene
 
-__all__ = ["identity_of", "run_seed"]
+__all__ = ["film_seed", "identity_of", "run_seeds"]
 
 
 def identity_of(
@@ -45,12 +45,30 @@ def identity_of(
     }
 
 
-def run_seed(scene: str, strategy: str, repeat: int) -> int:
-    """Return the seed of a run: 31 bits, which every renderer takes, other ones for every run.
+def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
+    """Return the seeds of a strategy's repeats on a scene: 31 bits, which every renderer takes, and all different.
 
-    It depends on names, not on places in lists, so that other strategies or more repeats do not change it.
+    They depend on names, not on places in lists: other strategies or more repeats do not change them. A repeat whose
+    hash an earlier one has is hashed again.
     """
-    text = "\0".join(("equaltime cost", scene, strategy, str(repeat)))
+    seeds: dict[int, None] = {}
+    for repeat in range(repeats):
+        seed, again = _hashed(scene, strategy, str(repeat)), 0
+        while seed in seeds:
+            again += 1
+            seed = _hashed(scene, strategy, str(repeat), str(again))
+        seeds[seed] = None
+    return tuple(seeds)
+
+
+def film_seed(scene: str, strategy: str) -> int:
+    """Return the seed of the run that a strategy's film is taken of."""
+    return _hashed(scene, strategy, "-1")
+
+
+def _hashed(*words: str) -> int:
+    """Return 31 bits made of words."""
+    text = "\0".join(("equaltime cost", *words))
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
 
 

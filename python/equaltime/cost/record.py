@@ -21,7 +21,7 @@ from typing import Any, Self
 from equaltime.disk import to_disk
 from equaltime.errors import ExperimentError, Problem
 
-__all__ = ["COLUMNS", "Key", "Recorder", "Row", "complete", "load"]
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
 
 Key = tuple[str, str, int]
 """Scene, strategy (its label) and repeat: what names a run."""
@@ -80,6 +80,8 @@ class Row:
     estimate_low: float | None
     estimate_high: float | None
     """What the render itself said its error was, with its 95 % interval."""
+    doubt: str | None = None
+    """Why it said that the upper limit cannot be trusted."""
     last: bool
     """Whether the run is complete with this row."""
     image: str | None
@@ -97,6 +99,9 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
+_ADDED = {"doubt"}
+"""Columns that files of earlier versions lack. A file keeps the columns that it began with."""
+_BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
 _FLAGS = {"0": False, "1": True}
 _READERS: dict[str, Callable[[str], Any]] = {
@@ -125,6 +130,16 @@ def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)
+
+
+def check_seeds(rows: Iterable[Row], path: Path) -> None:
+    """Raise `ExperimentError` if two repeats of a strategy on a scene have one seed, and so one image."""
+    seen: dict[tuple[str, str, int], int] = {}
+    for row in rows:
+        first = seen.setdefault((row.scene, row.strategy, row.seed), row.repeat)
+        if first != row.repeat:
+            text = f"repeats {first} and {row.repeat} of {row.strategy} on {row.scene} have one seed, and so one image"
+            raise ExperimentError((Problem(str(path), f"{text}; use another folder"),))
 
 
 class Recorder:
@@ -158,7 +173,7 @@ class Recorder:
         place = (row.key, row.checkpoint)
         if place in self._keys:
             raise ValueError(f"checkpoint {row.checkpoint} of run {row.key} is recorded already")
-        self._write(_line(_cells(row)))
+        self._write(_line(_cells(row, self._columns)))
         self._keys.add(place)
         self._rows.append(row)
 
@@ -187,6 +202,7 @@ class Recorder:
             raise ExperimentError((Problem(str(self._path), message),))
         kept = content.split(b"\n")[: 1 + len(rows)] if content else []
         os.ftruncate(self._file, sum(len(line) + 1 for line in kept))
+        self._columns = _columns(kept[0].decode()) if kept else COLUMNS
         if not kept:
             self._write(_line(COLUMNS))
             to_disk(self._path.parent)
@@ -216,13 +232,14 @@ def _parse(content: bytes, path: Path) -> tuple[Row, ...]:
     lines = content.decode("utf-8", "replace").split("\n")[:-1]
     if not lines:
         return ()
-    if tuple(_split(lines[0])) != COLUMNS:
+    columns = _columns(lines[0])
+    if not columns:
         raise ExperimentError((Problem(f"{path}:1", "the columns are not those of equaltime's records"),))
     problems, rows = [], []
     seen: dict[tuple[Key, int], int] = {}
     for number, line in enumerate(lines[1:], start=2):
         try:
-            row = _row(_split(line))
+            row = _row(_split(line), columns)
         except (KeyError, ValueError) as error:
             problems.append(Problem(f"{path}:{number}", f"no record: {error}"))
             continue
@@ -239,10 +256,16 @@ def _split(line: str) -> list[str]:
     return next(csv.reader([line], strict=True), [])
 
 
-def _row(cells: Sequence[str]) -> Row:
-    if len(cells) != len(COLUMNS):
-        raise ValueError(f"it has {len(cells)} cells, not {len(COLUMNS)}")
-    return Row(**{name: _value(name, cell) for name, cell in zip(COLUMNS, cells, strict=True)})
+def _columns(line: str) -> tuple[str, ...]:
+    """Return the columns that the first line of a file names; none if they are not those of records."""
+    found = tuple(_split(line))
+    return found if found in (COLUMNS, _BEFORE) else ()
+
+
+def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
+    if len(cells) != len(columns):
+        raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
+    return Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
 
 
 def _value(name: str, cell: str) -> Any:
@@ -260,8 +283,8 @@ def _window(text: str) -> tuple[int, int, int, int]:
     return x, y, width, height
 
 
-def _cells(row: Row) -> Iterable[str]:
-    for name in COLUMNS:
+def _cells(row: Row, columns: Sequence[str]) -> Iterable[str]:
+    for name in columns:
         value = getattr(row, name)
         if value is None:
             yield ""

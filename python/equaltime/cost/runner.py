@@ -22,9 +22,9 @@ from equaltime.cost.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.cost.folder import OWN_DEPTHS, Folder, build_facts, fingerprint, machine_facts
 from equaltime.cost.forming import Studio
 from equaltime.cost.gates import pass_gates
-from equaltime.cost.identity import identity_of
+from equaltime.cost.identity import identity_of, run_seeds
 from equaltime.cost.metrics import Reference
-from equaltime.cost.record import Key, Recorder
+from equaltime.cost.record import Key, Recorder, check_seeds
 from equaltime.cost.single_run import SingleRun, now
 from equaltime.cost.subject import Checkpoint, Subject
 from equaltime.cost.subjects import close_subjects, make_subjects, scenes_of
@@ -121,6 +121,7 @@ class _Turn:
     """Of the scene."""
     subject: Subject
     key: Key
+    seed: int
 
 
 @dataclass
@@ -138,6 +139,7 @@ class _Session:
     command: str
 
     def __post_init__(self) -> None:
+        check_seeds(self.recorder.rows, self.folder.records)
         self._turns = tuple(self._all_turns())
         self._done = {row.key for row in self.recorder.rows if row.last} & {turn.key for turn in self._turns}
         self._seconds: dict[tuple[str, str], float] = {}
@@ -180,10 +182,17 @@ class _Session:
                     films.shoot(turn.key, turn.number, turn.subject)
 
     def _all_turns(self) -> Iterator[_Turn]:
-        for repeat in range(self.experiment.repeats):
-            for number, entry in enumerate(self.experiment.scenes):
+        repeats, scenes = self.experiment.repeats, self.experiment.scenes
+        seeds = {
+            (entry.name, subject.label): run_seeds(entry.name, subject.label, repeats)
+            for entry in scenes
+            for subject in self.subjects
+        }
+        for repeat in range(repeats):
+            for number, entry in enumerate(scenes):
                 for subject in self.subjects if repeat % 2 == 0 else self.subjects[::-1]:
-                    yield _Turn(repeat, number, subject, (entry.name, subject.label, repeat))
+                    key = (entry.name, subject.label, repeat)
+                    yield _Turn(repeat, number, subject, key, seeds[key[:2]][repeat])
 
     def _run(self, turn: _Turn, known: Reference, machine: str, build: str) -> None:
         scene = self.scenes[turn.number]
@@ -191,7 +200,8 @@ class _Session:
         if own.exists():
             known = references.read(own).reference
         begin = time.perf_counter()
-        single = SingleRun(turn.key, scene, turn.subject, known, self.threads, machine, build)
+        expected = self._first_counts(turn) if turn.repeat else None
+        single = SingleRun(turn.key, turn.seed, scene, turn.subject, known, self.threads, machine, build, expected)
         with _told_on(turn.key[0]):
             self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
         self._seconds[turn.key[:2]] = time.perf_counter() - begin
@@ -203,6 +213,10 @@ class _Session:
             return self.experiment.spp
         if turn.repeat == 0:
             return self.experiment.budget or DEFAULT_BUDGET
+        return self._first_counts(turn)
+
+    def _first_counts(self, turn: _Turn) -> tuple[int, ...]:
+        """Return the counts that the first repeat had."""
         first = (*turn.key[:2], 0)
         return tuple(row.spp for row in self.recorder.rows if row.key == first)
 

@@ -11,12 +11,11 @@ import numpy as np
 
 from equaltime.cost.flip import flip
 from equaltime.cost.folder import Folder, replacing
-from equaltime.cost.identity import run_seed
 from equaltime.cost.ladder import BudgetLadder
 from equaltime.cost.metrics import Reference, measure
 from equaltime.cost.record import Key, Recorder, Row
 from equaltime.cost.subject import Checkpoint, Subject
-from equaltime.errors import RenderError
+from equaltime.errors import ExperimentError, Problem, RenderError
 from equaltime.scene import Scene
 
 __all__ = ["SingleRun", "now"]
@@ -35,12 +34,15 @@ class SingleRun:
     """What one run needs."""
 
     key: Key
+    seed: int
     scene: Scene
     subject: Subject
     known: Reference
     threads: int
     machine: str
     build: str
+    expected: tuple[int, ...] | None = None
+    """Sample counts of the first repeat, which this one must have too; None if this is the first."""
 
     def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render, and append a row for each checkpoint; return the seconds of rendering.
@@ -52,26 +54,50 @@ class SingleRun:
         ----------
         ladder
             The sample counts, or the seconds that the run may take.
+
+        Raises
+        ------
+        ExperimentError
+            If the renderer takes other counts than in its first repeat: repeats are compared at equal counts.
         """
         setup = self.subject.prepare(self.scene, self.threads)
         common = {**self._common(), "setup_s": setup, "started": now()}
         seconds = ladder if isinstance(ladder, float) else None
         counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
         pending: Checkpoint | None = None
-        number = 0
-        for checkpoint in self.subject.run(common["seed"], counts, seconds):
+        number, taken = 0, list[int]()
+        for checkpoint in self.subject.run(self.seed, counts, seconds):
             if isinstance(counts, BudgetLadder):
                 counts.taken(checkpoint.spp, checkpoint.wall_s)
+            taken.append(checkpoint.spp)
+            self._check_counts(taken, ended=False)
             if pending is not None:
                 recorder.append(Row(**common, **self._measured(pending), checkpoint=number, last=False, image=None))
                 number += 1
             pending = checkpoint
         if pending is None:
             raise RenderError(f"{self.subject.label}: gave no image")
+        self._check_counts(taken, ended=True)
         measured = {**self._measured(pending), "flip": self._flip(pending)}
         image = self._keep(folder, pending)
         recorder.append(Row(**common, **measured, checkpoint=number, last=True, image=image))
         return pending.wall_s
+
+    def _check_counts(self, taken: Sequence[int], ended: bool) -> None:
+        """Raise `ExperimentError` once the sample counts are not those of the first repeat, or some of them lack."""
+        if self.expected is None or (*taken,) == self.expected[: None if ended else len(taken)]:
+            return
+        scene, label, repeat = self.key
+        found, wanted = (", ".join(map(str, counts)) for counts in (taken, self.expected))
+        raise ExperimentError(
+            (
+                Problem(
+                    f"{scene}: {label}",
+                    f"repeat {repeat} has {found} samples a pixel, and the first repeat had {wanted}; repeats are "
+                    "compared at equal counts, so let the renderer take or round the counts of a run alike each time",
+                ),
+            )
+        )
 
     def _common(self) -> dict[str, Any]:
         """Return what is the same in all rows of the run."""
@@ -88,7 +114,7 @@ class SingleRun:
             "renderer": self.subject.renderer,
             "biased": self.subject.biased,
             "repeat": self.key[2],
-            "seed": run_seed(*self.key),
+            "seed": self.seed,
             "threads": self.threads,
             "machine": self.machine,
             "build": self.build,
@@ -111,6 +137,7 @@ class SingleRun:
             "estimate": None if estimate is None else estimate.value,
             "estimate_low": None if estimate is None else estimate.low,
             "estimate_high": None if estimate is None else estimate.high,
+            "doubt": None if estimate is None else estimate.doubt or None,
         }
 
     def _flip(self, checkpoint: Checkpoint) -> float | None:

@@ -52,7 +52,7 @@ class StrategyRuns:
         """Join the rows of a strategy, and see in its final images how far its intervals can be trusted."""
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
-        images = plain.images()
+        images = plain.images() if spp else None
         if images is None or reference is None or reference.mean.shape != images.shape[1:]:
             return plain
         parts, tail = relmse_of_parts(images, reference), tail_of(squared_errors(images, reference))

@@ -39,7 +39,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     problems: list[Problem] = []
     for number, entry in enumerate(experiment.strategies):
         try:
-            subjects.append(_subject(entry, experiment.folder))
+            subjects.append(_named(_subject(entry, experiment.folder)))
         except ExperimentError as error:
             problems += [Problem(f"strategies[{number}].{p.place}", p.message) for p in error.problems]
     if problems:
@@ -63,6 +63,14 @@ def _subject(entry: StrategyEntry, folder: Path) -> Subject:
         return peer_subject(entry.label, entry.peer, folder)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
+
+
+def _named(subject: Subject) -> Subject:
+    """Return a subject whose name a record can hold; raises ExperimentError for another."""
+    if not isinstance(subject.name, str) or len(subject.name.splitlines()) != 1:
+        text = f"the name of a subject must be text of one line, found {subject.name!r}"
+        raise ExperimentError((Problem("name", text),))
+    return subject
 
 
 def _own(label: str, place: str) -> Subject:

@@ -104,6 +104,8 @@ class SceneResult:
     """Windows x, y, width, height to look at closely, in pixels of the image; empty to let the report choose."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene's file asks for; None if the folder does not say."""
+    left_out: tuple[tuple[str, str], ...] = ()
+    """Labels of strategies whose runs cannot be joined, and why."""
 
     @property
     def other_depth(self) -> str:

@@ -110,7 +110,10 @@ def _scene_view(
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look),
-        notes=tuple((strategy.label, "; ".join(strategy.notes)) for strategy in scene.strategies if strategy.notes),
+        notes=(
+            *((strategy.label, "; ".join(strategy.notes)) for strategy in scene.strategies if strategy.notes),
+            *scene.left_out,
+        ),
         kinds=kinds,
         size=(pictures.reference.mean.shape[1], pictures.reference.mean.shape[0]) if pictures else scene.size,
         picture_notes=loaded.missing if isinstance(loaded, Pictures) else (loaded,),
