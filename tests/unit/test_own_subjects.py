@@ -32,9 +32,7 @@ def test_the_shipped_subjects_can_be_made() -> None:
 @pytest.mark.parametrize("name", ["two\nlines", "", 5])
 def test_a_name_that_no_record_can_hold_is_refused_before_anything_is_rendered(tmp_path: Path, name: object) -> None:
     code = f"class Mine:\n    def __init__(self, label): self.label, self.name = label, {name!r}\n"
-    with pytest.raises(
-        et.EqualtimeError, match=r"strategies\[0\]\.name: the name of a subject must be text of one"
-    ):
+    with pytest.raises(et.EqualtimeError, match=r"strategies\[0\]\.name: the name of a subject must be text of one"):
         make_subjects(read_experiment(experiment(tmp_path, code)))
 
 
