@@ -4,19 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.cost.curves import Runs, error_at, error_curve, slope, time_to_error
+from equaltime.cost.curves import (
+    FARTHEST_REACH,
+    TYPICAL,
+    Runs,
+    error_at,
+    error_curve,
+    interval_of,
+    log_time,
+    log_times,
+    slope,
+    time_to_error,
+)
 from equaltime.cost.ratios import speed_up
-from equaltime.cost.statistics import Interval
+from equaltime.cost.statistics import UNKNOWN, Interval, exp
 from equaltime.cost.tails import tail_of
 
 Array = NDArray[np.float64]
 
 SPP = np.array([2, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 REPEATS = 8
+POOLED = 24
+"""Experiments of which typical runs are known."""
 DRIFT, JITTER = 0.05, 0.01
 """How the machine's speed varies from repeat to repeat, and a time from checkpoint to checkpoint (relative)."""
 
@@ -67,6 +81,20 @@ class Renderer:
         return Runs(seconds, relmse, self.law, doubt=tail.doubt, unseen=tail.unseen, shared=float(shared))
 
 
+@cache
+def pooled(renderer: Renderer) -> Runs:
+    """Return many runs, whose medians are those of typical runs to a few thousandths of a time's logarithm."""
+    parts = [renderer.runs(1_000_000 + 2 * number) for number in range(POOLED)]
+    seconds, relmse = (np.concatenate([getattr(part, name) for part in parts]) for name in ("seconds", "relmse"))
+    return Runs(seconds, relmse, renderer.law)
+
+
+@cache
+def typical_time(renderer: Renderer, target: float) -> float:
+    """Return the time at which half of all runs have this error."""
+    return float(np.exp(np.median(log_times(pooled(renderer), target))))
+
+
 def gaussian(rng: np.random.Generator, count: int, shape: tuple[int, ...]) -> Array:
     return np.asarray(np.sqrt(count) * rng.standard_normal(shape))
 
@@ -93,6 +121,16 @@ def rare(probability: float) -> Callable[[np.random.Generator, int, tuple[int, .
     return draw
 
 
+def firefly(probability: float, size: float) -> Callable[[np.random.Generator, int, tuple[int, ...]], Array]:
+    """Return normal samples, and with a tiny probability one that is larger by ``size`` standard deviations."""
+
+    def draw(rng: np.random.Generator, count: int, shape: tuple[int, ...]) -> Array:
+        met = rng.binomial(count, probability, shape)
+        return gaussian(rng, count, shape) + size * (met - count * probability)
+
+    return draw
+
+
 @dataclass(frozen=True)
 class Case:
     """An interval and what it should hold."""
@@ -102,17 +140,85 @@ class Case:
     truth: float
     logarithmic: bool = True
 
+    @property
+    def wrong(self) -> bool:
+        """Whether what is said of the truth is not so: by both ends if they are trusted, else by the one that holds."""
+        low, high = self.interval.low, self.interval.high
+        if self.interval.trusted:
+            return not low <= self.truth <= high
+        return {"low": low > self.truth, "high": high < self.truth}.get(self.interval.bound, False)
+
     def holds(self, narrow: float = 1.0) -> bool:
         """Tell whether the interval, made narrower about its value, holds the truth."""
         if narrow == 1.0:
             return self.interval.low <= self.truth <= self.interval.high
         ends = np.array([self.interval.low, self.interval.value, self.interval.high])
+        if not np.isfinite(ends).all() or (self.logarithmic and not (ends > 0.0).all()):
+            return bool(ends[0] <= self.truth <= ends[2])
         low, value, high = np.log(ends) if self.logarithmic else ends
         truth = np.log(self.truth) if self.logarithmic else self.truth
         return bool(value + narrow * (low - value) <= truth <= value + narrow * (high - value))
 
 
 SPEED_UP = 3.0
+
+
+def _time(renderer: Renderer, runs: Runs, spp: float, kind: str = "time") -> Case:
+    """Return the time to the error that is expected after ``spp`` samples; of typical runs where it says so."""
+    target = renderer.error(spp)
+    found = time_to_error(runs, target)
+    return Case(kind, found, typical_time(renderer, target) if TYPICAL in found.note else spp)
+
+
+def typical_error(renderer: Renderer, spp: float) -> float:
+    """Return the error that typical runs have after so many samples, if it falls by the renderer's power."""
+    end = float(np.median(pooled(renderer).relmse[:, -1])) ** 0.5
+    return end * (spp / float(SPP[-1])) ** renderer.power
+
+
+def cases_of_typical_runs(renderer: Renderer, seeds: Iterable[int]) -> tuple[list[Case], list[Case]]:
+    """Return times of typical runs, within the runs and beyond, and speed-ups; the same by the mean over repeats."""
+    found, by_mean = list[Case](), list[Case]()
+    for seed in seeds:
+        runs, slow = renderer.runs(2 * seed), renderer.runs(2 * seed + 1, 1.0 / SPEED_UP)
+        for kind, spp in (("within", 40.0), ("beyond", 256.0)):
+            target = typical_error(renderer, spp)
+            truth = typical_time(renderer, target)
+            found.append(Case(kind, time_to_error(runs, target), truth))
+            by_mean.append(Case(kind, _time_by_mean(runs, target), truth))
+            found.append(Case("speed-up", speed_up(slow, runs, target), SPEED_UP))
+            by_mean.append(Case("speed-up", _speed_up_by_mean(slow, runs, target), SPEED_UP))
+    return found, by_mean
+
+
+def _time_by_mean(runs: Runs, target: float) -> Interval:
+    """Return the time to an error by the mean over repeats, whatever they are: what one firefly moves.
+
+    A time beyond a hundred times the longest run is at least that, by the estimate alone. Under heavy tails the lower
+    end is all that is said.
+    """
+    value, end = log_time(runs, target, np.ones(runs.repeats)), float(np.log(runs.seconds[:, -1].mean()))
+    if value > end + np.log(FARTHEST_REACH):
+        found = Interval(np.inf, exp(end + (0.0 if np.isinf(value) else np.log(FARTHEST_REACH))), np.inf)
+    else:
+        found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats).map(exp)
+    return found.bounded("low", runs.tail) if runs.tail else found
+
+
+def _speed_up_by_mean(slow: Runs, runs: Runs, target: float) -> Interval:
+    """Return the ratio of such times; of two of which no more than lower ends hold nothing is said."""
+    first, second = _time_by_mean(slow, target), _time_by_mean(runs, target)
+    if np.isinf(first.value) and np.isinf(second.value):
+        return UNKNOWN
+    if np.isinf(first.value):
+        found = Interval(np.inf, first.low / second.high, np.inf)
+    elif np.isinf(second.value):
+        found = Interval(0.0, 0.0, first.high / second.low)
+    else:
+        ratio = interval_of(lambda kept, _: log_time(slow, target, kept) - log_time(runs, target, kept), runs.repeats)
+        found = ratio.map(exp)
+    found = found.bounded("low", slow.tail) if slow.tail else found
+    return found.bounded("high", runs.tail) if runs.tail else found
 
 
 def cases(renderer: Renderer, seeds: Iterable[int]) -> list[Case]:
@@ -122,10 +228,10 @@ def cases(renderer: Renderer, seeds: Iterable[int]) -> list[Case]:
         runs, slow = renderer.runs(2 * seed), renderer.runs(2 * seed + 1, 1.0 / SPEED_UP)
         for spp in (10.0, 40.0):
             target = renderer.error(spp)
-            found.append(Case("time", time_to_error(runs, target), spp))
+            found.append(_time(renderer, runs, spp))
             found.append(Case("speed-up", speed_up(slow, runs, target), SPEED_UP))
             found.append(Case("error", error_at(runs, spp), target))
-        found.append(Case("extrapolated", time_to_error(runs, renderer.error(256.0)), 256.0))
+        found.append(_time(renderer, runs, 256.0, "extrapolated"))
         if renderer.law:
             far = renderer.error(1e5)
             found += [Case("law", time_to_error(runs, far), 1e5), Case("law", speed_up(slow, runs, far), SPEED_UP)]

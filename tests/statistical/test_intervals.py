@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from .simulated_runs import Case, Renderer, cases, gaussian, pareto, rare
+from .simulated_runs import Case, Renderer, cases, cases_of_typical_runs, firefly, gaussian, pareto, rare
 
 NARROW = 0.85
 EXPERIMENTS = 240
@@ -32,6 +32,8 @@ SLOW = pytest.mark.slow
 USUAL = ("independent", "noisy reference", *(pytest.param(name, marks=SLOW) for name in ("sobol", "rare")))
 HEAVY = {f"index {0.5 * tail}": Renderer(pareto(tail), size=64) for tail in (2.2, 2.6, 3.0, 4.0, 5.0)}
 """By the tail index of squared errors: below 2 their spread is infinite."""
+FIREFLIES = Renderer(firefly(0.2 / (64 * 16 * 16), 640.0), size=16)
+"""One run of six meets a sample that makes its error five times as large; the rest of its noise is even."""
 
 
 @cache
@@ -131,3 +133,32 @@ def test_under_heavier_tails_lower_ends_hold(name: str) -> None:
 @pytest.mark.parametrize("name", ["index 1.1", "index 1.3"])
 def test_unmarked_they_would_fail(name: str) -> None:
     assert misses(simulated(name, 230)) > 0.07
+
+
+@cache
+def with_fireflies() -> tuple[list[Case], list[Case]]:
+    return cases_of_typical_runs(FIREFLIES, range(160))
+
+
+def said_wrongly(found: Iterable[Case]) -> float:
+    """Return the share of statements, intervals or single ends, that are not so."""
+    return float(np.mean([case.wrong for case in found if case.interval.trusted or case.interval.bound]))
+
+
+def test_with_a_rare_firefly_times_and_speed_ups_of_typical_runs_hold() -> None:
+    found, _ = with_fireflies()
+    trusted = [case for case in found if case.interval.trusted]
+    assert len(trusted) >= 0.95 * len(found)
+    for kind in ("within", "beyond", "speed-up"):
+        share = coverage(case for case in trusted if case.kind == kind)
+        assert 0.91 <= share <= 0.985, (kind, share)
+    assert right(coverage(trusted))
+    assert said_wrongly(found) <= 0.07
+
+
+def test_with_a_rare_firefly_narrower_ones_and_those_by_the_mean_would_not() -> None:
+    """By the mean one firefly makes a time that is not reached, which is said as a bound."""
+    found, by_mean = with_fireflies()
+    assert not right(coverage((case for case in found if case.interval.trusted), 0.7))
+    assert said_wrongly(case for case in by_mean if case.kind != "speed-up") > 0.2
+    assert said_wrongly(case for case in by_mean if case.kind == "speed-up") > 0.07

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.cost.analysis import summarise
+from equaltime.cost.curves import TYPICAL
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
 from equaltime.cost.metrics import Reference, measure
@@ -196,10 +197,10 @@ def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyRes
 def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, StrategyResult]) -> None:
     fireflies = strategies["fireflies"]
     assert any("heavy tail" in note for note in fireflies.notes)
-    numbers = (*fireflies.time_to.values(), *fireflies.ratio.values(), *fireflies.curve.error, fireflies.curve.slope)
-    assert not any(number.trusted for number in numbers)
+    assert not any(number.trusted for number in (*fireflies.curve.error, fireflies.curve.slope))
     assert all(number.bound == "low" for number in fireflies.curve.error), "what was not seen can only add"
-    assert fireflies.ratio[0.2].bound == "high"
+    assert all("heavy tail" in number.note for number in (*fireflies.time_to.values(), *fireflies.ratio.values()))
+    assert all(TYPICAL in number.note for number in fireflies.time_to.values())
 
 
 def changed(rows: list[Row], label: str, **values: Callable[[Row], object]) -> list[Row]:

@@ -2,33 +2,116 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from equaltime.cost.curves import error_at, error_curve, slope, time_to_error
+from equaltime.cost.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
 from equaltime.cost.ratios import efficiency, speed_up
+from equaltime.cost.statistics import Interval
 
-from .made_up_runs import SPP, power_law
+from .made_up_runs import SPP, power_law, with_firefly
 
 
 def test_a_doubt_about_the_runs_is_carried_by_every_number() -> None:
     runs = replace(power_law(), doubt="heavy tail")
     numbers = (time_to_error(runs, 0.2), time_to_error(runs, 1e-9), error_at(runs, 20.0), slope(runs))
     for number in (*numbers, *error_curve(runs), speed_up(power_law(), runs, 0.2), speed_up(runs, power_law(), 0.2)):
-        assert not number.trusted
         assert "heavy tail" in number.note
 
 
-def test_of_errors_and_times_with_heavy_tails_the_lower_end_holds() -> None:
+def test_of_errors_with_heavy_tails_the_lower_end_holds_and_times_are_those_of_typical_runs() -> None:
     runs = replace(power_law(), doubt="heavy tail")
+    assert all(number.bound == "low" for number in (error_at(runs, 20.0), *error_curve(runs)))
+    assert (slope(runs).trusted, slope(runs).bound) == (False, "")
+    for number in (
+        time_to_error(runs, 0.2),
+        speed_up(runs, power_law(speed=3.0), 0.2),
+        speed_up(power_law(), runs, 0.2),
+    ):
+        assert number.trusted
+        assert TYPICAL in number.note
+    assert TYPICAL not in time_to_error(power_law(), 0.2).note
+    few = replace(runs, relmse=runs.relmse[:5], seconds=runs.seconds[:5])
+    assert "6 are the least for a median" in time_to_error(few, 0.2).note
+    assert not time_to_error(few, 0.2).trusted
+
+
+def test_of_runs_that_have_not_found_all_light_the_lower_end_holds() -> None:
+    runs = replace(power_law(), missing="they have not found all light yet")
     for number in (time_to_error(runs, 0.2), error_at(runs, 20.0), *error_curve(runs)):
-        assert number.bound == "low"
-    assert speed_up(runs, power_law(), 0.2).bound == "low"
-    assert speed_up(power_law(), runs, 0.2).bound == "high"
+        assert (number.trusted, number.bound) == (False, "low")
+    assert speed_up(runs, power_law(speed=3.0), 0.2).bound == "low"
+    assert speed_up(power_law(speed=3.0), runs, 0.2).bound == "high"
     assert speed_up(runs, runs, 0.2).bound == slope(runs).bound == ""
     assert time_to_error(replace(runs, relmse=runs.relmse[:2], seconds=runs.seconds[:2]), 0.2).bound == ""
+
+
+def test_a_bound_that_leaves_open_which_is_faster_is_none() -> None:
+    runs = replace(power_law(), missing="they have not found all light yet")
+    assert speed_up(runs, power_law(speed=0.3), 0.2).bound == "", "at least 0.3 times as fast"
+    assert speed_up(power_law(speed=0.3), runs, 0.2).bound == "", "at most 3 times as fast"
+    stuck = replace(power_law(), relmse=power_law().relmse + 0.1, biased=True)
+    assert math.isinf(speed_up(stuck, power_law(), 0.2).value)
+    slower = speed_up(stuck, power_law(speed=0.2), 0.2)
+    assert math.isnan(slower.value), "the baseline has not reached it in half of the time that this one takes"
+    assert "baseline: not reached" in slower.note
+
+
+def test_an_end_that_is_far_off_the_estimate_is_none() -> None:
+    assert Interval(5.0, 0.6, 9.0).bounded("low", "why").telling(10.0).bound == "low"
+    assert Interval(5.0, 0.4, 9.0).bounded("low", "why").telling(10.0).bound == ""
+    assert Interval(math.inf, 3.0, math.inf).bounded("low", "why").telling(10.0).bound == "low"
+    assert Interval(math.inf, 0.0, math.inf).bounded("low", "why").telling(10.0).bound == ""
+
+
+def test_one_firefly_in_six_runs_changes_no_time() -> None:
+    """Errors of 21.0, 21.4, 20.7, 111.5, 20.7 and 20.9 % after 16 s: to 10 % a typical run takes 4.4 times as long."""
+    runs, typical = with_firefly(), 16.0 * (0.2095 / 0.10) ** 2
+    found = time_to_error(runs, 0.10)
+    assert found.trusted
+    assert found.low < typical < found.high
+    assert found.value == pytest.approx(typical, rel=0.02)
+    assert found.reach == pytest.approx(4.4, rel=0.02)
+    assert "one repeat of 6 makes 85 % of their squared error" in found.note
+    end = error_curve(runs)[-1]
+    assert (end.trusted, end.bound) == (False, "low")
+    assert end.low == pytest.approx(0.207, rel=0.01), "the least that the mean can be is what typical runs have"
+
+
+def test_one_firefly_makes_no_bound_that_contradicts_what_typical_runs_gain() -> None:
+    """The baseline is thirty times as far off in every run."""
+    runs, baseline = with_firefly(), with_firefly(tuple(30.0 * error for error in (0.21, 0.19, 0.23, 0.8, 0.2, 0.22)))
+    gain = efficiency(baseline, runs)
+    assert gain.trusted
+    for target in (0.3, 0.21, 0.1, 0.05):
+        found = speed_up(baseline, runs, target)
+        assert found.bound == ""
+        if math.isinf(found.value):
+            assert 1.0 < found.low < gain.low, "the baseline is not reached"
+        else:
+            assert not found.known or max(found.low, gain.low) < min(found.high, gain.high)
+    near = with_firefly(tuple(3.0 * error for error in (0.21, 0.19, 0.23, 0.8, 0.2, 0.22)))
+    for target in (0.3, 0.21):
+        found, gain = speed_up(near, runs, target), efficiency(near, runs)
+        assert found.trusted
+        assert found.low < 9.0 < found.high
+        assert max(found.low, gain.low) < min(found.high, gain.high)
+
+
+def test_not_reached_is_no_bound_unless_the_error_is_surely_above() -> None:
+    """A slope that is fitted to noise reaches beyond all bounds, but the error at the end may be the one asked for."""
+    rng = np.random.default_rng(2)
+    seconds = np.tile(SPP, (8, 1))
+    level = 0.04 * np.exp(0.3 * rng.standard_normal((8, len(SPP))))
+    runs = Runs(seconds, level)
+    flat = time_to_error(runs, 0.8 * math.sqrt(0.04))
+    near = time_to_error(runs, 0.98 * math.sqrt(float(level.mean(axis=0).min())))
+    assert (flat.value, near.value) == (math.inf, math.inf)
+    assert flat.low == pytest.approx(SPP[-1])
+    assert near.low == 0.0
 
 
 def test_what_was_not_seen_moves_one_end_out() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from equaltime.cost.curves import TYPICAL
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.summary import SceneResult, StrategyResult
 from equaltime.cost.verdict import pick_standard, product_mean, verdict
@@ -70,7 +71,7 @@ def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> 
 def test_of_a_baseline_with_a_heavy_tail_the_lower_end_is_said() -> None:
     sentence = said((TIME, UNKNOWN), (AT_LEAST, UNKNOWN))
     assert "at least 25\N{MULTIPLICATION SIGN} faster than naive" in sentence
-    assert sentence.endswith("beyond the runs, and its heavy tail leaves open how much more")
+    assert sentence.endswith("beyond the runs; how much more is not known")
     assert "30" not in sentence
 
 
@@ -99,6 +100,14 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     assert sentence.startswith(f"typical runs of best are 800{times} [300, 2e+03] as efficient as those of naive")
     assert "no strategy's time to a wanted error can be told" in sentence
     assert "heavy tail" in sentence
+
+
+def test_of_typical_runs_the_sentence_says_so() -> None:
+    typical = RATIO.noted(f"baseline: {TYPICAL}; heavy tail")
+    assert said((TIME, TIME), (typical, typical)).endswith(
+        "[25, 36] faster than naive; typical runs: the median of repeats, since few events make most of the error"
+    )
+    assert "typical" not in said((TIME, TIME), (RATIO, RATIO))
 
 
 def test_a_time_without_a_ratio_stands_alone() -> None:

@@ -10,6 +10,7 @@ import pytest
 from equaltime.cost.report import page
 from equaltime.cost.report.dots import clearest, draw_dots, has_dots
 from equaltime.cost.report.looks import looks
+from equaltime.cost.report.overview import without_marks
 from equaltime.cost.summary import SceneResult, Summary
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
@@ -48,7 +49,9 @@ def test_the_error_with_the_most_dots_is_shown_and_of_several_the_smallest(found
 def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Summary) -> None:
     scene = found.scenes[1]
     best = scene.strategies[2]
-    beyond = replace(best, time_to={target: time.noted("extrapolated") for target, time in best.time_to.items()})
+    beyond = replace(
+        best, time_to={target: replace(time.noted("extrapolated"), reach=2.0) for target, time in best.time_to.items()}
+    )
     changed = replace(found, scenes=(found.scenes[0], replace(scene, strategies=(*scene.strategies[:2], beyond))))
     axes = draw_dots(changed, 0.02, LOOKS, 6.0).axes[0]
     assert [text.get_text() for text in axes.get_yticklabels()] == ["box0", "box1"]
@@ -66,6 +69,16 @@ def test_where_only_a_lower_end_holds_there_is_an_arrow(found: Summary) -> None:
     axes = draw_dots(replace(found, scenes=(changed,)), 0.02, LOOKS, 6.0).axes[0]
     arrows = [line for line in axes.lines if line.get_marker() == ">" and len(line.get_ydata())]
     assert [(list(line.get_xdata()), list(line.get_ydata())) for line in arrows] == [([times[0.02].low], [0])]
+
+
+def test_strategies_without_a_mark_are_named_with_the_scenes(found: Summary) -> None:
+    first, second = found.scenes
+    changed = replace(found, scenes=(untrusted(first, ("best", "cut")), untrusted(second, ("best",))))
+    assert without_marks(found, 0.02) == ""
+    sentence = "No mark, since the time is not reached or not known: cut on box0; best on every scene."
+    assert without_marks(changed, 0.02) == sentence
+    lows = [line for line in draw_dots(changed, 0.02, LOOKS, 6.0).axes[0].lines if line.get_marker() == ">"]
+    assert not any(len(line.get_ydata()) for line in lows)
 
 
 def test_the_page_has_a_chart_for_each_error_that_is_reached(

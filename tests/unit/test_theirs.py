@@ -46,7 +46,7 @@ def test_a_target_that_is_given_is_kept_even_if_nothing_can_be_trusted_there(fou
 def test_what_lies_within_the_runs_is_preferred_to_what_is_extrapolated(found: Summary) -> None:
     scene = found.scenes[0]
     best = scene.strategies[2]
-    times = {target: time.noted("extrapolated") if target < 0.05 else time for target, time in best.time_to.items()}
+    times = {target: replace(time, reach=2.0) if target < 0.05 else time for target, time in best.time_to.items()}
     changed = replace(scene, strategies=(*scene.strategies[:2], replace(best, time_to=times)))
     assert line(replace(found, scenes=(changed,)), "time").target == 0.05
 

@@ -175,8 +175,7 @@ class _Scene:
             notes.append(note)
         if runs.repeats < FEWEST_REPEATS:
             notes.append(f"{runs.repeats} of {FEWEST_REPEATS} repeats that intervals need at least")
-        if runs.doubt:
-            notes.append(runs.doubt)
+        notes += [reason for reason in (runs.tail, runs.missing) if reason]
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:

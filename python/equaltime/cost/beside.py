@@ -97,6 +97,6 @@ def _best(values: Mapping[float, Interval]) -> float:
     If there is none, the smallest whose number has one end that holds; else the largest.
     """
     trusted = [t for t, value in values.items() if value.trusted and value.value > 0.0 and math.isfinite(value.high)]
-    within = [target for target in trusted if not values[target].note]
+    within = [target for target in trusted if values[target].reach == 1.0]
     bounded = [target for target, value in values.items() if value.bound and value.known]
     return min(within or trusted or bounded or [max(values)])

@@ -7,6 +7,11 @@ make them rise). Whatever is read off the curve is a smooth function of means ov
 interval comes from the jackknife over repeats, which sees that checkpoints of one run share samples, and that two
 strategies' repeats share a machine that drifts. What the reference's noise does to all repeats alike no spread shows:
 everything is formed again with all of relMSE moved by its standard error, of two strategies by the same.
+
+Where a few events make most of the error (`Runs.tail`), the mean over repeats is that of the runs that had them, and no
+spread tells how often they come. Times are then those of typical runs: medians over repeats, each by its own curve,
+with the interval of the sign test, which holds for any distribution. Beyond its end every curve goes on by the slope of
+the median one. Where tails are light, mean and median are the same number, and the mean is known better.
 """
 
 from __future__ import annotations
@@ -19,18 +24,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.cost.metrics import signed_root
-from equaltime.cost.statistics import UNKNOWN, Interval, exp, few, jackknife, mean_interval
+from equaltime.cost.statistics import (
+    FEWEST_REPEATS,
+    UNKNOWN,
+    Interval,
+    exp,
+    few,
+    jackknife,
+    join,
+    mean_interval,
+    median_interval,
+)
 
 __all__ = [
+    "TYPICAL",
     "Runs",
     "error_at",
     "error_curve",
     "interval_of",
     "least_error_at",
     "log_time",
+    "log_times",
     "second_curve",
     "slope",
+    "slope_doubt",
     "time_to_error",
+    "typical_interval",
 ]
 
 Floats = NDArray[np.float64]
@@ -48,6 +67,12 @@ _NEAR_ENOUGH = 1.15
 _CLEAR = 4.0
 """An error drowns where its square is not so many standard errors of the reference's part in it."""
 _TAIL_OCTAVES = 3.0
+_TELLING = 10.0
+"""A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
+_MOST_OF_ONE = 0.5
+"""Share of one repeat in the squared errors of all, beyond which it is no run like the others."""
+TYPICAL = "typical runs: the median of repeats"
+"""What is said of times that are not those of the mean error."""
 _Z95 = 1.959964
 _FEWEST_POINTS = 3
 
@@ -65,7 +90,9 @@ class Runs:
     biased: bool = False
     """Whether the error may stop falling: then nothing is extrapolated."""
     doubt: str = ""
-    """Why upper ends of errors and times cannot be trusted, if so (see `tails`); lower ones can."""
+    """Why the mean over repeats is not that of typical runs, if the final images show it (see `tails`)."""
+    missing: str = ""
+    """Why later errors may be larger than any repeat shows, if so: upper ends of errors and times do not hold."""
     unseen: float = 0.0
     """By how much larger relMSE may be for what no repeat saw (relative)."""
     shared: float = 0.0
@@ -76,9 +103,27 @@ class Runs:
         """K."""
         return len(self.seconds)
 
+    @property
+    def tail(self) -> str:
+        """Why the mean over repeats is not that of typical runs: ``doubt``, or one repeat stands out; empty if not."""
+        sums = self.relmse.sum(axis=0)
+        clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)
+        share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
+        if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
+            return self.doubt
+        return f"one repeat of {self.repeats} makes {100.0 * share:.3g} % of their squared error"
+
+    def typical(self, kept: Floats) -> tuple[Floats, Floats]:
+        """Return the medians of log seconds and log error over the repeats that are kept, up to where they drown."""
+        chosen = kept > 0.0
+        seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
+        return self._clear(seconds, square)
+
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
         """Return log seconds and log error of the mean over the repeats that are kept, up to where it drowns."""
-        seconds, square = kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum()
+        return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
+
+    def _clear(self, seconds: Floats, square: Floats) -> tuple[Floats, Floats]:
         sunk = np.flatnonzero(~(square > _CLEAR * self.shared))
         end = int(sunk[0]) if sunk.size else square.size
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
@@ -87,14 +132,16 @@ class Runs:
         """Return the runs as the reference would show them that is off by so many of its standard errors."""
         return replace(self, relmse=self.relmse + errors * self.shared)
 
-    def judged(self, interval: Interval, power: float = 1.0) -> Interval:
-        """Say of an error's interval (or a time's) how far its upper end can be trusted.
+    def judged(self, error: Interval) -> Interval:
+        """Say of an error's interval how far its upper end can be trusted."""
+        if reason := join((self.tail, self.missing)):
+            return error.bounded("low", reason).telling(_TELLING)
+        return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
-        ``power`` is that of relMSE in the number: of a time at most 1, since errors fall at least as 1 / sqrt(time).
-        """
-        if self.doubt:
-            return interval.bounded("low", self.doubt)
-        return interval.widened((1.0 + self.unseen) ** power - 1.0)
+    def judged_time(self, time: Interval) -> Interval:
+        """Say the same of a time's, which grows at most as relMSE does: errors fall at least as 1 / sqrt(time)."""
+        time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
+        return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
@@ -145,7 +192,19 @@ def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
 
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
     """Return the log of the seconds at which the curve falls to the target; ``inf`` if it never does."""
-    x, y = runs.points(kept)
+    curve = runs.points(kept)
+    return _crossing(runs, target, curve, curve)
+
+
+def log_times(runs: Runs, target: float) -> Floats:
+    """Return the same for the curve of each repeat, which beyond its ends goes on by the slope of the median one."""
+    typical = runs.typical(np.ones(runs.repeats))
+    return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
+
+
+def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: tuple[Floats, Floats]) -> float:
+    """Return the log of the seconds at which a curve falls to the target; beyond its ends by another's slope there."""
+    x, y = curve
     if not x.size:
         return math.nan
     wanted = math.log(target)
@@ -155,7 +214,7 @@ def log_time(runs: Runs, target: float, kept: Floats) -> float:
     late = bool(wanted < level_y[-1])
     if late and runs.biased:
         return math.inf
-    steep = _outside(runs, x, y, late)
+    steep = _outside(runs, *slopes, late)
     if not steep < 0.0:
         return math.nan if math.isnan(steep) else math.inf
     end = -1 if late else 0
@@ -167,24 +226,75 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 
     Beyond the runs' end the curve is continued, by slope -1/2 where samples are independent, else by the slope of its
     last three octaves, and the note says so; not beyond 100 times the longest run by a fitted slope, nor at all for a
-    biased strategy: then the value is ``inf`` and ``low`` what is known.
+    biased strategy: then the value is ``inf`` and ``low`` what is surely known, or 0. Where few events make the error,
+    the time is that of typical runs, and the note says so.
     """
     whole = np.ones(runs.repeats)
-    x = runs.points(whole)[0]
+    typical = bool(runs.tail)
+    x = (runs.typical(whole) if typical else runs.points(whole))[0]
     if not x.size:
         return UNKNOWN.doubted("the error is below what the reference can show")
-    value = log_time(runs, target, whole)
     begin, end = float(x[0]), float(x[-1])
-    if math.isinf(value):
-        reason = "biased, not extrapolated" if runs.biased else "the error no longer falls"
-        return runs.judged(Interval(math.inf, math.exp(end), math.inf).noted(f"not reached: {reason}"))
+    if typical:
+        value = float(np.median(log_times(runs, target)))
+        found = typical_interval(lambda off: log_times(runs.moved(off), target), slope_doubt(runs, value))
+    else:
+        value = log_time(runs, target, whole)
+        found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats)
     if math.isnan(value):
-        return runs.judged(UNKNOWN.doubted("too few checkpoints to extrapolate"))
-    if value > end + math.log(FARTHEST_REACH) and not runs.independent:
-        note = f"not reached in {FARTHEST_REACH:g} times the longest run"
-        return runs.judged(Interval(math.inf, FARTHEST_REACH * math.exp(end), math.inf).noted(note))
-    found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats).map(exp)
-    return runs.judged(_with_reach(found, value, begin, end, runs.independent))
+        return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
+    far = not runs.independent and value > end + math.log(FARTHEST_REACH)
+    if math.isinf(value) or far:
+        low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
+        why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
+        note = "not reached" + (why if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run")
+        return runs.judged_time(Interval(math.inf, low, math.inf).noted(note))
+    return runs.judged_time(_with_reach(found.map(exp), value, begin, end, runs.independent))
+
+
+def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
+    """Return the median of logarithms over repeats, with what the reference's noise leaves open.
+
+    ``logs`` takes by how many of its standard errors the reference is off; ``more`` is the half width of what else is
+    not known, and has nothing to do with either.
+    """
+    found = median_interval(logs(0.0))
+    if not math.isfinite(found.value):
+        return found
+    moved = 0.5 * abs(float(np.median(logs(1.0)) - np.median(logs(-1.0))))
+    if not math.isfinite(moved):
+        return found.doubted("the noise of the reference leaves it open")
+    more = math.hypot(_Z95 * moved, more)
+    down, up = math.hypot(found.value - found.low, more), math.hypot(found.high - found.value, more)
+    return replace(found, low=found.value - down, high=found.value + up)
+
+
+def slope_doubt(runs: Runs, value: float) -> float:
+    """Return the half width that the slope of the median curve leaves to the log of a time, if it lies beyond its ends.
+
+    The jackknife's variance of a median is too large on average, and never tends to the right one.
+    """
+    x, _ = runs.typical(np.ones(runs.repeats))
+    beyond = max(value - x[-1], x[0] - value, 0.0)
+    if beyond == 0.0 or not math.isfinite(value) or (runs.independent and not runs.biased):
+        return 0.0
+    late = bool(value > x[-1])
+    found = jackknife(lambda kept: _outside(runs, *runs.typical(kept), late), runs.repeats)
+    steep = _outside(runs, *runs.typical(np.ones(runs.repeats)), late)
+    half = 0.5 * (found.high - found.low)
+    return float(beyond * half / abs(steep)) if math.isfinite(half) else math.inf
+
+
+def _surely_until(runs: Runs, target: float, last: int) -> float:
+    """Return the time of a checkpoint if the error there is surely above the target, else 0."""
+    squares = runs.relmse[:, last]
+    error = median_interval(squares).map(signed_root) if runs.tail else _root_mean(squares, runs.shared)
+    return float(runs.seconds[:, last].mean()) if error.trusted and error.low > target else 0.0
+
+
+def _lower_end(log_time: Interval) -> float:
+    """Return the lower end of a time that is given by its logarithm, if it can be trusted, else 0."""
+    return exp(log_time.low) if log_time.trusted and not math.isnan(log_time.low) else 0.0
 
 
 def _with_reach(found: Interval, value: float, begin: float, end: float, independent: bool) -> Interval:
@@ -221,7 +331,14 @@ def error_at(runs: Runs, seconds: float) -> Interval:
     found = interval_of(log_error, runs.repeats).map(exp)
     if math.isnan(found.value):
         return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
-    return runs.judged(found, 0.5)
+    if runs.tail:
+        found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
+    return runs.judged(found)
+
+
+def _no_less(mean: Interval, median: Interval) -> Interval:
+    """Return an error whose lower end is that of typical runs, if it is higher: rare events can only add."""
+    return replace(mean, low=max(mean.low, min(median.low, mean.value))) if median.trusted else mean
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
@@ -239,12 +356,17 @@ def slope(runs: Runs) -> Interval:
     found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted("too few checkpoints")
-    return found.doubted(runs.doubt) if runs.doubt else found
+    reason = join((runs.tail, runs.missing))
+    return found.doubted(reason) if reason else found
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
     """Return the relative error at each checkpoint: the root of the mean of relMSE over repeats."""
-    return tuple(runs.judged(_root_mean(column, runs.shared), 0.5) for column in runs.relmse.T)
+    errors = [_root_mean(column, runs.shared) for column in runs.relmse.T]
+    if runs.tail:
+        medians = (median_interval(column).map(signed_root) for column in runs.relmse.T)
+        errors = list(map(_no_less, errors, medians))
+    return tuple(map(runs.judged, errors))
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:

@@ -72,6 +72,20 @@ class Interval:
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
+    def telling(self, within: float) -> Interval:
+        """Return the same numbers without the end that holds, if that is farther than ``within`` times off the value.
+
+        An end so far off says nothing. If the value is infinite, every lower end above 0 says something.
+        """
+        if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
+            return self
+        return replace(self, bound="")
+
+    def deciding(self) -> Interval:
+        """Return the same ratio without the end that holds, if that leaves open which of the two is larger."""
+        lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
+        return replace(self, bound="") if lost else self
+
     def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
         """Return the interval of a positive number with one end farther out by the factor ``1 + more``."""
         if end == "high":
@@ -134,22 +148,33 @@ def median_interval(values: ArrayLike) -> Interval:
 
     The sign test's intervals reach from one of the ordered values to another; between the one that has more than 95 %
     and the next narrower it is interpolated (Hettmansperger & Sheather 1986). With fewer than six values even the least
-    and the largest have not 95 % between them, and are not trusted.
+    and the largest have not 95 % between them, and are not trusted. Values may be infinite, and so may be the ends.
     """
     numbers = np.sort(np.asarray(values, np.float64))
-    if numbers.size == 0 or not np.isfinite(numbers).all():
-        return replace(UNKNOWN, note="no value" if numbers.size == 0 else "a value is not finite")
+    if numbers.size == 0 or np.isnan(numbers).any():
+        return replace(UNKNOWN, note="no value" if numbers.size == 0 else "a value is not known")
     middle, count = float(np.median(numbers)), numbers.size
     if count < FEWEST_FOR_MEDIAN:
         reason = f"only {count} repeat{'s' * (count != 1)}, and {FEWEST_FOR_MEDIAN} are the least for a median"
         return Interval(middle, float(numbers[0]), float(numbers[-1])).doubted(reason)
+    first, weight = _sign_test(count)
+    low, high = (_between(ends[first - 1], ends[first], weight) for ends in (numbers, numbers[::-1]))
+    return Interval(middle, low, high)
+
+
+@lru_cache
+def _sign_test(count: int) -> tuple[int, float]:
+    """Return the place of the wider interval's lower end, from 1, and how far it moves towards the next place."""
     binomial = optional("scipy.stats").binom
-    first = int(binomial.ppf(0.025, count, 0.5))  # place of the wider interval's lower end, from 1
+    first = int(binomial.ppf(0.025, count, 0.5))
     wide, narrow = (1.0 - 2.0 * float(binomial.cdf(first - 1 + more, count, 0.5)) for more in (0, 1))
     share = (wide - 0.95) / (wide - narrow)
-    weight = (count - first) * share / (first + (count - 2 * first) * share)
-    low, high = (ends[first - 1] + weight * (ends[first] - ends[first - 1]) for ends in (numbers, numbers[::-1]))
-    return Interval(middle, float(low), float(high))
+    return first, (count - first) * share / (first + (count - 2 * first) * share)
+
+
+def _between(outer: float, inner: float, weight: float) -> float:
+    """Return the outer of two numbers moved towards the inner one; an infinite one stays where it is."""
+    return float(outer + weight * (inner - outer)) if math.isfinite(outer) else float(outer)
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:

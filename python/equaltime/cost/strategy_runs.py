@@ -17,7 +17,7 @@ from equaltime.cost.curves import Runs
 from equaltime.cost.metrics import Reference
 from equaltime.cost.parts import Parts, relmse_of_parts
 from equaltime.cost.record import Row
-from equaltime.cost.statistics import FEWEST_REPEATS, join
+from equaltime.cost.statistics import FEWEST_REPEATS
 from equaltime.cost.tails import squared_errors, tail_of
 from equaltime.errors import StrategyError
 from equaltime.strategy import Strategy
@@ -56,8 +56,8 @@ class StrategyRuns:
         if images is None or reference is None or reference.mean.shape != images.shape[1:]:
             return plain
         parts, tail = relmse_of_parts(images, reference), tail_of(squared_errors(images, reference))
-        doubt = join((tail.doubt, "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))))
-        judged = replace(runs, doubt=doubt, unseen=tail.unseen, shared=parts.shared)
+        missing = "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))
+        judged = replace(runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared)
         return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
 
     @property

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Literal
 
 from equaltime.cost.agreement import LEVEL
+from equaltime.cost.curves import TYPICAL
 from equaltime.cost.questions import bias_verdict, samples_verdict
 from equaltime.cost.statistics import Interval
 from equaltime.cost.summary import Question, SceneResult, StrategyResult
@@ -63,11 +64,11 @@ _Found = tuple[SceneResult, StrategyResult]
 _Test = Callable[[Interval], bool]
 
 _REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
-    lambda time, ratio: not time.note and not ratio.note,
-    lambda time, ratio: not time.note,
+    lambda time, ratio: time.reach == ratio.reach == 1.0,
+    lambda time, ratio: time.reach == 1.0,
     lambda time, ratio: True,
 )
-"""How far outside the runs time and ratio may lie: a note tells that they do."""
+"""How far outside the runs time and ratio may lie."""
 
 
 def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
@@ -98,8 +99,10 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
         said = f"; partly extrapolated, {_farthest(reach, len(found))}"
     elif (reach := max(i.reach for i in ratios)) > 1.0:
         said = f"; {baseline} is extrapolated, {_farthest(reach, len(found))}"
+    if any(TYPICAL in interval.note for interval in (*times, *ratios)):
+        said += f"; {TYPICAL}, since few events make most of the error"
     if not ratio.trusted:
-        said += ", and its heavy tail leaves open how much more" if said else "; a heavy tail leaves open how much more"
+        said += "; how much more is not known"
     labels = _joined(strategy.label for _, strategy in found)
     return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
 
@@ -156,7 +159,7 @@ def _time_alone(
         for target in sorted(targets):
             for scene, strategy in _standards(scenes):
                 time = strategy.time_to[target]
-                if _sound(time) and (extrapolated or not time.note):
+                if _sound(time) and (extrapolated or time.reach == 1.0):
                     on = f" on {scene.name}" if len(scenes) > 1 else ""
                     text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
                     return scene, strategy, text + (f" ({time.note})" if time.note else "")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["clearest", "draw_dots", "has_dots"]
+__all__ = ["clearest", "draw_dots", "has_dots", "unmarked"]
 
 _ROW, _REST = 0.34, 0.75
 """Inches of height: of a scene, and of everything else."""
@@ -30,6 +30,17 @@ _LETTERS = 6.8
 def has_dots(summary: Summary, target: float) -> bool:
     """Tell whether any time to this error can be trusted."""
     return _count(summary, target) > 0
+
+
+def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
+    """Return the strategies that have neither dot nor arrow on some scenes, and these scenes."""
+    found: dict[str, list[str]] = {}
+    for scene in summary.scenes:
+        for strategy in scene.strategies:
+            time = strategy.time_to.get(target, UNKNOWN)
+            if _trusted(time) is None and not _is_an_end(time):
+                found.setdefault(strategy.label, []).append(scene.name)
+    return found
 
 
 def clearest(summary: Summary) -> float | None:
@@ -69,7 +80,7 @@ def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look
     axes.plot(values, rows, color=look.light, linewidth=1.0, alpha=0.45, linestyle=look.line, zorder=2)
     axes.errorbar(values, rows, xerr=spread, fmt="none", ecolor=look.light, elinewidth=1.6, capsize=2.5, zorder=3)
     for hollow in (False, True):
-        chosen = [i for i, time in enumerate(times) if bool(time.note) == hollow]
+        chosen = [i for i, time in enumerate(times) if (time.reach > 1.0) == hollow]
         axes.plot(
             [values[i] for i in chosen],
             [rows[i] for i in chosen],
@@ -85,7 +96,7 @@ def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look
 def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
     """Draw an arrow where no more is known than how long it takes at least."""
     times = [_time(scene, label, target) for scene in summary.scenes]
-    rows = [row for row, time in enumerate(times) if time.bound == "low" and 0.0 < time.low < math.inf]
+    rows = [row for row, time in enumerate(times) if _is_an_end(time)]
     lows = [times[row].low for row in rows]
     axes.plot(lows, rows, color=look.light, marker=">", markerfacecolor="white", linestyle="none", zorder=4)
 
@@ -93,6 +104,11 @@ def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Lo
 def _time(scene: SceneResult, label: str, target: float) -> Interval:
     times = (one.time_to.get(target, UNKNOWN) for one in scene.strategies if one.label == label)
     return next(times, UNKNOWN)
+
+
+def _is_an_end(time: Interval) -> bool:
+    """Tell whether no more is known than how long it takes at least."""
+    return time.bound == "low" and 0.0 < time.low < math.inf
 
 
 def _trusted(time: Interval) -> Interval | None:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from equaltime.cost.report.charts import SMALL, chart, dots
 from equaltime.cost.report.dots import clearest
 from equaltime.cost.report.looks import Look, looks
+from equaltime.cost.report.overview import without_marks
 from equaltime.cost.report.templates import write_page
 from equaltime.cost.report.theirs import beside_table
 from equaltime.cost.report.views import Table
@@ -94,7 +95,8 @@ def _chart(summary: Summary, prefix: str, look: Mapping[str, Look]) -> tuple[Any
     """Draw all scenes if they are many, else the curves of the one that stands beside their figures; say what it is."""
     target = clearest(summary)
     if len(summary.scenes) > _MANY and target is not None:
-        return dots(summary, prefix, target, look, SMALL[0]), f"Time to an error of {percent(target)}"
+        shown = f"Time to an error of {percent(target)}. {without_marks(summary, target)}".rstrip(". ")
+        return dots(summary, prefix, target, look, SMALL[0]), shown
     wanted = summary.beside[0].scene if summary.beside else ""
     scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
     where = f", {scene.name}" if len(summary.scenes) > 1 else ""

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from equaltime.cost.report.charts import NARROW, WIDE, dots
-from equaltime.cost.report.dots import has_dots
+from equaltime.cost.report.dots import has_dots, unmarked
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.tables import overview_tables
 from equaltime.cost.report.views import Table
 from equaltime.cost.report.words import percent
 from equaltime.cost.summary import Summary
 
-__all__ = ["OverviewView", "overview_views"]
+__all__ = ["OverviewView", "overview_views", "without_marks"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class OverviewView:
     wide_chart: Any
     narrow_chart: Any
     """``<svg>`` elements, safe as they are; empty if no time can be trusted."""
+    unmarked: str = ""
+    """A sentence on the strategies that have no mark in the chart on some scenes."""
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
@@ -39,4 +41,14 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Loo
     if has_dots(summary, target):
         wide = dots(summary, f"{table.slug}-wide", target, looks, WIDE[0])
         narrow = dots(summary, f"{table.slug}-narrow", target, looks, NARROW[0])
-    return OverviewView(percent(target), table, wide, narrow)
+    return OverviewView(percent(target), table, wide, narrow, without_marks(summary, target))
+
+
+def without_marks(summary: Summary, target: float) -> str:
+    """Say which strategies have no mark, and on which scenes; empty if all have one on each."""
+    parts = []
+    for label, names in unmarked(summary, target).items():
+        present = sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)
+        everywhere = len(names) == present
+        parts.append(f"{label} on {'every scene' if everywhere else ', '.join(names)}")
+    return f"No mark, since the time is not reached or not known: {'; '.join(parts)}." if parts else ""
