@@ -81,6 +81,14 @@ def test_one_firefly_in_six_runs_changes_no_time() -> None:
     assert end.low == pytest.approx(0.207, rel=0.01), "the least that the mean can be is what typical runs have"
 
 
+def test_a_law_of_the_mean_error_says_nothing_of_typical_runs_that_lack_light() -> None:
+    """One run of six has met the lamp; the others are as dark after 16 samples as after two."""
+    errors = np.full((6, 4), 0.95) * np.exp(0.002 * np.random.default_rng(1).standard_normal((6, 4)))
+    errors[2, -1] = 80.0
+    runs = Runs(np.tile(SPP[:4], (6, 1)), errors**2, independent=True)
+    assert math.isinf(time_to_error(runs, 0.1).value), "not in 16 s x (95 % / 10 %)²"
+
+
 def test_one_firefly_makes_no_bound_that_contradicts_what_typical_runs_gain() -> None:
     """The baseline is thirty times as far off in every run."""
     runs, baseline = with_firefly(), with_firefly(tuple(30.0 * error for error in (0.21, 0.19, 0.23, 0.8, 0.2, 0.22)))

@@ -11,7 +11,9 @@ everything is formed again with all of relMSE moved by its standard error, of tw
 Where a few events make most of the error (`Runs.tail`), the mean over repeats is that of the runs that had them, and no
 spread tells how often they come. Times are then those of typical runs: medians over repeats, each by its own curve,
 with the interval of the sign test, which holds for any distribution. Beyond its end every curve goes on by the slope of
-the median one. Where tails are light, mean and median are the same number, and the mean is known better.
+the median one, even where samples are independent: 1 / sqrt(time) is the law of the mean error, and a run that has not
+met the rare light lacks it as much after twice the time. Where tails are light, mean and median are the same number,
+and the mean is known better.
 """
 
 from __future__ import annotations
@@ -113,6 +115,11 @@ class Runs:
             return self.doubt
         return f"one repeat of {self.repeats} makes {100.0 * share:.3g} % of their squared error"
 
+    @property
+    def law(self) -> bool:
+        """Whether errors fall as 1 / sqrt(time) for ever."""
+        return self.independent and not self.biased and not self.tail
+
     def typical(self, kept: Floats) -> tuple[Floats, Floats]:
         """Return the medians of log seconds and log error over the repeats that are kept, up to where they drown."""
         chosen = kept > 0.0
@@ -184,7 +191,7 @@ def _steepness(x: Floats, y: Floats) -> float:
 
 def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
     """Return the slope by which the curve goes on after its end (or before its beginning)."""
-    if runs.independent and not runs.biased:
+    if runs.law:
         return INDEPENDENT
     near = np.abs(x - (x[-1] if late else x[0])) <= _TAIL_OCTAVES * math.log(2.0)
     return _steepness(x[near], y[near]) if np.count_nonzero(near) >= _FEWEST_POINTS else math.nan
@@ -243,13 +250,13 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats)
     if math.isnan(value):
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
-    far = not runs.independent and value > end + math.log(FARTHEST_REACH)
+    far = not runs.law and value > end + math.log(FARTHEST_REACH)
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
         why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
         note = "not reached" + (why if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run")
         return runs.judged_time(Interval(math.inf, low, math.inf).noted(note))
-    return runs.judged_time(_with_reach(found.map(exp), value, begin, end, runs.independent))
+    return runs.judged_time(_with_reach(found.map(exp), value, begin, end, runs.law))
 
 
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
@@ -276,7 +283,7 @@ def slope_doubt(runs: Runs, value: float) -> float:
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)
-    if beyond == 0.0 or not math.isfinite(value) or (runs.independent and not runs.biased):
+    if beyond == 0.0 or not math.isfinite(value) or runs.law:
         return 0.0
     late = bool(value > x[-1])
     found = jackknife(lambda kept: _outside(runs, *runs.typical(kept), late), runs.repeats)
@@ -297,15 +304,15 @@ def _lower_end(log_time: Interval) -> float:
     return exp(log_time.low) if log_time.trusted and not math.isnan(log_time.low) else 0.0
 
 
-def _with_reach(found: Interval, value: float, begin: float, end: float, independent: bool) -> Interval:
+def _with_reach(found: Interval, value: float, begin: float, end: float, law: bool) -> Interval:
     """Say how far outside the runs the number lies, and doubt it where nothing vouches for the way there."""
     reach = math.exp(max(value - end, begin - value, 0.0))
     if reach <= 1.0 + 1e-9:
         return found
     side = "beyond the longest run" if value > end else "before the first checkpoint"
-    by = "by slope -1/2" if independent else "by the fitted slope"
+    by = "by slope -1/2" if law else "by the fitted slope"
     noted = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {side} {by}")
-    if independent or reach <= (TRUSTED_REACH if value > end else 2.0):
+    if law or reach <= (TRUSTED_REACH if value > end else 2.0):
         return noted
     return noted.doubted("a fitted slope may not hold so far")
 
