@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from equaltime import images
 from equaltime.budget import Look
 from equaltime.errors import ImageError
+from equaltime.parts_of_merge import MergedFilm
 from equaltime.provenance import checked, differences
 
 __all__ = ["Checkpoint"]
@@ -31,6 +32,8 @@ class Checkpoint:
     """(R, H, W), as `equaltime.moments` describes them."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What samples may have missed, as `Result.missed` has it."""
+    parts: NDArray[Any] | None = None
+    """(H, W): sums over what was merged (`equaltime.parts_of_merge`); None if nothing was, or by equaltime 0.1.0."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
@@ -43,11 +46,19 @@ class Checkpoint:
             raise ImageError(f"{path}: holds no moments, only an image")
         record = checked(record, path)
         _, _, width, height = record["crop"]
-        missed = images.read_missed(path)
-        sizes = {(height, width), *(planes.shape[:2] for planes in missed.values())}
+        missed, parts = images.read_missed(path), images.read_parts(path)
+        planes = (*missed.values(), *(() if parts is None else (parts,)))
+        sizes = {(height, width), *(plane.shape[:2] for plane in planes)}
         if sizes != {moments.shape[1:]} or record["replicates"] != len(moments):
             raise ImageError(f"{path}: its parts are not of one size")
-        return cls(Path(path), record, moments, missed)
+        if parts is not None and not MergedFilm(moments, parts).consistent:
+            raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
+        return cls(Path(path), record, moments, missed, parts)
+
+    @property
+    def film(self) -> MergedFilm:
+        """Its samples for merging. Without sums over parts it is one part."""
+        return MergedFilm.of(self.moments) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property
     def seconds(self) -> float:

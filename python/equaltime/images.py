@@ -3,10 +3,12 @@
 A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
 ``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
 in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
-loss (`equaltime.moments`), so that the render can be taken up or merged. Parts ``unseen`` and ``lamps``, where there is
-need of them, hold what samples may have missed (`equaltime.unseen`), and a last one, ``aovs``, the outputs that the
-scene's integrator asks for beside the image. Files are written under a temporary name in the same folder and renamed,
-so that a reader never sees half a file and a failure leaves alone what was there.
+loss (`equaltime.moments`), so that the render can be taken up or merged. A part ``parts``, in merged renders alone,
+holds sums over what was merged, from which the standard error is estimated (`equaltime.parts_of_merge`). Parts
+``unseen`` and ``lamps``, where there is need of them, hold what samples may have missed (`equaltime.unseen`), and a
+last one, ``aovs``, the outputs that the scene's integrator asks for beside the image. Files are written under a
+temporary name in the same folder and renamed, so that a reader never sees half a file and a failure leaves alone what
+was there.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ __all__ = [
     "read",
     "read_missed",
     "read_moments",
+    "read_parts",
     "write",
     "write_render",
 ]
@@ -45,6 +48,7 @@ SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
 _MOMENTS = "moments"
+_PARTS = "parts"
 _MISSED = {"unseen": ("R", "G", "B"), "lamps": ("R", "G", "B", "share")}
 _AOVS = "aovs"
 
@@ -124,13 +128,31 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     found = read_part(path, _MOMENTS, "uint")
     if found is None:
         return None
-    channels, pixels = found
-    # EXR keeps channels in alphabetical order
-    place = {name: i for i, name in enumerate(channels)}
-    names = words.channel_names(len(channels) // words.WORDS)
-    if set(names) != set(place):
+    names = words.channel_names(len(found[0]) // words.WORDS)
+    ordered = _ordered(*found, names)
+    if ordered is None:
         raise ImageError(f"{path}: the part '{_MOMENTS}' has other channels than the moments of a film")
-    return words.joined(pixels[..., [place[name] for name in names]])
+    return words.joined(ordered)
+
+
+def read_parts(path: str | os.PathLike[str]) -> NDArray[Any] | None:
+    """Read the (H, W) sums over the parts of a merged render, or None if the file has none; raises as `read_moments`.
+
+    Files that were merged by equaltime 0.1.0 have none.
+    """
+    found = read_part(path, _PARTS, "uint")
+    if found is None:
+        return None
+    ordered = _ordered(*found, words.part_channels())
+    if ordered is None:
+        raise ImageError(f"{path}: the part '{_PARTS}' has other channels than the sums over what was merged")
+    return np.asarray(words.joined(ordered, words.PARTS)[0])
+
+
+def _ordered(channels: Sequence[str], pixels: NDArray[Any], names: Sequence[str]) -> NDArray[Any] | None:
+    """Return the pixels with their channels in the order of ``names``, which EXR does not keep; None if they differ."""
+    place = {name: i for i, name in enumerate(channels)}
+    return None if set(names) != set(place) else pixels[..., [place[name] for name in names]]
 
 
 def read_missed(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
@@ -158,10 +180,12 @@ def write_render(
     moments: NDArray[Any] | None = None,
     missed: Mapping[str, NDArray[Any]] | None = None,
     aovs: Mapping[str, NDArray[Any]] | None = None,
+    parts: NDArray[Any] | None = None,
 ) -> None:
     """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
 
-    ``record`` must be JSON. Counts are exact up to 2^24; with the (R, H, W) ``moments`` they are exact there.
+    ``record`` must be JSON. Counts are exact up to 2^24; with the (R, H, W) ``moments`` they are exact there. ``parts``
+    are the (H, W) sums over what was merged.
 
     Raises
     ------
@@ -177,17 +201,22 @@ def write_render(
         "ImageDescription": description,
         RECORD: json.dumps(record, allow_nan=False),
     }
-    parts = [Part(CHANNELS, pixels, attributes)]
+    written = [Part(CHANNELS, pixels, attributes)]
     if moments is not None:
         raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
-        parts.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
-    for part, planes in (missed or {}).items():
-        named = {"compression": "zip", "oiio:subimagename": part}
-        parts.append(Part(_MISSED[part], np.asarray(planes, np.float32), named))
+        written.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
+    if parts is not None:
+        written.append(_named(_PARTS, words.part_channels(), words.split(parts[None], words.PARTS)))
+    for name, planes in (missed or {}).items():
+        written.append(_named(name, _MISSED[name], np.asarray(planes, np.float32)))
     if aovs:
         planes = np.stack([np.asarray(plane, np.float32) for plane in aovs.values()], axis=-1)
-        parts.append(Part(tuple(aovs), planes, {"compression": "zip", "oiio:subimagename": _AOVS}))
-    write(path, "openexr", parts, window)
+        written.append(_named(_AOVS, tuple(aovs), planes))
+    write(path, "openexr", written, window)
+
+
+def _named(name: str, channels: tuple[str, ...], pixels: NDArray[Any]) -> Part:
+    return Part(channels, pixels, {"compression": "zip", "oiio:subimagename": name})
 
 
 def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:

@@ -153,6 +153,11 @@ class Result:
     """What samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
+    degrees: float = 1.0
+    """Degrees of freedom behind the variance of each pixel: the number of replicates less 1. In a merged render: the
+    harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""
+    parts: NDArray[Any] | None = None
+    """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
 
     @property
     def spp(self) -> float:
@@ -172,6 +177,7 @@ class Result:
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "error": self.error.as_dict(),
+            **({} if self.parts is None else {"degrees": self.degrees}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
@@ -205,7 +211,7 @@ class Result:
         if path != picture:
             layers = (self.image, self.standard_error, self.samples)
             more = (self.moments, self.missed, self.aovs)
-            images.write_render(path, *layers, self.record, self.origin.window, description, *more)
+            images.write_render(path, *layers, self.record, self.origin.window, description, *more, parts=self.parts)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
 
@@ -233,6 +239,7 @@ def make_result(
     bias: Estimate | None = None,
     position: tuple[int, int, int] | None = None,
     hidden: Unseen | None = None,
+    parts: NDArray[Any] | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render."""
     begin = time.perf_counter()
@@ -243,5 +250,19 @@ def make_result(
     with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
         image = pixels.mean.astype(np.float32)
     missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
-    found = (image, errors, pixels.samples, error)
-    return Result(*found, stats, stopped_by, origin, moments, looks, bias, position, missed)
+    return Result(
+        image,
+        errors,
+        pixels.samples,
+        error,
+        stats,
+        stopped_by,
+        origin,
+        moments,
+        looks,
+        bias,
+        position,
+        missed,
+        degrees=pixels.degrees,
+        parts=parts,
+    )

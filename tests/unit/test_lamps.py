@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import lamps as lamps_module
 from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
+from equaltime.error_estimate import PixelStatistics, image_error
 from equaltime.film import lamps_in_sight
 from equaltime.lamps import Lamps
+from equaltime.parts_of_merge import statistics_of
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
@@ -257,5 +258,5 @@ def test_merged_renders_know_the_lamps_of_their_parts(tmp_path: Path) -> None:
     lamps = Lamps.from_channels(*(part.missed["lamps"] for part in parts))
     np.testing.assert_array_equal(merged.missed["lamps"], lamps.channels(SIDE, SIDE))
     assert merged.moments is not None
-    pixels = pixel_statistics(merged.moments)
+    pixels = statistics_of(merged.moments, merged.parts)
     assert merged.error.high > image_error(pixels).high * 1.0001

@@ -14,6 +14,7 @@ import equaltime as et
 from equaltime.core_renderer import core_settings
 from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
 from equaltime.lamps import Lamps
+from equaltime.parts_of_merge import statistics_of
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
@@ -140,13 +141,13 @@ def saved(folder: Path, scene: et.Scene, seed: int, spp: int) -> Path:
     return path
 
 
-def test_merged_renders_state_the_upper_limit_of_one_render_with_all_their_samples(tmp_path: Path) -> None:
+def test_merged_renders_state_the_upper_limit_of_a_render_of_the_scene_that_knows_as_much(tmp_path: Path) -> None:
     """What could have been seen is asked by each seed, at places of its own: limits may differ a little by that."""
     scene = shade()
     paths = [saved(tmp_path, scene, seed, spp) for seed, spp in ((0, 4), (1, 6), (2, 6))]
     merged = et.merge(paths)
     assert merged.moments is not None
-    pixels = pixel_statistics(merged.moments)
+    pixels = statistics_of(merged.moments, merged.parts)
     own = Unseen.of(scene.core, core_settings(scene, Strategy.parse("best")), 0, 1)
     one = image_error(pixels, hidden=own)
     assert (merged.error.value, merged.error.low) == (one.value, one.low)

@@ -34,7 +34,8 @@ def merge(
 ) -> int:
     """Join renders of one scene that were made with different seeds, on whatever machines.
 
-    Their moments are joined, so that the error bar is that of one render with all the samples.
+    The image is that of one render with all the samples. Its error bar comes from the spread of all parts, and is the
+    surer the more of them there are. Adaptive renders cannot be merged.
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
