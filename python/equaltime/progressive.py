@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from equaltime.arguments import as_scene, check_arguments
@@ -38,9 +37,7 @@ class Progressive:
 
     def __iter__(self) -> Iterator[Result]:
         for _ in self._session.passes:
-            state = self._session.result("unfinished")
-            assert state.moments is not None
-            yield replace(state, moments=state.moments.copy())  # the film goes on changing
+            yield self._session.result("unfinished")
 
     @property
     def result(self) -> Result:

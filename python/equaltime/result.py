@@ -123,7 +123,10 @@ class Origin:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """A rendered image with its error bar and its cost."""
+    """A rendered image with its error bar and its cost.
+
+    No array of it can be written to: copy what is to be changed.
+    """
 
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance; 0 where ``samples`` is 0."""
@@ -158,6 +161,13 @@ class Result:
     harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+
+    def __post_init__(self) -> None:
+        """Keep others from changing what is stated about one another: the image, its error and its moments."""
+        arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts)
+        for array in (*arrays, *self.missed.values(), *self.aovs.values()):
+            if array is not None:
+                array.flags.writeable = False
 
     @property
     def spp(self) -> float:
@@ -241,7 +251,10 @@ def make_result(
     hidden: Unseen | None = None,
     parts: NDArray[Any] | None = None,
 ) -> Result:
-    """Add the image and its errors, and the time that they took, to what is known of a render."""
+    """Add the image and its errors, and the time that they took, to what is known of a render.
+
+    The result takes ``moments`` as they are: they must not be those of a film that goes on changing.
+    """
     begin = time.perf_counter()
     errors = standard_error(pixels)
     brightest = max((look.brightest for look in looks), default=0.0)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +137,7 @@ class Session:
 
     def _save(self, path: Path) -> None:
         with put_off():  # or Ctrl-C would leave half a picture
-            self.result("unfinished").save(path)
+            self._snapshot("unfinished", self._renderer.moments).save(path)  # a copy would be the peak of memory
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
@@ -166,7 +166,18 @@ class Session:
         return pixel_statistics(self._renderer.moments).mean
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return what is done so far; raises `SampleError` with it if a sample went wrong."""
+        """Return what is done so far; raises `SampleError` with it if a sample went wrong.
+
+        The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
+        """
+        result = self._snapshot(stopped_by, self._renderer.moments.copy())
+        if self._renderer.nonfinite or self._renderer.faulty:
+            origin = self._origin
+            raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
+        return result
+
+    def _snapshot(self, stopped_by: StoppedBy, moments: NDArray[Any]) -> Result:
+        """Return what is done so far with these moments, which are the film's or a copy."""
         counters = self._renderer.counters
         phases = {**self._scene.timings, "render": self._before + self.passes.total_seconds}
         if self.passes.saving is not None and self.passes.saving.seconds:
@@ -181,8 +192,7 @@ class Session:
             effects=tuple(name for name, used in self._scene.core.effects().items() if used),
             build=build_info(),
         )
-        moments = self._renderer.moments
-        result = make_result(
+        return make_result(
             pixel_statistics(moments),
             stats,
             stopped_by,
@@ -193,10 +203,6 @@ class Session:
             self._renderer.position,
             self._unseen,
         )
-        if self._renderer.nonfinite or self._renderer.faulty:
-            origin = self._origin
-            raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
-        return result
 
 
 def origin_of(

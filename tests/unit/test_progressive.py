@@ -119,6 +119,43 @@ def test_a_state_stays_what_it_was(scene: et.Scene, tmp_path: Path) -> None:
     np.testing.assert_array_equal(et.render(scene, spp=16, resume=tmp_path / "first.exr").image, states[-1].image)
 
 
+def test_a_result_stays_what_it_was_while_its_render_goes_on(scene: et.Scene, tmp_path: Path) -> None:
+    session = et.progressive(scene, spp=8)
+    list(session)
+    result = session.result
+    assert result.moments is not None
+    before = result.moments.tobytes()
+    session.aim(spp=16)
+    for _ in session:
+        pass
+    assert result.moments.tobytes() == before
+    assert (result.moments["count"].sum(axis=0) == result.samples).all()
+    result.save(tmp_path / "kept.exr")
+    np.testing.assert_array_equal(et.render(scene, spp=16, resume=tmp_path / "kept.exr").image, session.result.image)
+
+
+def test_a_result_that_is_kept_does_not_keep_the_renderer(scene: et.Scene) -> None:
+    session = et.progressive(scene, spp=4)
+    for result in (*session, session.result, et.render(scene, spp=4)):
+        assert result.moments is not None
+        assert result.moments.base is None
+
+
+def test_no_array_of_a_result_can_be_written_to(scene: et.Scene, tmp_path: Path) -> None:
+    depth = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "integrator": {"type": "depth"}})
+    small = depth.with_(size=(8, 8))
+    for seed in range(2):
+        et.render(small, spp=4, seed=seed).save(tmp_path / f"{seed}.exr")
+    merged = et.merge([tmp_path / "0.exr", tmp_path / "1.exr"])
+    for result in (*et.progressive(scene, spp=4), et.render(small, spp=4), merged):
+        arrays = (result.image, result.standard_error, result.samples, result.moments, result.parts)
+        for array in (*arrays, *result.missed.values(), *result.aovs.values()):
+            assert array is None or not array.flags.writeable
+    assert et.render(small, spp=4).aovs
+    with pytest.raises(ValueError, match="read-only"):
+        merged.image[0, 0] = 1.0
+
+
 def test_arguments_are_checked(scene: et.Scene) -> None:
     for aim in (et.progressive(scene).aim, partial(et.progressive, scene)):
         with pytest.raises(ValueError, match=r"error=1 is 100 %.*: did you mean 0\.01, which is 1 %\?"):
