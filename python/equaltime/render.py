@@ -79,7 +79,8 @@ def render(
         standard error. If several limits are given, whichever comes first ends the render.
     time
         Seconds from the first sample (of this run, if it takes up another) to the final film. A limit that is shorter
-        than a pass ends it part way: some pixels then have fewer samples, or none.
+        than a pass ends it part way: some pixels then have fewer samples, or none. Outputs that the scene asks for
+        beside the image come on top; ``stats.phases["outputs"]`` says how long they took.
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     seed
@@ -124,7 +125,8 @@ def render(
     Returns
     -------
     Result
-        After Ctrl-C (in the main thread) what was finished, with ``stopped_by == "interrupt"``.
+        After Ctrl-C (in the main thread) what was finished, with ``stopped_by == "interrupt"`` and without the outputs
+        beside the image.
 
     Raises
     ------
@@ -184,22 +186,40 @@ def render(
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended, unsaved)
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))
     rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
-    worked = result.stats.seconds * result.stats.threads
     try:
         if watch is not None:
             watch.ended()
         if show is not None:
             show.show(result.image)
-        if checkpoint is not None and asked_for(rendered):  # outputs may take as long as the image, and as much memory
-            with suppress(ImageError):
-                result.save(checkpoint)
-        aovs = outputs(loaded, rendered, by, seed, threads, max(1, round(float(result.samples.mean()))), worked)
+        return _with_outputs(result, loaded, rendered, by, seed, threads, checkpoint)
     except KeyboardInterrupt:  # the image is finished
         return replace(result, stopped_by="interrupt")
+
+
+def _with_outputs(
+    result: Result,
+    scene: Scene,
+    rendered: Scene,
+    strategy: Strategy,
+    seed: int,
+    threads: int,
+    checkpoint: str | os.PathLike[str] | None,
+) -> Result:
+    """Add the outputs that the scene asks for; not after Ctrl-C, since they may take as long as the image."""
+    if result.stopped_by == "interrupt" or not asked_for(scene):
+        return result
+    if checkpoint is not None:  # outputs may take as much memory as the image, too
+        with suppress(ImageError):
+            result.save(checkpoint)
+    begin, worked = clock.perf_counter(), result.stats.seconds * result.stats.threads
+    samples = max(1, round(float(result.samples.mean())))
+    try:
+        aovs = outputs(scene, rendered, strategy, seed, threads, samples, worked)
     except MemoryError as problem:
         where = "" if checkpoint is None else f"; the image is in {checkpoint}"
         raise RenderError(f"not enough memory for the outputs beside the image{where}") from problem
-    return replace(result, aovs=aovs)
+    phases = {**result.stats.phases, "outputs": clock.perf_counter() - begin}
+    return replace(result, aovs=aovs, stats=replace(result.stats, phases=phases))
 
 
 def _left_out(

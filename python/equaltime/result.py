@@ -47,7 +47,7 @@ class Stats:
 
     phases: Mapping[str, float]
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
-    where something was left out."""
+    where something was left out; ``save`` and ``outputs`` (those beside the image) where there are any."""
     paths: int
     """Camera paths, which is samples."""
     rays: int

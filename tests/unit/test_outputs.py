@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import sys
+import time
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime.cli.outcome import left_by_interrupt
 from equaltime.effects import derive, extras
 from equaltime.effects.extras import ALL, measure_outputs
+from equaltime.progress import Progress
 
 AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
 
@@ -32,6 +37,12 @@ def scene(aovs: str = AOVS, **integrator: Any) -> et.Scene:
                 "emitter": {"type": "area", "radiance": 5.0},
             },
         }
+    )
+
+
+def plain() -> et.Scene:
+    return et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}}).with_(
+        size=(8, 6)
     )
 
 
@@ -77,6 +88,38 @@ def test_ctrl_c_while_they_are_taken_loses_no_image(result: et.Result, monkeypat
     found = et.render(scene(), spp=8, seed=3)
     assert (found.stopped_by, found.aovs) == ("interrupt", {})
     np.testing.assert_array_equal(found.image, result.image)
+
+
+def test_after_ctrl_c_they_are_not_rendered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupt(progress: Progress) -> None:
+        if progress.samples >= 4:
+            raise KeyboardInterrupt
+
+    found = et.render(scene(), spp=100_000, seed=3, progress=interrupt)
+    assert (found.stopped_by, found.aovs) == ("interrupt", {})
+    assert "outputs" not in found.stats.phases
+    found.save(path := tmp_path / "cut.exr")
+    goal = int(found.samples.max()) + 2
+    whole = et.render(scene(), spp=goal, seed=3, resume=path)
+    assert "far.T" in whole.aovs, "they come when the image is finished"
+    (told,) = left_by_interrupt(found, scene())
+    assert told.startswith("the outputs beside the image were not rendered; --resume")
+    assert left_by_interrupt(whole, scene()) == []
+    assert left_by_interrupt(replace(whole, stopped_by="interrupt", aovs={}), plain()) == [], "none were asked for"
+
+
+def test_their_time_is_a_phase_beyond_that_of_the_render(result: et.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert result.stats.phases["outputs"] > 0.0
+    assert "outputs" not in et.render(plain(), spp=4).stats.phases
+    slow = sys.modules["equaltime.render"].outputs  # type: ignore[attr-defined]
+
+    def slower(*arguments: Any) -> Any:
+        time.sleep(0.3)
+        return slow(*arguments)
+
+    monkeypatch.setattr(sys.modules["equaltime.render"], "outputs", slower)
+    phases = et.render(scene(), spp=8, time=10.0).record["phases"]
+    assert phases["outputs"] >= 0.3
 
 
 def test_outputs_are_an_effect_with_a_place() -> None:

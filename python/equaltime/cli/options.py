@@ -38,7 +38,8 @@ Time = Annotated[
         parser=parse_duration,
         metavar="DURATION",
         show_default=False,
-        help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m.",
+        help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m. "
+        "Outputs beside the image come on top.",
     ),
 ]
 ErrorTarget = Annotated[

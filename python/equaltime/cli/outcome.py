@@ -9,10 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from equaltime.errors import ImageError
+from equaltime.first_hits import asked_for
 from equaltime.result import Result
+from equaltime.scene import Scene
 from equaltime.stated import Stated, stated
 
-__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere"]
+__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere", "left_by_interrupt"]
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
@@ -52,6 +54,13 @@ def doubts(result: Result) -> list[str]:
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {result.samples.size} pixels have no sample")
     return lines
+
+
+def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
+    """Say in a line that Ctrl-C came before the outputs beside the image, if the scene asks for any."""
+    if result.stopped_by != "interrupt" or result.aovs or not asked_for(scene):
+        return []
+    return ["the outputs beside the image were not rendered; --resume renders them when the image is finished"]
 
 
 def kept_elsewhere(result: Result) -> str:

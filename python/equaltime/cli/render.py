@@ -39,13 +39,13 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
-from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere
+from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere, left_by_interrupt
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
-from equaltime.scene import load_file
+from equaltime.scene import Scene, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
@@ -207,7 +207,7 @@ def render(
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
         writing = clock.perf_counter() - begin
-        _tell_end(result, writing, files, viewer, quiet, told if as_json else None)
+        _tell_end(result, loaded, writing, files, viewer, quiet, told if as_json else None)
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
@@ -217,6 +217,7 @@ def render(
 
 def _tell_end(
     result: Result,
+    scene: Scene,
     writing: float,
     files: tuple[Path, ...],
     viewer: Viewer | None,
@@ -229,7 +230,7 @@ def _tell_end(
     if told is not None:
         print(json.dumps(_record(result, writing, files) | told, indent=2))
     elif not quiet:
-        print_lines(_summary(result, writing, files))
+        print_lines([*_summary(result, writing, files), *left_by_interrupt(result, scene)])
 
 
 def _warn_of_checkpoints(why: str) -> None:
