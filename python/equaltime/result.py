@@ -253,7 +253,7 @@ def make_result(
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
-    The result takes ``moments`` as they are: they must not be those of a film that goes on changing.
+    The result shares ``moments`` with the caller.
     """
     begin = time.perf_counter()
     errors = standard_error(pixels)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +137,7 @@ class Session:
 
     def _save(self, path: Path) -> None:
         with put_off():  # or Ctrl-C would leave half a picture
-            self._snapshot("unfinished", self._renderer.moments).save(path)  # a copy would be the peak of memory
+            self._snapshot("unfinished").save(path)  # a copy of the film would be the peak of memory
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
@@ -170,14 +170,15 @@ class Session:
 
         The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
         """
-        result = self._snapshot(stopped_by, self._renderer.moments.copy())
+        shared = self._snapshot(stopped_by)
+        result = replace(shared, moments=self._renderer.moments.copy())  # now that estimates have freed their memory
         if self._renderer.nonfinite or self._renderer.faulty:
             origin = self._origin
             raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
         return result
 
-    def _snapshot(self, stopped_by: StoppedBy, moments: NDArray[Any]) -> Result:
-        """Return what is done so far with these moments, which are the film's or a copy."""
+    def _snapshot(self, stopped_by: StoppedBy) -> Result:
+        """Return what is done so far, with the moments of the film itself."""
         counters = self._renderer.counters
         phases = {**self._scene.timings, "render": self._before + self.passes.total_seconds}
         if self.passes.saving is not None and self.passes.saving.seconds:
@@ -192,6 +193,7 @@ class Session:
             effects=tuple(name for name, used in self._scene.core.effects().items() if used),
             build=build_info(),
         )
+        moments = self._renderer.moments
         return make_result(
             pixel_statistics(moments),
             stats,
