@@ -80,13 +80,17 @@ class Estimate:
         return math.isfinite(self.value)
 
     def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the error of an image that has this noise and a bias, if it has one: their squares add up."""
+        """Return the error of an image that has this noise and a bias, if it has one: their squares add up.
+
+        It is in doubt if either is.
+        """
         if bias is None:
             return self
         value, low, high = (
             math.hypot(*both) for both in ((self.value, bias.value), (self.low, bias.low), (self.high, bias.high))
         )
-        return replace(self, value=value, low=low, high=high)
+        doubt = "; ".join(dict.fromkeys(filter(None, (self.doubt, bias.doubt))))
+        return replace(self, value=value, low=low, high=high, doubt=doubt)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers for JSON, with the unit, and the doubt if there is one.

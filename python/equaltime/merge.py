@@ -11,6 +11,7 @@ from typing import Any
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
+from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.parts_of_merge import MergedFilm
 from equaltime.provenance import differences
@@ -58,7 +59,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         _origin(first, parts),
         film.moments,
         bias=_bias(parts),
-        hidden=Unseen.together([part.missed for part in parts]),
+        hidden=Unseen.together([part.missed for part in parts], _focus(parts)),
         parts=film.parts,
     )
 
@@ -111,6 +112,12 @@ def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
     """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
     found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
     return max(found, key=lambda bias: bias.high, default=None)
+
+
+def _focus(parts: Sequence[Checkpoint]) -> Focus:
+    """Return what specular surfaces focus: of one scene, so that the first part that tells of it speaks for all."""
+    told = (part.record["focus"] for part in parts if part.record["focus"] is not None)
+    return Focus.from_dict(next(told, None))
 
 
 def _stats(parts: Sequence[Checkpoint]) -> Stats:

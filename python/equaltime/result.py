@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
+from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.stated import paths_up_to, stated
 from equaltime.unseen import Unseen, stated_error
@@ -161,6 +162,8 @@ class Result:
     harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+    focus: Focus = field(default_factory=Focus.none)
+    """Light that specular surfaces focus, by which the error may be in doubt."""
 
     def __post_init__(self) -> None:
         """Keep others from changing what is stated about one another: the image, its error and its moments."""
@@ -188,6 +191,7 @@ class Result:
             "stopped_by": self.stopped_by,
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
+            **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
@@ -278,4 +282,5 @@ def make_result(
         missed,
         degrees=pixels.degrees,
         parts=parts,
+        focus=Focus.none() if hidden is None else hidden.focus,
     )

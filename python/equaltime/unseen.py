@@ -77,9 +77,7 @@ class Unseen:
         return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads), lamps=lamps, focus=focus)
 
     @classmethod
-    def together(
-        cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Callable[[], Focus] = Focus.none
-    ) -> Unseen:
+    def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
         """Return what may be hidden from renders of one image together, by the `parts` of each.
 
         A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything;
@@ -88,7 +86,9 @@ class Unseen:
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
         lamps = Lamps.from_channels(*(part["lamps"] for part in parts if "lamps" in part))
-        return cls(lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps, focus)
+        return cls(
+            lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps, lambda: focus or Focus.none()
+        )
 
     @cached_property
     def lamps(self) -> Lamps:
