@@ -19,6 +19,7 @@ from equaltime.error_estimate import (
     UNKNOWN,
     Estimate,
     PixelStatistics,
+    error_parts,
     Unit,
     image_error,
     pixel_statistics,
@@ -132,11 +133,17 @@ def test_a_pixel_without_samples_is_black_with_an_unknown_error() -> None:
 
 
 def test_the_image_error_is_the_definition() -> None:
-    # flat and noisy: the reference is nearly the local mean
-    pixels = pixel_statistics(simulate(np.ones((16, 11, 3)), 8, 0.5, seed=7))
-    square = neighbourhood_means(pixels.mean) ** 2
-    expected = np.mean(pixels.variance / (square + (0.1 * pixels.mean.mean()) ** 2))
-    assert image_error(pixels).value == pytest.approx(math.sqrt(expected), rel=0.02)
+    # flat and of little noise: all references are nearly 1
+    pixels = pixel_statistics(simulate(np.ones((16, 11, 3)), 8, 0.01, seed=7))
+    expected = np.mean(pixels.variance / (1.0 + 0.1**2))
+    assert image_error(pixels).value == pytest.approx(math.sqrt(expected), rel=0.002)
+
+
+def test_the_references_order_the_error() -> None:
+    """The pixel with all of its noise, the mean of both, and the pixel left out: each as bright as the next, or more."""
+    pixels = pixel_statistics(simulate(picture(40, 40), 8, 2.0, seed=7))
+    parts = error_parts(pixels, float(pixels.mean.mean()))
+    assert parts.lenient.mean() < parts.value.mean() < parts.cautious.mean()
 
 
 def test_a_pixel_that_has_met_a_rare_bright_path_does_not_excuse_itself() -> None:

@@ -11,7 +11,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from equaltime.budget import FIRST_LOOK, Looks
+from equaltime.budget import FIRST_LOOK, Looks, next_look
 from equaltime.error_estimate import Estimate
 from equaltime.law import Law, fit
 
@@ -65,10 +65,11 @@ def quoted(seed: int, target: float, exponent: float, spread: float) -> tuple[La
 
 def stop(seed: int, target: float, exponent: float, spread: float) -> int:
     """Return where the same render stops."""
-    render, looks = Imagined(seed, exponent, spread), Looks()
-    while not looks.look(partial(render.error, looks.next), looks.next, target):
-        pass
-    return looks.made[-1].samples
+    render, looks, samples = Imagined(seed, exponent, spread), Looks(), 0
+    while not looks.met(target):
+        samples = next_look(samples)
+        looks.look(render.error(samples), samples)
+    return samples
 
 
 CASES = [(0.03, 0.54, 0.03), (0.01, 0.6, 0.02), (0.05, 0.54, 0.15)]
