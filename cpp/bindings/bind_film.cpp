@@ -131,8 +131,8 @@ void bind_film(py::module_& m) {
   m.def("others_sum", &of_neighbourhoods<others_sum>, "image"_a,
         "Sums over 7x7 neighbourhoods of (H, W, C) without the pixel itself (by not a bit), zeros outside.");
   m.def("error_contributions", &parts_of_error, "mean"_a, "variance"_a, "samples"_a, "floor"_a, "least"_a = py::none(),
-        "Each pixel's part of error² by three references (value, lenient, cautious), (3, H, W), and sums over all pixels "
-        "(ErrorContributions and ErrorSums of cpp/film/error_parts.h).");
+        "Each pixel's part of error² by three references (value, lenient, cautious), (3, H, W), and sums over all "
+        "pixels (ErrorContributions and ErrorSums of cpp/film/error_parts.h).");
   m.def("standard_errors", &errors_of_pixels, "mean"_a, "variance"_a, "samples"_a,
         "(H, W, 3) standard errors, their variances pooled over 7x7 neighbourhoods; inf where unknown.");
 }

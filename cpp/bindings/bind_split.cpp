@@ -80,7 +80,7 @@ py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t s
 }
 
 py::tuple in_mirrors(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                   std::uint64_t samples) {
+                     std::uint64_t samples) {
   std::map<std::uint32_t, LampsOfPixel> found;
   {
     const py::gil_scoped_release release;
@@ -90,7 +90,7 @@ py::tuple in_mirrors(const Scene& scene, const Settings& settings, std::uint64_t
 }
 
 py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                  std::uint64_t paths) {
+                      std::uint64_t paths) {
   FocusedLight found;
   {
     const py::gil_scoped_release release;
@@ -118,8 +118,8 @@ void bind_split(py::module_& m) {
         "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
         "lamps_in_sight tells it.");
   m.def("focused_light", &on_specular, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "paths"_a = 1,
-        "(vertices, radiance, solid angle): how many of so many paths meet a specular surface, and the light of emitters "
-        "there (FocusedLight of cpp/transport/specular.h).");
+        "(vertices, radiance, solid angle): how many of so many paths meet a specular surface, and the light of "
+        "emitters there (FocusedLight of cpp/transport/specular.h).");
 }
 
 }  // namespace equaltime

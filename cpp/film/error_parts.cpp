@@ -180,7 +180,8 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
     // in this form it is scaled exactly where the light is, by a power of two
     const double part = variance / (above * std::pow(below / above, caution));
     const double by_with = (1.0 - caution) / above, by_without = caution / below;
-    s.shared[i] = 2.0 * share * part * (by_with * with.shared * with.value + by_without * without.shared * without.value);
+    s.shared[i] =
+        2.0 * share * part * (by_with * with.shared * with.value + by_without * without.shared * without.value);
     if (i < own_begin || i >= own_end) return;
     const std::size_t pixel = before + i / kChannels;
     contributions.value[pixel] += part * kMean;

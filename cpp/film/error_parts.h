@@ -34,7 +34,8 @@ struct ErrorContributions {
 };
 
 /// Fills the contributions. Every variance is known; `floor` is (0.1 m)².
-[[nodiscard]] ErrorSums error_parts(const PixelEstimates& pixels, double floor, const ErrorContributions& contributions);
+[[nodiscard]] ErrorSums error_parts(const PixelEstimates& pixels, double floor,
+                                    const ErrorContributions& contributions);
 
 /// Fills the standard errors, (height, width, 3): of the variance of one sample, averaged over the pixels of the 7x7
 /// neighbourhood where it is known, and divided by the pixel's own samples. Infinite where the pixel's is unknown.

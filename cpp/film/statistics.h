@@ -29,7 +29,8 @@ void sample_deviation(const PixelMoments* first, std::size_t replicates, std::si
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums);
 
-/// The sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends; zeros outside.
+/// The sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends; zeros
+/// outside.
 void others_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
                 std::span<double> sums);
 

@@ -32,13 +32,19 @@ Vertex kind_of(const event::Scatters& at) noexcept {
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 
-/// What both probes share: a path that has ended for them meets nothing any more, nor does light that it aims at.
-struct ChainProbe {
+/// Where a probe leaves a path: at its first specular vertex, or at the first that is none.
+enum class Leaves : std::uint8_t { at_specular, at_other };
+
+/// Follows a path until it leaves it; then the path meets nothing any more. Sees emitters that are met beyond a
+/// specular vertex, and no light that is aimed at.
+template <Leaves leaves>
+class ChainProbe {
+ public:
   static constexpr bool listens = true;
 
   template <auto E>
   [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return ended ? Optional<Interaction>{} : scene.intersect<E>(ray, time);
+    return left_ ? Optional<Interaction>{} : scene.intersect<E>(ray, time);
   }
   template <auto E>
   [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
@@ -48,41 +54,35 @@ struct ChainProbe {
   [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
     return scene.intersect<E>(ray, time);
   }
+  void begin(float) noexcept { left_ = specular_ = false; }
   static void scatters(const Bsdf&) noexcept {}
   static void aims(const LightSample&) noexcept {}
+  Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !left_ && specular_ ? L : Spectrum(); }
   static Spectrum lit(const Spectrum&, int) noexcept { return {}; }
   static bool gives_up() noexcept { return false; }
+
   template <class Event>
   static void note(const Event&) noexcept {}
-
-  float time = 0;  // as RayCounter's
-  bool ended = false, specular = false;
-};
-
-/// Follows a path for as long as its vertices are specular, and sees the emitters that it meets after the first.
-struct MirrorProbe : ChainProbe {
-  using ChainProbe::note;
   void note(const event::Scatters& at) noexcept {
     const Vertex kind = kind_of(at);
-    ended = kind == Vertex::other;
-    specular = specular || kind == Vertex::specular;
+    specular_ = specular_ || kind == Vertex::specular;
+    left_ = kind == (leaves == Leaves::at_specular ? Vertex::specular : Vertex::other);
+    place_ = at.it.anchor.p;
   }
-  void begin(float) noexcept { ended = specular = false; }
-  Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !ended && specular ? L : Spectrum(); }
+
+  /// Whether the path has met a specular vertex, and where it was left.
+  [[nodiscard]] bool specular() const noexcept { return specular_; }
+  [[nodiscard]] const Vec3f& place() const noexcept { return place_; }
+
+  float time = 0;  // as RayCounter's
+
+ private:
+  bool left_ = false, specular_ = false;
+  Vec3f place_;
 };
 
-/// Follows a path to its first specular vertex.
-struct FocusProbe : ChainProbe {
-  using ChainProbe::note;
-  void note(const event::Scatters& at) noexcept {
-    specular = ended = kind_of(at) == Vertex::specular;
-    place = at.it.anchor.p;
-  }
-  void begin(float) noexcept { ended = specular = false; }
-  static Spectrum met(const Spectrum&, std::uint32_t, int) noexcept { return {}; }
-
-  Vec3f place;
-};
+using FocusProbe = ChainProbe<Leaves::at_specular>;
+using MirrorProbe = ChainProbe<Leaves::at_other>;
 
 /// Paths that scatter by the BSDF alone and are never ended by roulette, of a scene whose lights are ready.
 struct Chains {
@@ -140,11 +140,11 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
   for_each<FocusProbe>(paths, chains.threads, [&](std::size_t i, FocusProbe& probe) {
     const std::size_t pixel = i * chains.pixels() / paths;
     (void)chains.sample(pixel, i, probe);
-    if (!probe.specular) return;
+    if (!probe.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
     const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
-                                                        {probe.place, {}, false}, sampler, 0, u, probe.time);
+                                                        {probe.place(), {}, false}, sampler, 0, u, probe.time);
     seen[i].vertex = true;
     if (!light || light->delta || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
@@ -167,12 +167,13 @@ std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const S
   std::vector<std::uint8_t> specular(chains.pixels());
   for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
     (void)chains.sample(i, kMost, probe);  // a sample that is none of those below
-    specular[i] = probe.specular ? 1 : 0;
+    specular[i] = probe.specular() ? 1 : 0;
   });
   std::vector<std::uint32_t> pixels;
   for (std::size_t i = 0; i < specular.size(); ++i)
     if (specular[i] != 0) pixels.push_back(static_cast<std::uint32_t>(i));
-  const std::uint64_t each = pixels.empty() ? 0 : std::min(std::max<std::uint64_t>(samples, chains.pixels()) / pixels.size(), kMost);
+  const std::uint64_t all = std::max<std::uint64_t>(samples, chains.pixels());
+  const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
   if (each < kFewest) return {};
   const double scale = scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
   std::vector<LampsOfPixel> lamps(pixels.size());

@@ -23,7 +23,8 @@ struct FocusedLight {
                                          std::uint64_t paths);
 
 /// Emitters that pixels (y * width + x of the crop) see by specular chains, by `samples` chains in all, spread evenly
-/// over the pixels whose first vertex is specular; in all at least as many as the film has pixels. None if that is fewer than 16 a pixel, or if emitters are hidden.
+/// over the pixels whose first vertex is specular; in all at least as many as the film has pixels. None if that is
+/// fewer than 16 a pixel, or if emitters are hidden.
 [[nodiscard]] std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
                                                                    const RenderOptions& options, std::uint64_t samples);
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +20,10 @@ from numpy.typing import NDArray
 from uneven import CASES, Case, case_arguments
 
 import equaltime as et
-from equaltime.budget import Looks
+from equaltime.budget import FIRST_LOOK, Looks, next_look
 from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import Estimate, image_error, pixel_statistics
-from equaltime.unseen import Unseen
+from equaltime.error_estimate import Estimate, pixel_statistics
+from equaltime.unseen import Unseen, stated
 
 Image = NDArray[np.float64]
 GRID = 1.15
@@ -66,14 +65,16 @@ class Row:
 def main() -> None:
     parser = case_arguments(__doc__, seeds=100, size=32, threads=1)
     parser.add_argument("--paths", type=float, default=4e7, help="at most, of a render [%(default)s]")
+    parser.add_argument("--first", type=int, default=0, help="the first seed [%(default)s]")
     parser.add_argument("--records", type=Path, help="a CSV file for every image")
     options = parsed(parser, seeds=12, size=16, paths=4e5)
     everything: list[Row] = []
     for name in options.scenes:
         case = CASES[name]
         most = 2 * math.ceil(options.paths / options.size**2 / 2)
-        seen = {seed: trajectory(case, options.size, seed, options.threads, most) for seed in range(options.seeds)}
-        compare_with_a_render(case, options.size, seen[0], options.threads)
+        seeds = range(options.first, options.first + options.seeds)
+        seen = {seed: trajectory(case, options.size, seed, options.threads, most) for seed in seeds}
+        compare_with_a_render(case, options.size, options.first, seen[options.first], options.threads)
         rows = judged(name, seen)
         everything += rows
         report(name, case, rows)
@@ -94,30 +95,30 @@ def trajectory(case: Case, side: int, seed: int, threads: int, most: int) -> lis
     scene = case.scene(side)
     strategy = et.Strategy.parse(case.strategy)
     renderer = make_renderer(scene, strategy, seed, threads)
-    hidden = Unseen.of(scene.core, core_settings(scene, strategy), seed, threads)
-    looks = {target: Looks() for target in case.targets}
-    grid, seen, samples = 8, list[Seen](), 0
+    unseen = Unseen.of(scene.core, core_settings(scene, strategy), seed, threads)
+    looks, targets = Looks(), list(case.targets)
+    grid, seen, samples = FIRST_LOOK, list[Seen](), 0
     while samples < most:
-        samples = min(most, grid, *(look.next for look in looks.values()))
+        samples = min(most, grid, next_look(samples))
         renderer.advance(samples)
-        pixels = pixel_statistics(renderer.moments)
-        stops = []
-        for target, look in list(looks.items()):
-            if samples == look.next and look.look(partial(image_error, pixels, hidden=hidden), samples, target):
-                stops.append(target)
-                del looks[target]
-                most = most if looks else min(most, 2 * math.ceil(0.625 * samples))
+        pixels, stops = pixel_statistics(renderer.moments), list[float]()
+        error, brightest = stated(pixels, unseen, brightest=looks.brightest)
+        if looks.due(samples):
+            looks.look(error, samples, brightest)
+            stops = [target for target in targets if looks.met(target)]
+            targets = [target for target in targets if target not in stops]
+            most = most if targets else min(most, 2 * math.ceil(0.625 * samples))
         if samples == grid:
             grid = 2 * math.ceil(grid * GRID / 2)
-        seen.append(Seen(samples, pixels.mean, image_error(pixels, hidden=hidden), tuple(stops)))
+        seen.append(Seen(samples, pixels.mean, error, tuple(stops)))
     return seen
 
 
-def compare_with_a_render(case: Case, side: int, seen: list[Seen], threads: int) -> None:
+def compare_with_a_render(case: Case, side: int, seed: int, seen: list[Seen], threads: int) -> None:
     """Check that `equaltime.render` stops where the trajectory says."""
     stop = next((image for image in seen if image.stops), None)
     if stop is not None:
-        found = et.render(case.scene(side), error=max(stop.stops), strategy=case.strategy, threads=threads)
+        found = et.render(case.scene(side), error=max(stop.stops), strategy=case.strategy, seed=seed, threads=threads)
         assert found.spp == stop.samples, (found.spp, stop.samples)
         np.testing.assert_array_equal(found.image, stop.image.astype(np.float32))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from measuring import SCENES, arguments
+from trial_scenes import TRIALS, trial_scene
 
 import equaltime as et
 
@@ -19,13 +20,16 @@ class Case:
     """A scene, how it is rendered, and the errors that are worth asking of it at a small size."""
 
     path: str
-    max_depth: int
+    """In the folder of scenes; or the name of a trial scene, which has its own depth."""
+    max_depth: int = 0
     strategy: str = "best"
     define: Mapping[str, Any] = field(default_factory=dict)
     targets: tuple[float, ...] = (0.10, 0.05, 0.02, 0.01)
 
     def scene(self, side: int) -> et.Scene:
         """Load the scene, with so many pixels along each side."""
+        if self.path in TRIALS:
+            return trial_scene(self.path, side)
         loaded = et.load_dict(rare_light()) if self.path == "" else et.load(SCENES / self.path, **self.define)
         return loaded.with_(size=(side, side), max_depth=self.max_depth)
 
@@ -68,8 +72,17 @@ CASES: Mapping[str, Case] = {
     "simple": Case("montelight/simple.toml", 4),
     "small lamps": Case("montelight/complex.toml", 4),
     "glossy plates": Case("veach-mis.toml", 3, targets=FEW),
+    "trial flat": Case("flat", targets=(0.05, 0.03, 0.02)),
+    "trial cornell": Case("cornell", targets=(0.2, 0.12)),
+    "trial mis": Case("mis", targets=(0.4, 0.2)),
+    "trial door": Case("door", targets=(0.9, 0.6)),
+    "trial caustic": Case("caustic", targets=(0.2, 0.1)),
 }
-"""By name: light that 2 % of paths find, scenes of even noise and of uneven, one with independent samples."""
+"""By name: light that 2 % of paths find, scenes of even noise and of uneven, one with independent samples; and scenes
+whose errors are easy to misjudge (`trial_scenes`), which run only if they are named."""
+
+
+EVERYDAY = [name for name, case in CASES.items() if case.path not in TRIALS]
 
 
 def case_arguments(
@@ -79,5 +92,5 @@ def case_arguments(
     parser = arguments(description, threads=threads)
     parser.add_argument("--seeds", type=int, default=seeds, help="[%(default)s]")
     parser.add_argument("--size", type=int, default=size, help="pixels along each side [%(default)s]")
-    parser.add_argument("--scenes", nargs="*", default=scenes or list(CASES), choices=list(CASES))
+    parser.add_argument("--scenes", nargs="*", default=scenes or EVERYDAY, choices=list(CASES))
     return parser

@@ -1,5 +1,6 @@
 """When renders stop at an error: the looks at it, on errors that the test decides."""
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -28,14 +29,14 @@ def looked(error: Callable[[int], Estimate], target: float) -> Looks:
 def test_looks_grow_by_two_fifths_and_are_even() -> None:
     counts = [look.samples for look in looked(falling(0.5), 0.01).made]
     assert counts[:8] == [8, 12, 18, 26, 38, 54, 76, 108]
-    assert all(1.35 < after / before < 1.51 for before, after in zip(counts, counts[1:], strict=False))
+    assert all(1.35 < after / before < 1.51 for before, after in itertools.pairwise(counts))
     assert all(count % 2 == 0 for count in counts)
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.6, 0.75, 1.0])
 @pytest.mark.parametrize("target", [0.1, 0.02, 0.005])
 def test_a_render_stops_soon_after_its_error_is_surely_at_the_target(exponent: float, target: float) -> None:
-    """An error that is known exactly is believed to be 1.15 times as large, and a look comes after 1.4 times as many."""
+    """An error that is known exactly is believed to be 1.15 times as large; looks come at 1.4 times as many samples."""
     stopped = looked(falling(exponent), target).made[-1].samples
     needed = max((1.15 / target) ** (1.0 / exponent), FIRST_LOOK)
     assert needed <= stopped <= 1.4 * 1.4 * needed + 4

@@ -88,7 +88,7 @@ def test_the_record_has_what_scripts_rely_on(scene: str, output: Path, capsys: p
     record = render_record([scene, "-o", str(output), "--spp", "8", "--seed", "5", "--threads", "1"], capsys)
     assert set(record) >= {"seconds", "phases", "spp", "rays", "error", "stopped_by", "kernel", "effects", "seed"}
     assert set(record["phases"]) >= {"load", "build", "render", "write"}
-    assert {"value", "low", "high"} <= set(record["error"]) <= {"value", "low", "high", "doubt"}
+    assert {"value", "low", "high"} <= set(record["error"]) <= {"value", "low", "high", "doubt", "unit"}
     assert (record["spp"], record["seed"], record["threads"], record["stopped_by"]) == (8, 5, 1, "spp")
     assert record["files"] == [str(output), str(output.with_suffix(".png"))]
     stored = images.read(output).record

@@ -11,6 +11,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.focus import Focus
 
 BALL = et.load_dict(
     {
@@ -89,7 +90,8 @@ def test_the_depth_is_told_as_of_a_render(tmp_path: Path, capsys: pytest.Capture
 def test_a_limit_in_doubt_and_pixels_without_a_sample_are_told_as_of_a_render(
     parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert "the error's upper limit cannot be trusted: " in said(changed(parts, "mean", 1e4), tmp_path, capsys)[1]
+    focused = [replace(part, focus=Focus(paths=1.0, light=1e3, share=1e-4)) for part in parts]
+    assert "the error's upper limit cannot be trusted: " in said(focused, tmp_path, capsys)[1]
     assert said(changed(parts, "count", 0), tmp_path, capsys)[1:] == ["1 of 120 pixels have no sample"]
 
 

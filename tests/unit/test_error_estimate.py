@@ -19,8 +19,8 @@ from equaltime.error_estimate import (
     UNKNOWN,
     Estimate,
     PixelStatistics,
-    error_parts,
     Unit,
+    error_parts,
     image_error,
     pixel_statistics,
     standard_error,
@@ -140,7 +140,7 @@ def test_the_image_error_is_the_definition() -> None:
 
 
 def test_the_references_order_the_error() -> None:
-    """The pixel with all of its noise, the mean of both, and the pixel left out: each as bright as the next, or more."""
+    """The pixel with its noise is the brightest, then comes the mean of both, then the pixel left out."""
     pixels = pixel_statistics(simulate(picture(40, 40), 8, 2.0, seed=7))
     parts = error_parts(pixels, float(pixels.mean.mean()))
     assert parts.lenient.mean() < parts.value.mean() < parts.cautious.mean()

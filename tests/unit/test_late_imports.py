@@ -43,7 +43,7 @@ def test_nothing_is_imported_once_the_first_pass_has_ended(call: str) -> None:
     "call",
     [
         "from equaltime.cli import main; main(['--help'])",
-        "import equaltime as et; et.render(et.load(sys.argv[1]).with_(size=(48, 48)), spp=2)",
+        "import equaltime as et; et.render(et.load(sys.argv[1]).with_(size=(96, 96)), spp=16)",
     ],
 )
 def test_who_asks_for_no_limit_of_an_error_does_not_wait_for_quantiles(call: str) -> None:

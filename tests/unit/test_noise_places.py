@@ -34,7 +34,7 @@ def halves(deviation: Floats, seed: int) -> PixelStatistics:
 
 def by_own_noise(pixels: PixelStatistics, fraction: float) -> float:
     """Return the share of the pixels that are themselves the noisiest: the twin, which chance makes large."""
-    parts = np.sort(error_parts(pixels, float(pixels.mean.mean()))[0], axis=None)
+    parts = np.sort(error_parts(pixels, float(pixels.mean.mean())).value, axis=None)
     return float(parts[-round(fraction * parts.size) :].sum() / parts.sum())
 
 

@@ -53,9 +53,9 @@ def test_what_is_done_already_is_quoted_as_it_is_known(scene: et.Scene) -> None:
 
 def test_any_of_several_limits_may_end_a_render_first(scene: et.Scene) -> None:
     alone, together = list[et.Quote](), list[et.Quote]()
-    et.render(scene, error=0.2, quoted=alone.append)
+    et.render(scene, error=0.05, quoted=alone.append)
     most = round(alone[0].spp.value)
-    et.render(scene, error=0.2, spp=most, quoted=together.append)
+    et.render(scene, error=0.05, spp=most, quoted=together.append)
     assert together[0].spp.low < together[0].spp.high <= most
     assert together[0].seconds.low < together[0].seconds.high
 
@@ -130,7 +130,7 @@ def first_quote(session: Session, watched: Pilot) -> et.Quote:
 def test_no_pixels_are_probed_for_which_no_time_is_left(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, has_time: bool
 ) -> None:
-    limits, begun = Limits(seconds=100.0, error=0.1), list[int]()
+    limits, begun = Limits(seconds=100.0, error=0.02), list[int]()
     session = Session(scene, Strategy(), 0, 0, limits)
     watched, probe = Pilot(session, limits), session.probe
 

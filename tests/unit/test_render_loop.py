@@ -228,7 +228,7 @@ def test_looking_at_the_error_overruns_no_time_limit() -> None:
     renderer.cost = 0.02
     passes = Passes(renderer, PIXELS, Limits(seconds=0.1, error=0.9 * seen.high), clock=renderer.clock)
     assert passes.run() == "time"
-    assert [look.samples for look in passes.looks.made] == [8, 10]
+    assert [look.samples for look in passes.looks.made] == [8, 12]
     assert renderer.now == pytest.approx(0.1)
 
 

@@ -124,9 +124,11 @@ def test_a_chamber_in_the_shade_may_hide_light_and_empty_space_may_not() -> None
     result = et.render(space, spp=16)
     assert (result.image == 0.0).mean() > 0.5
     assert result.moments is not None
-    lamps = Lamps.of(space.core, core_settings(space, Strategy.parse("best")), 0)
+    lamps = Lamps.of(space.core, core_settings(space, Strategy.parse("best")), 0, 1, mirrors=False)
     edge = image_error(
-        pixel_statistics(result.moments), hidden=lambda pixels, _: lamps.missed(pixels) + lamps.outshone(pixels)
+        pixel_statistics(result.moments),
+        hidden=lambda pixels, _: lamps.missed(pixels) + lamps.outshone(pixels),
+        least=lamps.least(*result.samples.shape),
     )
     assert result.error == edge, "the edge of the ball alone"
 
