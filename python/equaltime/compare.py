@@ -21,6 +21,7 @@ from equaltime import images
 from equaltime.cost.agreement import BlockMeans
 from equaltime.cost.agreement import compare as compare_blocks
 from equaltime.cost.metrics import Measured, Reference, contributions, measure
+from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.cost.statistics import Interval
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
@@ -246,6 +247,8 @@ def _notes(files: list[_File]) -> Iterable[str]:
     truth = files[-1]
     if truth.variance is None:
         yield f"{truth.path} carries no standard errors: its noise is part of the errors, and they have no intervals"
+    if is_mitsuba(truth.picture.software):
+        yield f"{truth.path} is by Mitsuba: {CAVEAT}"
     for file in files:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"

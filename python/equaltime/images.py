@@ -47,6 +47,8 @@ __all__ = [
 SOFTWARE = f"equaltime {version('equaltime')}"
 CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
 RECORD = "equaltime:record"
+_SOFTWARE = ("Software", "generatedBy")
+"""Attributes that name the writer of a file: the usual one, and Mitsuba's."""
 _MOMENTS = "moments"
 _PARTS = "parts"
 _MISSED = {"unseen": ("R", "G", "B"), "lamps": ("R", "G", "B", "share")}
@@ -72,6 +74,8 @@ class Picture:
     window: Window
     record: Mapping[str, Any]
     """The provenance of a file written by equaltime; empty for others."""
+    software: str = ""
+    """What the file says wrote it."""
 
     @property
     def image(self) -> NDArray[np.float32]:
@@ -112,9 +116,10 @@ def read(path: str | os.PathLike[str]) -> Picture:
         if pixels is None:
             raise ImageError(f"{path}: {reason(source, path)}")
         record = _parse_record(spec.getattribute(RECORD), path)
+        software = next((str(said) for name in _SOFTWARE if (said := spec.getattribute(name))), "")
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
-    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record)
+    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record, software)
 
 
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:

@@ -32,6 +32,8 @@ def print_summary(summary: Summary, folder: Path) -> None:
             console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
         if scene.other_depth:
             console.print(f"errors and times are of {scene.other_depth}", soft_wrap=True)
+        if scene.reference_caveat:
+            console.print(f"note: {scene.reference_caveat}", style="dim", soft_wrap=True)
         for label, reason in _without_error(scene):
             console.print(f"{label}: {reason}", style="dim")
     console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True)

@@ -101,6 +101,7 @@ class _Scene:
             crops=self.experiment.crops,
             scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
             left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
+            reference_caveat=self.provenance.get("references", {}).get(self.name, {}).get("caveat", ""),
         )
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:

@@ -25,6 +25,7 @@ from equaltime.cost.experiment import ReferenceWish
 from equaltime.cost.experiment_reader import with_roulette
 from equaltime.cost.folder import build_facts, replacing
 from equaltime.cost.metrics import Reference
+from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -52,7 +53,10 @@ class KnownReference:
 
     reference: Reference
     facts: Mapping[str, Any]
-    """JSON data: ``error`` (its own), ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``."""
+    """JSON data: ``error`` (its own), ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``.
+
+    ``caveat`` says what limits the reference besides its noise.
+    """
 
     @property
     def error(self) -> float:
@@ -205,7 +209,7 @@ def _kept(path: Path, scene: Scene) -> KnownReference | None:
 
 
 def _from_file(path: Path, scene: Scene) -> KnownReference:
-    known = read(path) if path.suffix.lower() == ".npz" else KnownReference(_pictured(path), {})
+    known = read(path) if path.suffix.lower() == ".npz" else _pictured(path)
     wrong = np.argwhere(~np.isfinite(known.reference.mean))
     if wrong.size:
         y, x = wrong[0][:2]
@@ -217,8 +221,8 @@ def _from_file(path: Path, scene: Scene) -> KnownReference:
     return KnownReference(known.reference, {**known.facts, "file": str(path), "error": known.error})
 
 
-def _pictured(path: Path) -> Reference:
-    """Return the picture of a file, with its standard errors if it has them."""
+def _pictured(path: Path) -> KnownReference:
+    """Return the picture of a file, with its standard errors if it has them, and what is known of its writer."""
     try:
         picture = images.read(path)
     except ImageError as error:
@@ -229,7 +233,7 @@ def _pictured(path: Path) -> Reference:
         raise ExperimentError((Problem("reference.file", f"{path}: {error}"),)) from error
     usable = deviation is not None and np.isfinite(deviation).all()
     variance = np.square(deviation.astype(np.float64)) if deviation is not None and usable else np.zeros_like(mean)
-    return Reference(mean, variance)
+    return KnownReference(Reference(mean, variance), {"caveat": CAVEAT} if is_mitsuba(picture.software) else {})
 
 
 def _shape(scene: Scene) -> tuple[int, int, int]:

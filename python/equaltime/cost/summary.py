@@ -106,6 +106,8 @@ class SceneResult:
     """The ``max_depth`` that the scene's file asks for; None if the folder does not say."""
     left_out: tuple[tuple[str, str], ...] = ()
     """Labels of strategies whose runs cannot be joined, and why."""
+    reference_caveat: str = ""
+    """What limits the reference besides its noise; empty if nothing is known to."""
 
     @property
     def other_depth(self) -> str:

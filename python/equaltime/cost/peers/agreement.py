@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,9 @@ from numpy.typing import NDArray
 
 from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare
 from equaltime.cost.metrics import Reference
+from equaltime.cost.mitsuba_reference import CAVEAT
 from equaltime.cost.peers.common import with_box_filter
+from equaltime.cost.peers.mitsuba import MitsubaPeer
 from equaltime.cost.reference import KnownReference
 from equaltime.cost.subject import Subject
 from equaltime.images import SOFTWARE
@@ -46,6 +49,8 @@ class Gate:
     size: tuple[int, int]
     """Width and height of the images that were compared."""
     seeds: int
+    reference_note: str = ""
+    """What must be known of a reference that the peer renders."""
 
     @property
     def agrees(self) -> bool:
@@ -61,6 +66,7 @@ class Gate:
         return (
             f"its image is not that of equaltime (p = {self.agreement.p:.1g}, level {self.level:.1g}; {self.seeds} "
             f"renders each of {width}x{height} pixels): it is measured against a reference of its own"
+            + (f"; {self.reference_note}" if self.reference_note else "")
         )
 
 
@@ -110,7 +116,8 @@ def check(
         results = (uninterrupted(render(small, _OUR_SPP, seed=seed, threads=threads)) for seed in range(seeds))
         ours = means((result.image for result in results), seeds)
     _, _, width, height = small.model.sensor.film.crop
-    return Gate(compare(theirs, ours), ours, level, (width, height), seeds)
+    note = str(getattr(peer, "reference_note", ""))
+    return Gate(compare(theirs, ours), ours, level, (width, height), seeds, note)
 
 
 def resizable(peer: Subject) -> bool:
@@ -124,8 +131,27 @@ def own_reference(
     """Render a reference with the peer itself: the mean of independent renders, its noise known from their spread.
 
     It ends when its own relative error is ``error``, or the ``seconds`` of rendering are used up, with eight renders at
-    least. The halves are the odd and the even renders. The peer is left prepared for ``scene``.
+    least. The halves are the odd and the even renders. A peer whose sampler has a mean of its own does not render:
+    another one does, in which the sampler alone is different.
     """
+    with _fit(peer) as renderer:
+        return _own_reference(renderer, scene, error, seconds, threads, first_seed)
+
+
+@contextmanager
+def _fit(peer: Subject) -> Iterator[Subject]:
+    """Yield the subject that renders references for a peer; one that is not the peer is closed at the end."""
+    other = peer.for_reference() if isinstance(peer, MitsubaPeer) else peer
+    try:
+        yield other
+    finally:
+        if isinstance(other, MitsubaPeer) and other is not peer:
+            other.close()
+
+
+def _own_reference(
+    peer: Subject, scene: Scene, error: float, seconds: float, threads: int, first_seed: int
+) -> KnownReference:
     peer.prepare(scene, threads)
     spp = _spp_of_parts(peer, seconds, first_seed)
     sums: list[NDArray[np.float64] | float] = [0.0, 0.0]
@@ -152,7 +178,7 @@ def own_reference(
         "error_wanted": error,
         "seconds": passed,
         "seconds_allowed": seconds,
-    }
+    } | ({"caveat": CAVEAT} if peer.renderer == "mitsuba" else {})
     return KnownReference(reference, facts)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import sys
@@ -14,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from equaltime.cost.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
 from equaltime.cost.peers.common import checked_image, render_seed
 from equaltime.cost.peers.process import Worker
 from equaltime.cost.subject import Checkpoint, RendererKind
@@ -66,6 +68,19 @@ class MitsubaPeer:
         """Variant, integrator and sampler."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
+
+    @property
+    def reference_note(self) -> str:
+        """What must be known of a reference that `for_reference` renders."""
+        if self.sampler not in UNFIT_SAMPLERS:
+            return CAVEAT
+        another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
+        return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
+
+    def for_reference(self) -> MitsubaPeer:
+        """Return the peer that renders a reference for this one: itself, or another if its sampler is unfit."""
+        fit = fit_sampler(self.sampler)
+        return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Start Mitsuba if it is not running, load ``scene`` and warm up; return the seconds of all that.

@@ -17,13 +17,20 @@ def facts(scene: SceneResult) -> str:
     depth = "paths of any length" if scene.max_depth < 0 else f"max_depth {scene.max_depth}"
     if scene.other_depth:
         depth += f" ({scene.other_depth.partition('; ')[2]})"
-    against = f"reference with an error of {percent(scene.reference_error)}" if scene.reference_error else "exact truth"
     repeats = {strategy.repeats for strategy in scene.strategies}
     counted = f"{min(repeats)} to {max(repeats)}" if len(repeats) > 1 else str(*repeats)
+    note = f" Note: {scene.reference_caveat}." if scene.reference_caveat else ""
     return (
-        f"{width}\N{MULTIPLICATION SIGN}{height} pixels, {depth}; {against}; {counted} repeats of each strategy; "
-        f"equal time is {seconds(scene.budget_s)}."
+        f"{width}\N{MULTIPLICATION SIGN}{height} pixels, {depth}; {_against(scene)}; {counted} repeats of each "
+        f"strategy; equal time is {seconds(scene.budget_s)}.{note}"
     )
+
+
+def _against(scene: SceneResult) -> str:
+    """Name the reference; one that is limited by more than its noise is never the exact truth."""
+    if scene.reference_error:
+        return f"reference with an error of {percent(scene.reference_error)}"
+    return "reference without a stated error" if scene.reference_caveat else "exact truth"
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
