@@ -12,13 +12,13 @@ Mitsuba's shadow rays start off the surface and pass over edges: 0.0013. Its den
 """
 
 CAVEAT = (
-    f"a reference by Mitsuba 3 is worth no more than {FLOOR:.1%} where gaps or edges are small against the scene's "
-    "extent from the origin, because Mitsuba moves the origin of each ray by 8.9e-5 (1 + its largest coordinate) along "
-    "the normal; equaltime measured 0.18 % on Sponza"
+    f"a reference by Mitsuba 3 is worth no more than {100 * FLOOR:g} % where gaps or edges are small against the "
+    "scene's extent from the origin, because Mitsuba moves the origin of each ray by 8.9e-5 (1 + its largest "
+    "coordinate) along the normal; equaltime measured 0.18 % on Sponza"
 )
 
 UNFIT_SAMPLERS = {
-    "ldsampler": "its mean of the Cornell box is 0.25 % too high at any count of samples",
+    "ldsampler": "its mean of the Cornell box is 0.25 % too high, and more samples do not mend it",
     "stratified": "its mean of the Cornell box is 4 % too high at 4 samples a pixel and 0.5 % at 16",
 }
 """Samplers of Mitsuba's with a mean of their own, and what equaltime measured: their images are never a reference."""

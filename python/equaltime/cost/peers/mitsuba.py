@@ -40,6 +40,8 @@ class MitsubaPeer:
     the same is left out. Importing, loading and compiling are set-up. Kernels that are compiled during a run are too:
     such a render is done again, and `compiling` has the seconds of the first.
 
+    `equaltime.cost.mitsuba_reference` says how much a reference by Mitsuba is worth.
+
     For one seed the image depends on the order in which Mitsuba keeps the lights, which differs from load to load.
     """
 
