@@ -33,6 +33,12 @@ Array = NDArray[np.float64]
 EACH = share(LEVEL, 2)
 SEEDS, PAIRS = 64, 16
 OFFSET = 1500 * 2.0**-24
+ONE_LEDGE = 2e-4
+"""Bound of what Mitsuba's offset changes in the mean of the court with one wide ledge, in metres.
+
+It is linear in the offset, which is 1 + 12 units there and 100 + 12 at a hundredth of the size, where the mean is
+0.0012 higher: 1.6e-4.
+"""
 HALF_LENGTH, HALF_WIDTH, HEIGHT = 15.0, 4.0, 12.0
 
 
@@ -102,8 +108,10 @@ def p_unmoved(before: Array, after: Array) -> float:
 
 
 def p_equal(first: Array, second: Array) -> float:
-    """Return the p-value of equal expectations of independent means."""
-    return float(stats.ttest_ind(first, second, equal_var=False).pvalue)
+    """Return the p-value of equal expectations of independent means, up to what the offset does at one wide ledge."""
+    low, high = (1 - ONE_LEDGE) * second, (1 + ONE_LEDGE) * second
+    nearest = low if first.mean() < low.mean() else high if first.mean() > high.mean() else first
+    return float(stats.ttest_ind(first, nearest, equal_var=False).pvalue)
 
 
 @pytest.mark.parametrize("size", [0.0, 0.125, 13.0, 1300.0])
@@ -135,7 +143,7 @@ def test_a_power_of_two_changes_no_bit_here(exponent: int) -> None:
 
 
 def test_where_edges_are_few_and_far_apart_both_have_the_same_mean() -> None:
-    """Mitsuba's offset changes this mean by 0.016 %; the standard error of the comparison is 0.01 %."""
+    """The standard error of the comparison is 0.01 %."""
     assert p_equal(theirs("one wide ledge", 1.0, SEEDS), ours("one wide ledge", 1.0, SEEDS)) > EACH
 
 
