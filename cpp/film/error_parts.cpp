@@ -141,25 +141,32 @@ struct Reference {
   [[nodiscard]] double denominator(double floor) const noexcept { return value * value + floor; }
 };
 
-/// Noise is skewed: a pixel that has met a rare bright path has a large variance and is itself too bright, so that it
-/// excuses itself. This reference leans from the pixel half way towards the darker of its two replicates, which is its
-/// standard error below it.
-Reference lenient(double mean, double deviation, double least, const Around& around) noexcept {
-  const double shared = around.share(), own = mean - 0.5 * deviation;
-  return {std::max(around.local + (own - around.local) * (1.0 - shared), least), shared};
+/// Noise is skewed: a pixel that has met a rare bright path has a large standard error and is itself too bright, so
+/// that it excuses itself. The darker of its two replicates is its standard error below it. References lean towards
+/// that by as much as the pixel is noise.
+struct OwnPixel {
+  double mean, deviation, least;
+
+  /// The standard error over a brightness, at most 1.
+  [[nodiscard]] double relative(double to) const noexcept {
+    return deviation < to ? deviation / to : (deviation > 0 ? 1.0 : 0.0);
+  }
+  [[nodiscard]] double noise() const noexcept { return relative(mean); }
+  /// The same by the darker replicate: all of the pixel is noise where that has no more light than the standard error.
+  [[nodiscard]] double noise_at_worst() const noexcept { return relative(mean - deviation); }
+  [[nodiscard]] double leaning(double part) const noexcept { return std::max(mean - part * deviation, 0.0); }
+};
+
+/// The local mean and a leaning pixel, weighed against each other.
+Reference reference(const OwnPixel& own, double leaning, const Around& around) noexcept {
+  const double shared = around.share();
+  return {std::max(around.local + (leaning - around.local) * (1.0 - shared), own.least), shared};
 }
 
-/// This one leaves the pixel out of the local mean, its noise and its scatter, and takes the darker replicate.
-Reference cautious(double mean, double deviation, double least, const Around& others) noexcept {
-  const double shared = others.share(), own = std::max(mean - deviation, 0.0);
-  return {std::max(others.local + (own - others.local) * (1.0 - shared), least), shared};
-}
-
-/// The weight of the cautious denominator in the geometric mean of both, where the pixel is its own reference, and what
-/// is added where the local mean is all: there a pixel that has met a bright path would excuse itself most, and
-/// elsewhere the darker replicate is too dark. Chosen so that stated errors are the realised ones, in the median, from
-/// 8 to 254 samples a pixel of five scenes (tests/bench/stated_errors.py).
-constexpr double kLeastCaution = 0.3, kMoreCaution = 0.5;
+/// The weight of the denominator without the pixel in the geometric mean of both: at least, and what is added where the
+/// pixel is all noise. Chosen so that stated errors are the realised ones, in the median, from 8 to 122 samples a pixel
+/// of six scenes (tests/bench/stated_errors.py).
+constexpr double kLeastCaution = 0.2, kMoreCaution = 0.5;
 
 /// Contributions of the band's own rows; and `shared`, how much each local mean moves them, of all rows but the outer.
 ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorContributions& contributions) {
@@ -169,14 +176,16 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
   const std::size_t own_end = kChannels * (band.end - band.first) * pixels.width;
   const std::size_t before = band.first * pixels.width;
   band.each(0, pixels.height, [&](std::size_t i, double share) {
-    const double variance = pixels.variance[i], deviation = std::sqrt(variance);
-    const double least = pixels.least == nullptr ? 0.0 : pixels.least[i];
+    const double variance = pixels.variance[i];
+    const OwnPixel own{pixels.mean[i], std::sqrt(variance), pixels.least == nullptr ? 0.0 : pixels.least[i]};
     const double others = 1.0 / std::max(1.0 / share - 1.0, 1.0);
-    const Reference with = lenient(pixels.mean[i], deviation, least, {s.local[i], s.noise[i], s.sums[i]});
-    const Reference without = cautious(pixels.mean[i], deviation, least,
-                                       {s.others_local[i] * others, s.others_noise[i], s.others_scatter[i]});
+    const Around around{s.local[i], s.noise[i], s.sums[i]};
+    const Around outside{s.others_local[i] * others, s.others_noise[i], s.others_scatter[i]};
+    const Reference with = reference(own, own.leaning(0.5 * own.noise()), around);
+    const Reference without = reference(own, own.leaning(own.noise()), outside);
+    const Reference cautious = reference(own, own.leaning(own.noise_at_worst()), outside);
     const double above = with.denominator(floor), below = without.denominator(floor);
-    const double caution = kLeastCaution + kMoreCaution * without.shared;
+    const double caution = kLeastCaution + kMoreCaution * std::max(without.shared, own.noise());
     // in this form it is scaled exactly where the light is, by a power of two
     const double part = variance / (above * std::pow(below / above, caution));
     const double by_with = (1.0 - caution) / above, by_without = caution / below;
@@ -186,7 +195,7 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
     const std::size_t pixel = before + i / kChannels;
     contributions.value[pixel] += part * kMean;
     contributions.lenient[pixel] += variance / above * kMean;
-    contributions.cautious[pixel] += variance / below * kMean;
+    contributions.cautious[pixel] += variance / cautious.denominator(floor) * kMean;
     sums.slopes += part * (by_with + by_without);
   });
   return sums;

@@ -28,9 +28,9 @@ struct ErrorSums {
 
 /// Each pixel's part of error², (height, width), by three references.
 struct ErrorContributions {
-  std::span<double> value;     ///< by a weighted geometric mean of the other two denominators
+  std::span<double> value;     ///< by the geometric mean of a denominator with the pixel and one without it
   std::span<double> lenient;   ///< by a reference that the pixel itself has a part in, and may make too bright
-  std::span<double> cautious;  ///< by one that leaves the pixel out, but for the darker of its replicates
+  std::span<double> cautious;  ///< by one that leaves the pixel out, and leans to the darker of its replicates
 };
 
 /// Fills the contributions. Every variance is known; `floor` is (0.1 m)².

@@ -54,21 +54,23 @@ _ROUNDING = 0.05
 _RARE = 0.025
 """Chance of what an upper limit need not hold."""
 _DOUBTED = 2.0
-"""Standard deviations of the light that chains found, which is surely there only beyond that."""
+"""Standard deviations by which light is surely there: what few points or chains tell is less certain."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Small lamps in sight."""
+    """Lamps in sight: small ones, of which samples may miss some, and the light of all."""
 
     pixels: NDArray[np.intp]
-    """(N,): those that see any, in the order of ``y * width + x``."""
+    """(N,): those that see small lamps, in the order of ``y * width + x``."""
     light: Floats
-    """(N, 3): what lamps add to the mean of each, in the units of the image."""
+    """(N, 3): what small lamps add to the mean of each, in the units of the image."""
     share: Floats
     """(N,): of the samples of each, those that meet one."""
+    lit: NDArray[np.intp]
+    """(M,): pixels that see lamps of any size, in the same order."""
     surely: Floats
-    """(N, 3): the part of ``light`` that is certain, however few points or chains found it."""
+    """(M, 3): the light of lamps that is certainly in the mean of each, however few points or chains found it."""
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
@@ -76,32 +78,35 @@ class Lamps:
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
             found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
-        certain = (np.ones(len(found[0][0])), *(np.maximum(1.0 - _DOUBTED / np.sqrt(n), 0.0) for _, _, n in found[1:]))
-        where = np.concatenate([pixels for pixels, _, _ in found]).astype(np.intp)
-        pixels, each = np.unique(where, return_inverse=True)
-        points = np.bincount(each, np.concatenate([n for _, _, n in found]), len(pixels))
-        moments = np.zeros((len(pixels), 2, 3))
-        np.add.at(moments, each, np.concatenate([moment for _, moment, _ in found]))
-        surely = np.zeros((len(pixels), 3))
-        np.add.at(surely, each, np.concatenate(certain)[:, None] * np.concatenate([m[:, 0] for _, m, _ in found]))
+        lit, each = np.unique(np.concatenate([pixels for pixels, _, _ in found]), return_inverse=True)
+        points, moments = np.zeros(len(lit)), np.zeros((len(lit), 2, 3))
+        np.add.at(points, each, np.concatenate([number for _, _, number in found]))
+        np.add.at(moments, each, np.concatenate([both for _, both, _ in found]))
         with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square has no share
             light, squares = moments[:, 0], moments[:, 1].sum(axis=-1)
             # of a lamp of one radiance, exactly its share; of several, nearly that of the brightest
             share = np.square(light).sum(axis=-1) / np.maximum(squares, np.finfo(np.float64).tiny)
-        small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(np.maximum(points, 1.0))) < _LARGEST)
-        return cls(pixels[small], light[small], share[small], surely[small])
+        small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(points)) < _LARGEST)
+        surely = np.maximum(1.0 - _DOUBTED / np.sqrt(points), 0.0)[:, None] * light
+        lit = lit.astype(np.intp)
+        return cls(lit[small], light[small], share[small], lit, surely)
 
     @classmethod
     def none(cls) -> Lamps:
         """Return no lamp at all."""
-        return cls(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+        return cls.small(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
+
+    @classmethod
+    def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
+        """Return small lamps alone, of which everything is certain."""
+        return cls(pixels, light, share, pixels, light)
 
     def least(self, height: int, width: int) -> Floats | None:
         """Return the light (H, W, 3) that is surely in the mean of each pixel; None where no lamp is in sight."""
-        if not self.pixels.size:
+        if not self.lit.size:
             return None
         light = np.zeros((height * width, 3))
-        light[self.pixels] = self.surely
+        light[self.lit] = self.surely
         return light.reshape(height, width, 3)
 
     @classmethod
@@ -111,11 +116,10 @@ class Lamps:
             return cls.none()
         planes = reduce(np.fmax, parts).reshape(-1, 4)
         pixels = np.flatnonzero(planes[:, 3] > 0.0)
-        light, share = planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64)
-        return cls(pixels, light, share, light)
+        return cls.small(pixels, planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64))
 
     def channels(self, height: int, width: int) -> NDArray[np.float32]:
-        """Return light and share as an image (H, W, 4), for a file."""
+        """Return light and share of small lamps as an image (H, W, 4), for a file."""
         planes = np.zeros((height * width, 4), np.float32)
         planes[self.pixels, :3] = np.minimum(self.light, np.finfo(np.float32).max)
         planes[self.pixels, 3] = self.share

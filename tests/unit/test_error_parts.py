@@ -55,15 +55,19 @@ def plain_parts(
     local, deviation = box_sum(mean) / around, np.sqrt(variance)
     scatter = (mean - local) ** 2
     with_it, without = share(box_sum(variance), box_sum(scatter)), share(others(variance), others(scatter))
-    lenient = np.maximum(local + (mean - lean * deviation - local) * (1.0 - with_it), least)
-    darker = np.maximum(mean - deviation, 0.0)
-    cautious = np.maximum(others(mean) + (darker - others(mean)) * (1.0 - without), least)
-    above, below = lenient**2 + FLOOR, cautious**2 + FLOOR
-    weight = 0.3 + 0.5 * without
+    noise = np.minimum(deviation / np.maximum(mean, np.finfo(float).tiny), 1.0)
+    worst = np.minimum(deviation / np.maximum(mean - deviation, np.finfo(float).tiny), 1.0)
+    lenient = np.maximum(local + (np.maximum(mean - lean * noise * deviation, 0.0) - local) * (1.0 - with_it), least)
+    outside, cautious = (
+        np.maximum(others(mean) + (np.maximum(mean - part * deviation, 0.0) - others(mean)) * (1.0 - without), least)
+        for part in (noise, worst)
+    )
+    above, below = lenient**2 + FLOOR, outside**2 + FLOOR
+    weight = 0.2 + 0.5 * np.maximum(without, noise)
     parts = variance / (above ** (1.0 - weight) * below**weight)
     errors = plain_errors(variance, samples)
     slope = parts * ((1.0 - weight) / above + weight / below)
-    moved = 2.0 * parts * ((1.0 - weight) * with_it * lenient / above + weight * without * cautious / below)
+    moved = 2.0 * parts * ((1.0 - weight) * with_it * lenient / above + weight * without * outside / below)
     by_local, by_mean = (box_sum(moved / around) * errors).mean(axis=-1), errors.mean(axis=-1)
     sums = {
         "slopes": slope.sum(),
@@ -71,7 +75,7 @@ def plain_parts(
         "crossed": (by_local * by_mean).sum(),
         "means_squared": (by_mean**2).sum(),
     }
-    found = np.stack([part.mean(axis=-1) for part in (parts, variance / above, variance / below)])
+    found = np.stack([part.mean(axis=-1) for part in (parts, variance / above, variance / (cautious**2 + FLOOR))])
     return found, {name: float(value) for name, value in sums.items()}
 
 

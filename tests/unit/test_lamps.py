@@ -151,7 +151,7 @@ def met(seed: int, samples: int) -> PixelStatistics:
 def lamps_of(pixels: NDArray[np.intp], light: float, share: NDArray[np.float64]) -> Lamps:
     """Return lamps that all give their pixels the same light."""
     given = np.full((len(pixels), 3), light)
-    return Lamps(pixels, given, share, given)
+    return Lamps.small(pixels, given, share)
 
 
 def the_lamp() -> Lamps:

@@ -56,14 +56,16 @@ def probe(pilot: PixelStatistics, lamps: Lamps = NO_LAMPS) -> probes.Probe:
 
 @cache
 def drawn(evenly: bool = False) -> tuple[Probed, ...]:
-    """Return what probes of many draws find; wrongly, if pixels are drawn evenly but counted as if not."""
+    """Return what probes of many draws find; wrongly, if pixels are drawn unevenly but counted as if evenly."""
     pilot, draw, found = statistics(PILOT), probes._draw, []
     with pytest.MonkeyPatch.context() as patch:
         for number in range(REPEATS):
             random = np.random.default_rng(number)
-            ours = partial(_evenly, random) if evenly else partial(_drawn, draw, random)
-            patch.setattr(probes, "_draw", ours)
-            each = probe(pilot).advance(SAMPLES)
+            patch.setattr(probes, "_draw", partial(_drawn, draw, random))
+            some = probe(pilot)
+            if evenly:
+                some._sizes = np.full_like(some._sizes, some._sizes.mean())
+            each = some.advance(SAMPLES)
             assert each is not None
             found.append(each)
     return tuple(found)
@@ -71,10 +73,6 @@ def drawn(evenly: bool = False) -> tuple[Probed, ...]:
 
 def _drawn(draw: Draw, random: np.random.Generator, sizes: Floats, draws: int, _: object) -> Indices:
     return draw(sizes, draws, random)
-
-
-def _evenly(random: np.random.Generator, sizes: Floats, draws: int, _: object) -> Indices:
-    return random.integers(0, sizes.size, draws)
 
 
 def distance(found: tuple[Probed, ...]) -> float:
@@ -94,7 +92,7 @@ def test_probes_say_the_error_of_the_whole_image() -> None:
     assert distance(drawn()) < 3.0
 
 
-def test_pixels_that_are_drawn_evenly_but_counted_otherwise_would_be_seen() -> None:
+def test_pixels_that_are_drawn_unevenly_but_counted_evenly_would_be_seen() -> None:
     assert distance(drawn(evenly=True)) > 3.0
 
 
@@ -157,7 +155,7 @@ def test_pixels_without_noise_say_nothing() -> None:
 def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
     pixels = 20 * SIDE + np.arange(20, 30)
     light = np.full((10, 3), 1.5)
-    lamp = Lamps(pixels, light, np.full(10, 0.5 / SAMPLES), light)
+    lamp = Lamps.small(pixels, light, np.full(10, 0.5 / SAMPLES))
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
     foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])

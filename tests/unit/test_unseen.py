@@ -156,7 +156,7 @@ def test_merged_renders_state_the_upper_limit_of_a_render_of_the_scene_that_know
     without = image_error(pixels).high
     added, expected = (math.sqrt(error.high**2 - without**2) for error in (merged.error, one))
     assert added == pytest.approx(expected, rel=0.1)
-    assert added > 0.5 * merged.error.value, "the twin, a limit without what black pixels may hide, is far off"
+    assert added > 0.3 * merged.error.value, "the twin, a limit without what black pixels may hide, is far off"
     et.merge(paths[:2]).save(tmp_path / "pair.exr")
     assert et.merge([tmp_path / "pair.exr", paths[2]]).error.high == pytest.approx(merged.error.high, rel=1e-6)
 
