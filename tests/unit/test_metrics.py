@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -163,6 +165,28 @@ def test_flip_survives_a_reference_of_one_luminance(level: float) -> None:
     reference = np.full(SHAPE, level)
     assert flip(reference, reference) == 0.0
     assert 0.0 < flip(reference + TRUTH, reference) <= 1.0
+
+
+SWEEP = """
+import numpy as np
+from equaltime.cost.flip import flip
+
+truth = np.random.default_rng(1).gamma(0.5, 1.0, (8, 12, 3))
+print(len({flip(np.ldexp(1.1 * truth, k), np.ldexp(truth, k)) for k in range(-140, 121, 52)}))
+print(0.0 < flip(np.ldexp(truth, 300), np.where(truth > 1.0, truth, 0.0)) <= 1.0)
+"""
+
+
+def test_flip_does_not_depend_on_scale_and_does_not_end_the_process() -> None:
+    """The package ends the process, with no exception, where a reference is dim: so it is tried in a process."""
+    done = subprocess.run([sys.executable, "-c", SWEEP], capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stdout.splitlines()) == (0, ["1", "True"]), done.stderr
+
+
+def test_flip_has_the_exposures_of_the_package() -> None:
+    package = pytest.importorskip("flip_evaluator")
+    pair = [np.ascontiguousarray(a, np.float32) for a in (TRUTH, TRUTH + noise(1, 0.1))]
+    assert flip(pair[1], pair[0]) == pytest.approx(package.evaluate(*pair, "HDR", applyMagma=False)[1], rel=1e-4)
 
 
 def test_flip_takes_negative_values_for_black_and_ranks_noise() -> None:

@@ -12,24 +12,38 @@ from equaltime.cost.extras import optional
 __all__ = ["flip"]
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-_CLOSEST_STOPS = 1e-3
+# Luminance that the tone mapper (Narkowicz's fit to ACES) shows as 0.85 of white. FLIP's exposures bring the brightest
+# pixel and the median one there.
+_SHOWN = 2.1189
+# Smallest median, relative to the brightest pixel, from which an exposure is derived: float32's precision, which is
+# also the package's limit. An image that is black in half of its pixels has this one.
+_DIMMEST = 2.0**-23
+# Largest value after scaling: far beyond white at every exposure, and its square is finite in float32 at the longest.
+_BRIGHTEST = 2.0**30
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the mean HDR-FLIP of an image (H, W, 3) in linear RGB: 0 is equal, 1 is as far as can be.
 
-    By NVIDIA's ``flip-evaluator``, at its default of 67 pixels per degree, with the exposures that it derives from the
-    reference. Negative values are shown as black. The package ends the process if a reference calls for no range of
-    exposures (all one luminance); such a reference is seen at the single exposure that its luminance calls for.
+    By NVIDIA's ``flip-evaluator``, at its default of 67 pixels per degree. Negative values are shown as black. FLIP
+    takes its exposures from the reference and so does not depend on scale, but the package ends the process where a
+    reference is dim. So both images are scaled by a power of two that brings the brightest luminance of the reference
+    near 1, and the package is given the exposures that it would derive.
+
+    Raises
+    ------
+    EqualtimeError
+        If the package is missing.
     """
-    pixels, truth = (np.maximum(np.asarray(a, np.float32), 0.0) for a in (image, reference))
-    luminance = truth.astype(np.float64) @ _LUMINANCE
-    highest, middle = float(luminance.max()), float(np.median(luminance))
-    parameters = {}
-    if middle > 0.0 and math.log2(highest / middle) < _CLOSEST_STOPS:
-        parameters = dict.fromkeys(("startExposure", "stopExposure"), -math.log2(highest))
-    elif highest == 0.0:
-        parameters = {"startExposure": 0.0, "stopExposure": 0.0}
     evaluate = optional("flip_evaluator").evaluate
-    contiguous = (np.ascontiguousarray(a) for a in (truth, pixels))
-    return float(evaluate(*contiguous, "HDR", applyMagma=False, parameters=parameters)[1])
+    pixels, truth = (np.maximum(np.asarray(a, np.float64), 0.0) for a in (image, reference))
+    luminance = np.sort((truth @ _LUMINANCE).ravel())
+    highest, middle = float(luminance[-1]), float(luminance[luminance.size // 2])
+    scale = math.ldexp(1.0, -math.frexp(highest)[1])
+    exposures = (0.0, 0.0)
+    if highest > 0.0:
+        start = math.log2(_SHOWN / (highest * scale))
+        exposures = (start, start + math.log2(highest / max(middle, _DIMMEST * highest)))
+    parameters = dict(zip(("startExposure", "stopExposure"), exposures, strict=True))
+    scaled = (np.minimum(a * scale, _BRIGHTEST).astype(np.float32, order="C") for a in (truth, pixels))
+    return float(evaluate(*scaled, "HDR", applyMagma=False, parameters=parameters)[1])
