@@ -1,8 +1,8 @@
 """Compare images of any renderer: with each other, or both with a reference.
 
 Whatever file OpenImageIO reads will do. Files that carry the standard errors of their pixels (``stderr.R/G/B``, as
-equaltime's do) say more: a reference's noise is subtracted and its doubt becomes an interval, and two images can be
-tested for equal expectations.
+equaltime's do) say more. The noise of the reference is subtracted, and what it leaves open becomes an interval
+(`equaltime.cost.noisy_reference`). Two images can be tested for equal expectations.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +21,11 @@ from numpy.typing import NDArray
 from equaltime import images
 from equaltime.cost.agreement import BlockMeans
 from equaltime.cost.agreement import compare as compare_blocks
-from equaltime.cost.metrics import Measured, Reference, contributions, measure
+from equaltime.cost.flip import available
+from equaltime.cost.metrics import METRICS, Measured, Reference, contributions, measure, signed_root
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
-from equaltime.cost.statistics import Interval
+from equaltime.cost.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
+from equaltime.cost.statistics import Interval, exp
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
 from equaltime.images import Picture
@@ -34,9 +37,11 @@ Floats = NDArray[np.float64]
 File = str | os.PathLike[str]
 
 _BLOCK = 8
-_FEWEST_BLOCKS = 16
-# Of a block's variance: a standard error is pooled over 7x7 pixels, and a block holds little more than that.
+"""Side of the blocks whose means are tested for equal expectations, in pixels."""
 _DEGREES = 49.0
+"""Degrees of freedom of a block's variance: standard errors are pooled over 7x7 pixels, and a block has 64."""
+_NOISY = 0.25
+"""Share of the reference's noise in the squared differences of an image from which a ratio of errors is in doubt."""
 _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 
@@ -46,11 +51,12 @@ class Compared:
 
     path: Path
     metrics: Mapping[str, Measured]
-    """By name, see `equaltime.cost.metrics`: of this very image, with the noise of the other subtracted if known."""
+    """By name, see `equaltime.cost.metrics`: of this very image, with the noise of the other subtracted if known. Where
+    that noise is too much to tell, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
     """P-value of equal expectations; None if that cannot be tested. Small: one of the two is biased."""
     own: Estimate | None
-    """What the render itself said its error was."""
+    """What the file's record says its error was, with the doubt that it states."""
     seconds: float | None
     """What it took to render, if the file says so."""
 
@@ -66,9 +72,11 @@ class Comparison:
     images: tuple[Compared, ...]
     """A and B; A alone if there is no reference."""
     ratio: Interval | None
-    """A's error over B's, if there is a reference: below 1 A is nearer."""
+    """Error of image A over that of image B, of this very pair of images: below 1 A is nearer to the reference. None if
+    there is no reference, or one too noisy to tell. Without an interval (NaN) if the reference carries no errors."""
     efficiency: Interval | None
-    """A's efficiency, 1 / (error² x seconds), over B's, if there is a reference and both files say their times."""
+    """Efficiency of image A, 1 / (error² x seconds), over that of image B: of this very pair, as the ratio is. None
+    if there is no ratio, or a file does not say its time."""
     notes: tuple[str, ...]
     """What must be known to read the numbers."""
 
@@ -105,25 +113,27 @@ def compare(a: File, b: File, reference: File | None = None) -> Comparison:
     ------
     ImageError
         If a file cannot be read, lacks a channel, has a pixel that is not finite, or is of another size.
-    EqualtimeError
-        If the packages of ``equaltime[report]`` are missing.
     """
     files = [_File.read(path) for path in (a, b, reference) if path is not None]
     _check_sizes(files)
     truth = files[-1]
     subjects = files[:-1]
-    compared = tuple(_compared(file, truth) for file in subjects)
-    ratio = _ratio(subjects[0], subjects[1], truth) if reference is not None else None
+    pairs = [_Pair(file, truth) for file in subjects]
+    compared = tuple(_compared(pair) for pair in pairs)
+    ratio = _ratio(pairs[0], pairs[1]) if reference is not None else None
     efficiency = None if ratio is None else _efficiency(ratio, compared)
     height, width = truth.image.shape[:2]
-    return Comparison((width, height), truth.path, compared, ratio, efficiency, tuple(_notes(files)))
+    notes = tuple(_notes(files, compared, reference is not None and ratio is None))
+    return Comparison((width, height), truth.path, compared, ratio, efficiency, notes)
 
 
 @dataclass(frozen=True, eq=False)
 class _File:
     path: Path
     image: Floats
-    variance: Floats | None
+    errors: Floats | None
+    """Standard errors, as the file states them."""
+    noise: Noise | None
     picture: Picture
 
     @classmethod
@@ -131,21 +141,16 @@ class _File:
         picture = images.read(path)
         try:
             image = picture.image.astype(np.float64)
-            errors = picture.standard_error
+            stated = picture.standard_error
         except ImageError as error:
             raise ImageError(f"{path}: {error}") from None
         if not np.isfinite(image).all():
             y, x, channel = (int(i[0]) for i in np.nonzero(~np.isfinite(image)))
             value = image[y, x, channel]
             raise ImageError(f"{path}: pixel {x},{y} is not finite: {'RGB'[channel]} is {value}")
-        known = errors is not None and bool(np.isfinite(errors).all() and (errors >= 0.0).all())
-        variance = np.square(errors.astype(np.float64)) if errors is not None and known else None
-        return cls(Path(path), image, variance, picture)
-
-    @property
-    def reference(self) -> Reference:
-        variance = np.zeros_like(self.image) if self.variance is None else self.variance
-        return Reference(self.image, variance)
+        known = stated is not None and bool(np.isfinite(stated).all() and (stated >= 0.0).all())
+        errors = stated.astype(np.float64) if stated is not None and known else None
+        return cls(Path(path), image, errors, Noise.read(path, picture), picture)
 
     def said(self, key: str) -> Any:
         """Return what the file's record says."""
@@ -159,19 +164,57 @@ def _check_sizes(files: Iterable[_File]) -> None:
         raise ImageError(f"images of different sizes cannot be compared: {listed}")
 
 
-def _compared(file: _File, truth: _File) -> Compared:
-    said, seconds = file.said("error"), file.said("seconds")
-    own = None
-    if isinstance(said, dict) and said.get("value") is not None:
-        low, high = said.get("low"), said.get("high")
-        own = Estimate(said["value"], 0.0 if low is None else low, math.inf if high is None else high)
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """An image and what it is measured against."""
+
+    file: _File
+    truth: _File
+
+    @cached_property
+    def noise(self) -> Noise | None:
+        """Noise of the truth that is subtracted: none where it is not known, or where both may have the same noise.
+
+        A truth that says it has no noise at all has none to be subtracted either.
+        """
+        noise = self.truth.noise
+        return None if noise is None or not noise.variance.any() or _same_seed(self.file, self.truth) else noise
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The truth for metrics from which noise cannot be subtracted."""
+        none = np.zeros_like(self.truth.image)
+        return Reference(self.truth.image, none if self.noise is None else self.noise.variance)
+
+    def difference(self, relative: bool = True) -> Difference:
+        """Return how far the image is from a truth whose noise is known."""
+        assert self.noise is not None
+        return Difference.of(self.file.image, self.truth.image, self.noise, relative)
+
+    @cached_property
+    def relative(self) -> Difference:
+        """The difference relative to the truth."""
+        return self.difference()
+
+
+def _compared(pair: _Pair) -> Compared:
+    names = [name for name in METRICS if name != "flip" or available()]
+    metrics = dict(measure(pair.file.image, pair.reference, names))
+    if pair.noise is not None:
+        relmse, mse = pair.relative.measured, pair.difference(relative=False).measured
+        metrics |= {"error": relmse.map(signed_root), "relmse": relmse, "mse": mse}
+    seconds = pair.file.said("seconds")
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
-    return Compared(file.path, measure(file.image, _held_against(file, truth)), _bias_p(file, truth), own, known)
+    return Compared(pair.file.path, metrics, _bias_p(pair.file, pair.truth), _own(pair.file), known)
 
 
-def _held_against(file: _File, truth: _File) -> Reference:
-    """Return the truth for a file; its noise is none to be subtracted where the file may have the same."""
-    return replace(truth, variance=None).reference if _same_seed(file, truth) else truth.reference
+def _own(file: _File) -> Estimate | None:
+    """Return the estimate that a file's record states, with its doubt."""
+    said = file.said("error")
+    if not isinstance(said, dict) or said.get("value") is None:
+        return None
+    found = Estimate.from_dict({"low": None, "high": None, **said})
+    return replace(found, low=max(found.low, 0.0))
 
 
 def _bias_p(first: _File, second: _File) -> float | None:
@@ -182,9 +225,9 @@ def _bias_p(first: _File, second: _File) -> float | None:
     """
     height, width = first.image.shape[:2]
     blocks = (height // _BLOCK) * (width // _BLOCK)
-    if first.variance is None or second.variance is None or blocks < _FEWEST_BLOCKS or _same_seed(first, second):
+    if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
         return None
-    images = (first.image, first.variance), (second.image, second.variance)
+    images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
     return compare_blocks(*(BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)).p
 
 
@@ -202,33 +245,28 @@ def _seeds(file: _File) -> set[int]:
     return {seed for seed in parts or [file.said("seed")] if isinstance(seed, int)}
 
 
-def _ratio(first: _File, second: _File, truth: _File) -> Interval | None:
-    """Return the ratio of errors with the interval that the scatter of blocks gives it, formed on the logarithm.
-
-    Blocks are independent; what the picture makes of both errors alike cancels in the difference of their shares.
-    """
-    parts = [_block_sums(contributions(file.image, _held_against(file, truth))) for file in (first, second)]
-    means = [float(part.mean()) for part in parts]
+def _ratio(first: _Pair, second: _Pair) -> Interval | None:
+    """Return the ratio of errors of two images, with the interval that the reference's noise leaves it."""
+    if first.noise is not None and second.noise is not None:
+        if not (first.relative.measured.known and second.relative.measured.known):
+            return None
+        log, half = log_ratio(first.relative, second.relative)
+        value, low, high = (exp(0.5 * x) for x in (log, log - half, log + half))
+        found = Interval(value, low, high)
+        share = max(first.relative.share, second.relative.share)
+        if share > _NOISY:
+            found = found.doubted(f"noise of {first.truth.path.name} makes {100 * share:.2g} % of the difference")
+        few = block_means(first.relative.squares[..., 0]).size < FEWEST_BLOCKS
+        return found.doubted("too few pixels") if few else found
+    means = [float(contributions(pair.file.image, pair.reference).mean()) for pair in (first, second)]
     if min(means) <= 0.0:
         return None
-    log_ratio = math.log(means[0] / means[1])
-    scatter = float(np.std(parts[0] / means[0] - parts[1] / means[1], ddof=1)) if parts[0].size > 1 else math.inf
-    half = 1.96 * scatter / math.sqrt(parts[0].size)
-    logs = (log_ratio, log_ratio - half, log_ratio + half)
-    value, low, high = (math.exp(0.5 * min(x, 1400.0)) for x in logs)
-    found = Interval(value, low, high)
-    if any(_same_seed(file, truth) for file in (first, second)):
+    found = Interval(math.sqrt(means[0] / means[1]), math.nan, math.nan)
+    if any(_same_seed(pair.file, pair.truth) for pair in (first, second)):
         return found.doubted("one has a seed in common with the reference")
-    return found if parts[0].size >= _FEWEST_BLOCKS else found.doubted("too few pixels")
-
-
-def _block_sums(parts: Floats) -> Floats:
-    """Return means over blocks, or the pixels themselves where an image has few of them."""
-    block = _BLOCK if min(parts.shape) >= 4 * _BLOCK else 1
-    rows, columns = (n // block for n in parts.shape)
-    cut = parts[: rows * block, : columns * block]
-    means: Floats = cut.reshape(rows, block, columns, block).mean(axis=(1, 3)).ravel()
-    return means
+    if first.truth.noise is None:
+        return found.doubted("noise of the reference pulls it towards 1")
+    return replace(found, low=found.value, high=found.value)  # it says that it has no noise
 
 
 def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | None:
@@ -243,12 +281,24 @@ def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | N
     return ratio.map(gain)
 
 
-def _notes(files: list[_File]) -> Iterable[str]:
+def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bool) -> Iterable[str]:
     truth = files[-1]
-    if truth.variance is None:
+    if truth.noise is None:
         yield f"{truth.path} carries no standard errors: its noise is part of the errors, and they have no intervals"
     if is_mitsuba(truth.picture.software):
         yield f"{truth.path} is by Mitsuba: {CAVEAT}"
+    for image in compared:
+        if not image.metrics["error"].known:
+            yield (
+                f"the error of {image.path} is unknown but for an upper limit: {truth.path} has so much noise itself. "
+                f"Render {truth.path} with more samples"
+            )
+        if image.own is not None and image.own.doubt:
+            yield f"the own estimate of {image.path} is in doubt: {image.own.doubt}"
+    if without_ratio:
+        yield f"the ratio of errors is unknown: {truth.path} is too noisy to tell"
+    if not available():
+        yield "flip is left out: it needs the package flip-evaluator (pip install equaltime[report])"
     for file in files:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"

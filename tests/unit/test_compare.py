@@ -15,10 +15,15 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import images
+from equaltime import moments as words
 from equaltime.cli import main
+from equaltime.cost.noisy_reference import Noise
+from equaltime.error_estimate import pixel_statistics, standard_error
 from equaltime.images import Window
+from equaltime.parts_of_merge import MergedFilm
 
 Array = NDArray[np.float64]
+SCENE = Path(__file__).resolve().parents[2] / "scenes/cornell-box.toml"
 HEIGHT, WIDTH = 64, 48
 TRUTH = np.random.default_rng(1).uniform(0.2, 2.0, (HEIGHT, WIDTH, 3))
 SIGMA = {"a.exr": 0.05, "b.exr": 0.1, "ref.exr": 0.005}
@@ -190,11 +195,134 @@ def test_a_tiny_image_is_compared_without_trust(tmp_path: Path) -> None:
 
 def test_a_single_pixel_is_compared_without_a_number_that_there_is_not(tmp_path: Path) -> None:
     record = {"seconds": 1.0}
-    pixels = [write(tmp_path / f"{i}.exr", TRUTH[:1, :1] * (1.0 + 0.1 * i), 0.0, record) for i in (1, 2, 0)]
+    pixels = [write(tmp_path / f"{i}.exr", TRUTH[:1, :1] * (1.0 + 0.1 * i), 0.01, record) for i in (1, 2, 0)]
     found = et.compare(*pixels)
-    assert found.efficiency is not None
-    assert not found.efficiency.trusted
-    assert (found.efficiency.low, found.efficiency.high) == (0.0, math.inf)
+    assert not found.images[0].metrics["error"].known
+    assert (found.ratio, found.efficiency) == (None, None)
+
+
+def test_against_a_reference_that_says_it_has_no_noise_the_ratio_is_exact(tmp_path: Path) -> None:
+    paths = [write(tmp_path / f"{i}.exr", TRUTH * (1.0 + 0.1 * i), 0.0) for i in (1, 2, 0)]
+    found = et.compare(*paths)
+    assert found.ratio is not None
+    assert found.ratio.trusted
+    assert found.ratio.low == found.ratio.value == found.ratio.high == pytest.approx(0.5, rel=1e-6)
+
+
+def test_against_a_reference_without_errors_the_ratio_has_no_interval(files: tuple[Path, Path, Path]) -> None:
+    plain = write(files[2].with_name("plain.exr"), noisy(0.05, 30))
+    found = et.compare(*files[:2], plain)
+    assert found.ratio is not None
+    assert found.ratio.note == "noise of the reference pulls it towards 1"
+    assert math.isnan(found.ratio.low)
+    assert found.as_dict()["ratio"]["low"] is None
+    assert 0.6 < found.ratio.value < 0.7  # of 0.5, with a noise of 0.05 left in both
+
+
+def test_a_reference_that_is_noisier_than_the_images_puts_their_ratio_in_doubt(
+    files: tuple[Path, Path, Path], tmp_path: Path
+) -> None:
+    found = et.compare(*files[:2], write(tmp_path / "rough.exr", noisy(0.1, 31), 0.1, {"seed": 31}))
+    assert found.ratio is not None
+    assert "noise of rough.exr makes" in found.ratio.note
+
+
+LAMP = np.full((32, 32, 3), 0.05)
+LAMP[10:13, 10:13] = 20.0
+
+
+def rendered(path: Path, seed: int, samples: int, moments: bool = True, record: dict[str, Any] | None = None) -> Path:
+    """Write a render of a lamp in a dark room, with noise of rare events, as equaltime does."""
+    rng = np.random.default_rng(seed)
+    found = np.zeros((2, 32, 32), words.DTYPE)
+    found["count"] = samples // 2
+    for replicate in found:
+        replicate["mean"] = LAMP * rng.gamma(0.25 * samples, 4.0 / samples, (32, 32, 1))
+    pixels = pixel_statistics(found)
+    said = {"seed": seed, "error": None} | (record or {})
+    kept = found if moments else None
+    parts = (pixels.mean, standard_error(pixels), pixels.samples, said, Window(0, 0, 32, 32))
+    images.write_render(path, *parts, moments=kept)
+    return path
+
+
+@pytest.mark.parametrize("moments", [True, False], ids=["moments", "standard errors alone"])
+def test_the_noise_of_a_lamp_is_not_subtracted_from_the_dark_pixels_beside_it(tmp_path: Path, moments: bool) -> None:
+    a, b = (rendered(tmp_path / f"{i}.exr", i, 64, moments) for i in (1, 2))
+    (image,) = et.compare(a, b).images
+    square = np.square(images.read(a).image - LAMP) / (np.square(LAMP) + (0.1 * LAMP.mean()) ** 2)
+    error = image.metrics["error"]
+    assert error.low is not None
+    assert error.high is not None
+    assert error.low < math.sqrt(square.mean()) < error.high
+    assert error.high < 1.5 * error.value
+
+
+def test_moments_of_another_image_are_not_the_noise_of_this_one(tmp_path: Path) -> None:
+    path = rendered(tmp_path / "a.exr", 1, 64)
+    picture, moments = images.read(path), images.read_moments(path)
+    assert moments is not None
+    changed = {name: 2.0 * plane for name, plane in picture.channels.items()}  # as a denoiser, or anyone, would
+    own, other = (Noise.read(path, one) for one in (picture, images.Picture(changed, picture.window, picture.record)))
+    assert own is not None
+    assert other is not None
+    assert (own.pooled, other.pooled) == (False, True)
+    np.testing.assert_array_equal(own.variance, pixel_statistics(moments).variance)
+
+
+def test_the_noise_of_a_merged_file_comes_from_all_its_parts(tmp_path: Path) -> None:
+    scene = et.load(SCENE).with_(size=(16, 16))
+    paths = [tmp_path / f"{seed}.exr" for seed in range(3)]
+    for seed, path in enumerate(paths):
+        et.render(scene, spp=3, seed=seed).save(path)
+    merged = et.merge(paths)
+    merged.save(tmp_path / "all.exr")
+    noise = Noise.read(tmp_path / "all.exr", images.read(tmp_path / "all.exr"))
+    assert noise is not None
+    assert not noise.pooled
+    parts = images.read_parts(tmp_path / "all.exr")
+    assert parts is not None
+    moments = images.read_moments(tmp_path / "all.exr")
+    assert moments is not None
+    np.testing.assert_array_equal(noise.variance, MergedFilm(moments, parts).statistics().variance)
+    assert not np.array_equal(noise.variance, pixel_statistics(moments).variance)
+
+
+def test_where_the_reference_is_too_noisy_an_upper_limit_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rendered(tmp_path / "a.exr", 1, 4096)
+    rendered(tmp_path / "b.exr", 2, 2)
+    (image,) = et.compare("a.exr", "b.exr").images
+    error = image.metrics["error"]
+    assert (error.known, error.low) == (False, 0.0)
+    assert error.high is not None
+    assert error.high > 1.0 / 64.0
+    assert main(["compare", "a.exr", "b.exr"]) == 0
+    out = capsys.readouterr().out
+    assert "unknown, at most" in out
+    assert "Render b.exr with more samples" in out
+    assert main(["compare", "a.exr", "b.exr", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["images"][0]["metrics"]["error"]["value"] is None
+
+
+def test_the_own_estimate_keeps_its_doubt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = {"value": 0.1, "low": 0.05, "high": None, "doubt": "heavy tail"}
+    a, b = (rendered(tmp_path / f"{i}.exr", i, 64, record={"error": said}) for i in (1, 2))
+    (image,) = et.compare(a, b).images
+    assert image.own == et.Estimate(0.1, 0.05, math.inf, "heavy tail")
+    assert main(["compare", str(a), str(b)]) == 0
+    assert "is in doubt: heavy tail" in capsys.readouterr().out
+
+
+def test_without_the_package_of_flip_all_other_metrics_are_told(
+    files: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)  # as if it were not installed
+    found = et.compare(*files)
+    assert set(found.images[0].metrics) == {"error", "relmse", "mse", "mare"}
+    assert any("flip is left out" in note for note in found.notes)
 
 
 def test_the_command_prints_every_metric(
@@ -203,7 +331,16 @@ def test_the_command_prints_every_metric(
     monkeypatch.chdir(files[0].parent)  # names that need no second line in the table
     assert main(["compare", *(file.name for file in files)]) == 0
     out = capsys.readouterr().out
-    for word in ("error", "relmse", "mse", "mare", "flip", "a.exr", "b.exr", "error of A over that of B: 0.49"):
+    for word in (
+        "error",
+        "relmse",
+        "mse",
+        "mare",
+        "flip",
+        "a.exr",
+        "b.exr",
+        "error of a.exr over that of b.exr, these very images: 0.49",
+    ):
         assert word in out
 
 

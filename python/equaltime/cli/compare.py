@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -32,7 +33,8 @@ def compare(
     """Tell how far images are from each other, or from a reference.
 
     Works on any renderer's files. Where they carry standard errors (channels stderr.R, stderr.G, stderr.B), the
-    reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias.
+    reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. All errors, and
+    their ratio, are those of these very images.
 
     For instance: `equaltime compare naive.exr best.exr reference.exr`
     """
@@ -60,16 +62,19 @@ def _print(found: Comparison) -> None:
         if any(cells):
             table.add_row(label, *cells)
     console.print(table)
-    if found.ratio is not None:
-        console.print(f"error of A over that of B: {_interval(found.ratio)}")
-    if found.efficiency is not None:
-        console.print(f"efficiency of A over that of B: {_interval(found.efficiency)}")
+    for label, ratio in (("error", found.ratio), ("efficiency", found.efficiency)):
+        if ratio is not None:
+            first, second = (image.path for image in found.images)
+            pair = f"{label} of {first} over that of {second}, these very images"
+            console.print(f"{pair}: {_interval(ratio)}", soft_wrap=True)
     for note in found.notes:
         console.print(f"note: {note}", style="dim", soft_wrap=True)
 
 
 def _measured(metric: str, measured: Measured) -> str:
     scale, unit = (100.0, " %") if metric in _PERCENT else (1.0, "")
+    if not measured.known:
+        return "unknown" if measured.high is None else f"unknown, at most {scale * measured.high:.4g}{unit}"
     text = f"{scale * measured.value:.4g}{unit}"
     if measured.low is None or measured.high is None:
         return text
@@ -81,5 +86,7 @@ def _p(image: Compared) -> str:
 
 
 def _interval(interval: Interval) -> str:
-    text = f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"
+    text = f"{interval.value:.3g}"
+    if not math.isnan(interval.low):
+        text += f" [{interval.low:.3g}, {interval.high:.3g}]"
     return text if interval.trusted else f"{text} (not to be trusted: {interval.note})"

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from equaltime.cost.extras import optional
 
-__all__ = ["flip"]
+__all__ = ["available", "flip"]
 
+_PACKAGE = "flip_evaluator"
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Luminance that the tone mapper (Narkowicz's fit to ACES) shows as 0.85 of white. FLIP's exposures bring the brightest
 # pixel and the median one there.
@@ -20,6 +22,14 @@ _SHOWN = 2.1189
 _DIMMEST = 2.0**-23
 # Largest value after scaling: far beyond white at every exposure, and its square is finite in float32 at the longest.
 _BRIGHTEST = 2.0**30
+
+
+def available() -> bool:
+    """Tell whether the package that computes it is installed."""
+    try:
+        return find_spec(_PACKAGE) is not None
+    except ValueError:  # imported by name, and put out of use
+        return False
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
@@ -35,7 +45,7 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
     EqualtimeError
         If the package is missing.
     """
-    evaluate = optional("flip_evaluator").evaluate
+    evaluate = optional(_PACKAGE).evaluate
     pixels, truth = (np.maximum(np.asarray(a, np.float64), 0.0) for a in (image, reference))
     luminance = np.sort((truth @ _LUMINANCE).ravel())
     highest, middle = float(luminance[-1]), float(luminance[luminance.size // 2])

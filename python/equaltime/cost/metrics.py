@@ -26,7 +26,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from equaltime.cost.flip import flip
 
-__all__ = ["METRICS", "Measured", "Metric", "Reference", "contributions", "measure", "reference_doubt", "signed_root"]
+__all__ = [
+    "METRICS",
+    "Measured",
+    "Metric",
+    "Reference",
+    "contributions",
+    "divided",
+    "measure",
+    "reference_doubt",
+    "signed_root",
+]
 
 Floats = NDArray[np.float64]
 
@@ -63,7 +73,7 @@ class Reference:
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2
-        curvature = _ratio(self.noise, plain) * (4.0 * _ratio(square, plain) - 1.0)
+        curvature = divided(self.noise, plain) * (4.0 * divided(square, plain) - 1.0)
         return np.asarray(plain * (1.0 + np.maximum(curvature, -0.5)))
 
     @property
@@ -81,7 +91,7 @@ class Reference:
     @property
     def relmse(self) -> float:
         """The reference's own relMSE: what is subtracted from that of others."""
-        return float(_ratio(self.noise, self.denominator).mean())
+        return float(divided(self.noise, self.denominator).mean())
 
     @property
     def relmse_doubt(self) -> float:
@@ -92,9 +102,9 @@ class Reference:
         with nothing else to know v from, as for normal noise whose channels go all together.
         """
         if self.halves is not None and self.variance.any():
-            parts = _ratio((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
+            parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
             return math.sqrt(float(np.square(parts.sum(axis=2)).sum())) / parts.size
-        parts = _ratio(self.noise, self.denominator)
+        parts = divided(self.noise, self.denominator)
         degrees = 2.0 if self.halves is None else 4.0  # v from one difference varies as n² does
         return math.sqrt(degrees * float(np.square(parts.sum(axis=2)).sum())) / parts.size
 
@@ -107,10 +117,16 @@ class Measured:
     """
 
     value: float
+    """NaN where nothing is known, or no more than an upper limit."""
     low: float | None
     high: float | None
     """For squares and their root the 95 % interval; for mare and flip bounds that hold on average over references.
     None if the reference says nothing of its noise."""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a number at all."""
+        return not math.isnan(self.value)
 
     def map(self, function: Callable[[float], float]) -> Measured:
         """Return an increasing function of it."""
@@ -152,13 +168,13 @@ def contributions(image: ArrayLike, reference: Reference) -> Floats:
     """Return each pixel's part of relMSE (H, W), whose mean it is: the reference's noise is subtracted in each."""
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
-    parts: Floats = _ratio((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
+    parts: Floats = divided((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
     return parts
 
 
 def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
     denominator = reference.denominator if relative else np.ones_like(pixels)
-    value = float(_ratio((pixels - reference.mean) ** 2 - reference.noise, denominator).mean())
+    value = float(divided((pixels - reference.mean) ** 2 - reference.noise, denominator).mean())
     if not reference.noisy:
         return Measured(value, None, None)
     half = _Z95 * reference_doubt(pixels, reference, relative)
@@ -177,8 +193,8 @@ def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True)
     slope = -2.0 * difference
     if relative:
         denominator, m = reference.denominator, float(reference.mean.mean())
-        by_denominator = -_ratio(_ratio(difference**2, denominator), denominator)
-        slope = _ratio(slope, denominator) + 2.0 * reference.mean * by_denominator + 0.02 * m * by_denominator.mean()
+        by_denominator = -divided(divided(difference**2, denominator), denominator)
+        slope = divided(slope, denominator) + 2.0 * reference.mean * by_denominator + 0.02 * m * by_denominator.mean()
     if reference.halves is not None:
         moved = slope * (0.5 * (reference.halves[0] - reference.halves[1]))
     else:
@@ -189,13 +205,13 @@ def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True)
 def _absolute(pixels: Floats, reference: Reference) -> Measured:
     """Bound by the triangle inequality: | |I - R| - |I - T| | is at most |n|."""
     denominator = np.abs(reference.mean) + 0.1 * abs(float(reference.mean.mean()))
-    value = float(_ratio(np.abs(pixels - reference.mean), denominator).mean())
+    value = float(divided(np.abs(pixels - reference.mean), denominator).mean())
     if not reference.noisy:
         return Measured(value, None, None)
     noise = np.sqrt(reference.noise)  # no less than the mean of |n| whatever its distribution
     if reference.halves is not None:
         noise = 0.5 * np.abs(reference.halves[0] - reference.halves[1])
-    return _bounded(value, float(_ratio(noise, denominator).mean()))
+    return _bounded(value, float(divided(noise, denominator).mean()))
 
 
 def _flip(pixels: Floats, reference: Reference) -> Measured:
@@ -210,8 +226,8 @@ def _bounded(value: float, doubt: float) -> Measured:
     return Measured(value, max(value - doubt, 0.0), value + doubt)
 
 
-def _ratio(numerator: Floats, denominator: Floats) -> Floats:
-    """Divide; 0 / 0 is 0, as in a picture that is black where it should be."""
+def divided(numerator: Floats, denominator: Floats) -> Floats:
+    """Return the ratio; 0 / 0 is 0, as in a picture that is black where it should be."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio

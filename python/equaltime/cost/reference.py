@@ -26,6 +26,7 @@ from equaltime.cost.experiment_reader import with_roulette
 from equaltime.cost.folder import build_facts, replacing
 from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
+from equaltime.cost.noisy_reference import Noise
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -228,12 +229,11 @@ def _pictured(path: Path) -> KnownReference:
     except ImageError as error:
         raise ExperimentError((Problem("reference.file", str(error)),)) from error
     try:
-        deviation, mean = picture.standard_error, picture.image.astype(np.float64)
+        noise, mean = Noise.read(path, picture), picture.image.astype(np.float64)
     except ImageError as error:
         raise ExperimentError((Problem("reference.file", f"{path}: {error}"),)) from error
-    usable = deviation is not None and np.isfinite(deviation).all()
-    variance = np.square(deviation.astype(np.float64)) if deviation is not None and usable else np.zeros_like(mean)
-    return KnownReference(Reference(mean, variance), {"caveat": CAVEAT} if is_mitsuba(picture.software) else {})
+    reference = Reference(mean, np.zeros_like(mean) if noise is None else noise.variance)
+    return KnownReference(reference, {"caveat": CAVEAT} if is_mitsuba(picture.software) else {})
 
 
 def _shape(scene: Scene) -> tuple[int, int, int]:
