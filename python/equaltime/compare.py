@@ -57,6 +57,9 @@ class Compared:
     """P-value of equal expectations; None if that cannot be tested. Small: one of the two is biased."""
     own: Estimate | None
     """What the file's record says its error was, with the doubt that it states."""
+    doubt: str
+    """Why light may be missing from the metrics, and their intervals may miss the truth: the doubt that the record of
+    what the image was compared with states. Empty if there is none."""
     seconds: float | None
     """What it took to render, if the file says so."""
 
@@ -89,6 +92,7 @@ class Comparison:
                 {
                     "path": str(image.path),
                     "metrics": {name: _plain(asdict(measured)) for name, measured in image.metrics.items()},
+                    "doubt": image.doubt,
                     "bias_p": image.bias_p,
                     "own_estimate": None if image.own is None else image.own.as_dict(),
                     "seconds": image.seconds,
@@ -121,6 +125,8 @@ def compare(a: File, b: File, reference: File | None = None) -> Comparison:
     pairs = [_Pair(file, truth) for file in subjects]
     compared = tuple(_compared(pair) for pair in pairs)
     ratio = _ratio(pairs[0], pairs[1]) if reference is not None else None
+    if ratio is not None and truth.doubt:
+        ratio = ratio.doubted(f"the error that {truth.path.name} states is in doubt")
     efficiency = None if ratio is None else _efficiency(ratio, compared)
     height, width = truth.image.shape[:2]
     notes = tuple(_notes(files, compared, reference is not None and ratio is None))
@@ -151,6 +157,12 @@ class _File:
         known = stated is not None and bool(np.isfinite(stated).all() and (stated >= 0.0).all())
         errors = stated.astype(np.float64) if stated is not None and known else None
         return cls(Path(path), image, errors, Noise.read(path, picture), picture)
+
+    @property
+    def doubt(self) -> str:
+        """Why the error that the file's record states is in doubt; empty if it is not, or there is none."""
+        own = _own(self)
+        return "" if own is None else own.doubt
 
     def said(self, key: str) -> Any:
         """Return what the file's record says."""
@@ -205,7 +217,8 @@ def _compared(pair: _Pair) -> Compared:
         metrics |= {"error": relmse.map(signed_root), "relmse": relmse, "mse": mse}
     seconds = pair.file.said("seconds")
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
-    return Compared(pair.file.path, metrics, _bias_p(pair.file, pair.truth), _own(pair.file), known)
+    bias_p, own = _bias_p(pair.file, pair.truth), _own(pair.file)
+    return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
 
 
 def _own(file: _File) -> Estimate | None:
@@ -293,8 +306,10 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
                 f"the error of {image.path} is unknown but for an upper limit: {truth.path} has so much noise itself. "
                 f"Render {truth.path} with more samples"
             )
-        if image.own is not None and image.own.doubt:
-            yield f"the own estimate of {image.path} is in doubt: {image.own.doubt}"
+    for file in files:
+        if file.doubt:
+            also = ", and so are all errors measured against it" if file is truth else ""
+            yield f"the error that {file.path} states is in doubt{also}: {file.doubt}"
     if without_ratio:
         yield f"the ratio of errors is unknown: {truth.path} is too noisy to tell"
     if not available():

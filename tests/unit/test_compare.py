@@ -316,6 +316,25 @@ def test_the_own_estimate_keeps_its_doubt(tmp_path: Path, capsys: pytest.Capture
     assert "is in doubt: heavy tail" in capsys.readouterr().out
 
 
+def test_a_doubt_of_the_reference_is_one_of_all_that_is_measured_against_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = {"value": 0.1, "low": 0.05, "high": None, "doubt": "small lamps behind glass"}
+    for seed, name in enumerate(("a.exr", "b.exr")):
+        rendered(tmp_path / name, seed, 64)
+    rendered(tmp_path / "ref.exr", 2, 1024, record={"error": said})
+    found = et.compare("a.exr", "b.exr", "ref.exr")
+    assert [image.doubt for image in found.images] == ["small lamps behind glass"] * 2
+    assert found.ratio is not None
+    assert found.ratio.note == "the error that ref.exr states is in doubt"
+    assert main(["compare", "a.exr", "b.exr", "ref.exr"]) == 0
+    out = capsys.readouterr().out
+    assert out.count("yes, see the note") == 2
+    assert "ref.exr states is in doubt, and so are all errors measured against it: small lamps behind glass" in out
+    assert et.compare("ref.exr", "a.exr").images[0].doubt == ""
+
+
 def test_without_the_package_of_flip_all_other_metrics_are_told(
     files: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -55,6 +55,7 @@ def _print(found: Comparison) -> None:
     for metric in found.images[0].metrics:
         table.add_row(metric, *(_measured(metric, image.metrics[metric]) for image in found.images))
     for label, cells in (
+        ("in doubt", ["yes, see the note" if image.doubt else "" for image in found.images]),
         ("p of equal means", [_p(image) for image in found.images]),
         ("its own estimate", [str(image.own) if image.own else "" for image in found.images]),
         ("render time", [f"{image.seconds:.3g} s" if image.seconds else "" for image in found.images]),
