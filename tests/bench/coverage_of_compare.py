@@ -45,9 +45,8 @@ class Render:
     def of(cls, moments: NDArray[Any]) -> Render:
         pixels = pixel_statistics(moments)
         image, errors = pixels.mean.astype(np.float32), standard_error(pixels)
-        planes = {c: image[..., i] for i, c in enumerate("RGB")} | {
-            f"stderr.{c}": errors[..., i] for i, c in enumerate("RGB")
-        }
+        layers = (("", image), ("stderr.", errors))
+        planes = {prefix + channel: layer[..., i] for prefix, layer in layers for i, channel in enumerate("RGB")}
         height, width = image.shape[:2]
         picture = Picture(planes, Window(0, 0, width, height), {"seed": 0})
         own, pooled = Noise.of(picture, pixels), Noise.of(picture, None)
@@ -132,13 +131,13 @@ def report_ratios(firsts: list[Render], seconds: list[Render], rest: list[list[R
             if all(difference.measured.known for difference in pair):
                 log, half = log_ratio(*pair)
                 stated.append(math.exp(log))
-                held.append(abs(log - math.log(max(ratio, 1e-300))) <= half)
+                held.append(ratio > 0.0 and abs(log - math.log(ratio)) <= half)
         kept = {"own": "moments", "pooled": "stderr", "none": "no errors"}[label]
         held_text = "states no interval" if label == "none" else f"holds {share(held)}"
-        median = math.sqrt(float(np.median(stated))) if stated else math.nan
+        median = signed_root(float(np.median(stated))) if stated else math.nan
         print(
             f"  ratio to B {TIMES[1]} times, REF {TIMES[place]} times, {kept}: {held_text}; no number "
-            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} for {math.sqrt(float(np.median(true))):.3f}",
+            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} for {signed_root(float(np.median(true))):.3f}",
             flush=True,
         )
 

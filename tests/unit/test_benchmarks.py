@@ -12,7 +12,7 @@ SMALLEST = {
     "adaptive_gain": "--seeds 2 --size 16 --spp 16 --images 4 --scenes lens",
     "cost_of_measuring": "--repeats 1 --size 16 16 --spp 4",
     "coverage_of_merges": "--groups 2 --size 8 --reference 64 --scenes flat",
-    "coverage_of_compare": "--seeds 2 --size 16 --spp 16 --scenes flat",
+    "coverage_of_compare": "--seeds 2 --size 16 --spp 256 --scenes flat",
     "coverage_of_stops": "--seeds 2 --size 8 --paths 1e4 --scenes lens",
     "coverage_of_records": "--seeds 2 --size 8 --spp 4 --reference 64",
     "flat_memory": "--spp 4 --many 16",
