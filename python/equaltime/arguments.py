@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.stopping import StopRule
 
 __all__ = [
     "MOST_SECONDS",
@@ -42,6 +43,7 @@ def check_arguments(
     within: float | None = None,
     without: Sequence[str] = (),
     checkpoint_every: float = 60.0,
+    stop: str = "look",
 ) -> None:
     """Raise `ValueError` for an argument of a render that is out of range, or no number."""
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
@@ -61,6 +63,10 @@ def check_arguments(
         raise ValueError(f"seed must be a whole number from 0 to 2^64 - 1, found {seed!r}")
     if not (is_whole(threads) and 0 <= threads <= MOST_THREADS):
         raise ValueError(f"threads must be a whole number from 0 to {MOST_THREADS}, found {threads!r}")
+    if stop not in get_args(StopRule):
+        raise ValueError(f"stop must be one of {', '.join(get_args(StopRule))}, found {stop!r}")
+    if stop == "fixed" and error is None:
+        raise ValueError("stop='fixed' takes its number of samples from an error: give error, such as 0.02, too")
     if backend not in get_args(Backend):
         raise ValueError(f"backend must be one of {', '.join(get_args(Backend))}, found {backend!r}")
 

@@ -17,6 +17,7 @@ from equaltime.budget import Look
 from equaltime.errors import ImageError
 from equaltime.parts_of_merge import MergedFilm
 from equaltime.provenance import checked, differences
+from equaltime.stopping import Stop
 
 __all__ = ["Checkpoint"]
 
@@ -72,6 +73,11 @@ class Checkpoint:
             Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
             for samples, value, high, brightest in self.record["looks"]
         )
+
+    @property
+    def stop(self) -> Stop | None:
+        """The rule by which it was to stop at an error, if it was asked for one."""
+        return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
 
     @property
     def position(self) -> tuple[int, int, int]:

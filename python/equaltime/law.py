@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from statistics import NormalDist, linear_regression
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from equaltime.budget import Looks, next_look
 from equaltime.error_estimate import Estimate, Unit
@@ -122,6 +123,24 @@ class Law:
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
+
+    def samples_within(self, error: float) -> Estimate:
+        """Return the samples a pixel at which the error is this one: by the law, and by both ends of `error_at`.
+
+        At the upper limit the error is at most this in 97.5 % of renders, whatever these see of themselves.
+        """
+        value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
+        return Estimate(value, low, high, unit="spp")
+
+    def _first_within(self, error: float, end: Literal["value", "low", "high"]) -> float:
+        """Return the least even count at which the error, or an end of its interval, is at most this; or infinity."""
+
+        def reached(half: int) -> bool:
+            return bool(getattr(self.error_at(2.0 * half), end) <= error)
+
+        halves = range(1, round(0.5 * _MOST_SAMPLES))
+        found = bisect_left(halves, True, key=reached)
+        return 2.0 * halves[found] if found < len(halves) else math.inf
 
     def samples_left(self, share: Estimate) -> Estimate:
         """Return which fraction of the samples would reach the same error, were error² only this share of what it is.

@@ -16,6 +16,7 @@ from equaltime.images import Window
 from equaltime.parts_of_merge import MergedFilm
 from equaltime.provenance import differences
 from equaltime.result import Origin, Result, Stats, make_result
+from equaltime.stopping import Stop
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen
 
@@ -61,6 +62,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         bias=_bias(parts),
         hidden=Unseen.together([part.missed for part in parts], _focus(parts)),
         parts=film.parts,
+        stop=_stop(parts),
     )
 
 
@@ -118,6 +120,11 @@ def _focus(parts: Sequence[Checkpoint]) -> Focus:
     """Return what specular surfaces focus: of one scene, so that the first part that tells of it speaks for all."""
     told = (part.record["focus"] for part in parts if part.record["focus"] is not None)
     return Focus.from_dict(next(told, None))
+
+
+def _stop(parts: Sequence[Checkpoint]) -> Stop | None:
+    """Return the rule of a part that looked at its own error, if there is one: what it selects, the whole does."""
+    return next((part.stop for part in parts if part.stop is not None and part.stop.selects), None)
 
 
 def _stats(parts: Sequence[Checkpoint]) -> Stats:

@@ -103,10 +103,16 @@ class Pilot:
         Of the twentieth of the work, to be taken, with the probe.
     probes
         Whether to take a probe: its samples are none of the render's.
+    hurried
+        Whether somebody waits for the quote: a pilot that is not hurried may take more than ten seconds, and what it
+        finds depends on no clock unless a time is one of the limits.
     """
 
-    def __init__(self, session: Session, limits: Limits, share: float = 1.0, probes: bool = True) -> None:
+    def __init__(
+        self, session: Session, limits: Limits, share: float = 1.0, probes: bool = True, hurried: bool = True
+    ) -> None:
         self._session, self._limits, self._share, self._probes = session, limits, share, probes
+        self._hurried = hurried
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
         self.due = _FIRST if probes and session.strategy.adaptive == "none" else FIRST_LOOK
@@ -136,6 +142,31 @@ class Pilot:
     def left(self) -> float:
         """Samples of the image that are left of what a pilot may take."""
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
+
+    def run(self, seconds: float | None = None) -> Quote | None:
+        """Run the session, which renders nothing but this pilot, until there is a quote; None if the time is over.
+
+        Raises
+        ------
+        RenderError
+            As `pass_ended` does.
+        SampleError
+            If a sample went wrong.
+        KeyboardInterrupt
+            After Ctrl-C.
+        """
+        passes, begin = self._session.passes, clock.perf_counter()
+        while True:
+            left = None if seconds is None else max(0.0, seconds - (clock.perf_counter() - begin))
+            passes.limits = Limits(spp=self.due, seconds=left)
+            for _ in passes:
+                if (found := self.pass_ended()) is not None:
+                    return found
+            if passes.stopped_by == "interrupt":
+                raise KeyboardInterrupt
+            self._session.check()
+            if passes.stopped_by == "time":
+                return None
 
     def pass_ended(self) -> Quote | None:
         """Return the quote, if that was the pass after which enough is known.
@@ -173,7 +204,8 @@ class Pilot:
             at_least = f"it takes {end.low:.3g} samples a pixel or more"
             raise RenderError(f"what is asked for is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
         self._work = end.value
-        self._room = max(FIRST_LOOK, min(_PILOT_SHARE * self._work, _MOST_SECONDS / law.seconds_per_sample))
+        most = _MOST_SECONDS / law.seconds_per_sample if self._hurried else math.inf
+        self._room = max(FIRST_LOOK, min(_PILOT_SHARE * self._work, most))
         enough = self._share * (_SHARE_OF_ALL_PIXELS if self._probes else 1.0) * self._room
         self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # as far as what so few samples foretell may be wrong
         return self._quote(self._probe(law)) if self.due <= samples else None

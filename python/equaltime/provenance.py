@@ -13,6 +13,8 @@ from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
 from equaltime.result import StoppedBy
 from equaltime.scene.known import shortened
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
 
 __all__ = ["checked", "differences"]
@@ -67,6 +69,14 @@ class _Interval(_Facts):
     unit: Unit = "%"
 
 
+class _Stop(_Facts):
+    rule: StopRule
+    error: Annotated[float, Field(gt=0.0)]
+    spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
+    pilot_seed: Count | None = None
+    pilot_seconds: Seconds = 0.0
+
+
 class _Record(_Facts):
     """What taking up and merging go by, as `Result.record` writes it."""
 
@@ -87,6 +97,7 @@ class _Record(_Facts):
     samples: dict[str, int]
     stopped_by: StoppedBy
     bias: _Interval | None = None
+    stop: _Stop | None = None
     looks: list[_Look]
     focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None

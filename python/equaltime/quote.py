@@ -67,17 +67,12 @@ def quote(
     loaded = as_scene(scene)
     session = Session(loaded, chosen, seed, threads, Limits(), progress)
     pilot = Pilot(session, Limits(error=error, seconds=time), 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT)
-    while True:
-        session.passes.limits = Limits(spp=pilot.due)
-        for _ in session.passes:
-            if (found := pilot.pass_ended()) is not None:
-                begin = clock.perf_counter()
-                light = None if why is False else _light(loaded, pilot, why is True, seed, threads)
-                found = replace(found, places=session.places(), light=light)
-                return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
-        if session.passes.stopped_by == "interrupt":
-            raise KeyboardInterrupt
-        session.result("unfinished")  # raises if a sample went wrong
+    found = pilot.run()
+    assert found is not None  # no time limits the pilot's passes
+    begin = clock.perf_counter()
+    light = None if why is False else _light(loaded, pilot, why is True, seed, threads)
+    found = replace(found, places=session.places(), light=light)
+    return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
 
 
 def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:

@@ -20,12 +20,14 @@ from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, ImageError, RenderError, StrategyError
 from equaltime.first_hits import asked_for
+from equaltime.fixed_count import fixed_count
 from equaltime.outputs import outputs
 from equaltime.pilot import Pilot, Quote
 from equaltime.progress import ProgressCallback
 from equaltime.result import Result, Stats, make_result
 from equaltime.scene import Scene
 from equaltime.session import Session, Traps, origin_of
+from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
@@ -64,6 +66,7 @@ def render(
     decided: Callable[[Sequence[str]], object] | None = None,
     show: Viewer | None = None,
     traps: Traps = "ignore",
+    stop: StopRule = "look",
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
@@ -92,8 +95,7 @@ def render(
     backend
         ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
     error
-        Relative error to reach (0.02 is 2 %): the render ends when the upper limit of its error is there, looked at
-        between passes as `equaltime.budget` says.
+        Relative error to reach (0.02 is 2 %), as ``stop`` says.
     resume
         A file that `Result.save` wrote: the render goes on from there, to the same bits as if it had not stopped.
     checkpoint
@@ -121,6 +123,13 @@ def render(
     traps
         Look for floating-point faults, outside Embree: ``check`` names the first sample that raises one, ``stop`` ends
         the process there (SIGFPE), for a debugger. The bits are the same, the time is not.
+    stop
+        How ``error`` ends the render. ``look``: when the upper limit of the image's own error is there, looked at
+        between passes as `equaltime.budget` says. Such a stop selects images without rare bright paths, which are too
+        dark on average. ``fixed``: a pilot with samples of its own chooses the count beforehand
+        (`equaltime.fixed_count`), and the image has that count whatever it shows, so that it is unbiased. The pilot
+        takes a phase of its own, and its seconds count for ``time``. A render that is taken up keeps the count that was
+        chosen for the same error.
 
     Returns
     -------
@@ -141,12 +150,22 @@ def render(
     FaultySample
         The same for a sample that raised a floating-point fault, if these are looked for.
     RenderError
-        If there is not enough memory, or only ``error`` is to end the render of a single pixel, which cannot be known.
+        If there is not enough memory; if only ``error`` is to end the render of a single pixel, which cannot be known;
+        or if a pilot meets too little light to choose a count.
     ValueError
         If an argument is out of range, or of another type.
     """
     check_arguments(
-        spp, time, error, seed, threads, backend, within=within, without=without, checkpoint_every=checkpoint_every
+        spp,
+        time,
+        error,
+        seed,
+        threads,
+        backend,
+        within=within,
+        without=without,
+        checkpoint_every=checkpoint_every,
+        stop=stop,
     )
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
     loaded = as_scene(scene)
@@ -163,18 +182,26 @@ def render(
         within = min(within, _LEFT_FOR_BIAS * error)
     left = _left_out(loaded, chosen, tuple(without), within, seed, threads)
     piloting = {} if left is None else {"pilot": clock.perf_counter() - begin}
-    if left is None:
-        session = Session(loaded, chosen, seed, threads, limits, progress, resumed, traps=traps)
-    else:
+    rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
+    names, bias = () if left is None else left.names, None
+    if left is not None:
         limits = replace(limits, error=_rest(error, left.bias))
         if decided is not None:
             decided(left.why)
         bias = left.bias if left.names else None
-        session = Session(left.scene, left.strategy, seed, threads, limits, progress, resumed, left.names, bias, traps)
+    fixed = None
+    if stop == "fixed":
+        fixed = fixed_count(rendered, by, limits, seed, threads, progress, resumed)
+        limits = fixed.limits(limits)
+    rule = None if fixed is None else fixed.stop
+    session = Session(rendered, by, seed, threads, limits, progress, resumed, names, bias, traps, rule)
     watchers: list[Callable[[Session], object]] = []
     watch = None
-    if (quoted or unquoted) and (error or time):
-        watch = _Watch(Pilot(session, limits, probes=error is not None), quoted, unquoted)
+    if fixed is not None and fixed.quote is not None:
+        if quoted is not None:
+            quoted(replace(fixed.quote, error=fixed.quote.error.with_bias(bias)))
+    elif (quoted or unquoted) and (error or time):
+        watch = _Watch(Pilot(session, limits, probes=limits.error is not None), quoted, unquoted)
         watchers.append(watch)
     if show is not None:
         watchers.append(partial(_show, show))
@@ -185,7 +212,6 @@ def render(
 
     result = session.run(None if checkpoint is None else Path(checkpoint), checkpoint_every, pass_ended, unsaved)
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **piloting}))
-    rendered, by = (loaded, chosen) if left is None else (left.scene, left.strategy)
     try:
         if watch is not None:
             watch.ended()

@@ -19,11 +19,12 @@ from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.stated import paths_up_to, stated
+from equaltime.stopping import Stop
 from equaltime.unseen import Unseen, stated_error
 
 __all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result", "uninterrupted"]
 
-StoppedBy = Literal["spp", "time", "error", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
+StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
 _EXTENSIONS = (".exr", ".png")
 
 
@@ -48,7 +49,8 @@ class Stats:
 
     phases: Mapping[str, float]
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
-    where something was left out; ``save`` and ``outputs`` (those beside the image) where there are any."""
+    where something was left out, and ``stop_pilot`` where a pilot chose the count; ``save`` and ``outputs`` (those
+    beside the image) where there are any."""
     paths: int
     """Camera paths, which is samples."""
     rays: int
@@ -140,8 +142,8 @@ class Result:
     was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
     stats: Stats
     stopped_by: StoppedBy
-    """What ended the render: the sample count, the time limit, the error asked for, Ctrl-C, or a sample that was not a
-    number; ``unfinished`` is what was saved on the way."""
+    """What ended the render: the sample count, the time limit, the error asked for, the ``count`` that a pilot chose
+    for it, Ctrl-C, or a sample that was not a number; ``unfinished`` is what was saved on the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
     """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
@@ -155,6 +157,8 @@ class Result:
     next one, and that block's number."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
+    stop: Stop | None = None
+    """The rule by which the render, or one that it took up, was to stop at an error; None if none was asked for."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
     degrees: float = 1.0
@@ -189,6 +193,7 @@ class Result:
             "spp": int(self.spp) if self.spp.is_integer() else self.spp,
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
+            "stop": None if self.stop is None else self.stop.as_dict(),
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
@@ -254,6 +259,7 @@ def make_result(
     position: tuple[int, int, int] | None = None,
     hidden: Unseen | None = None,
     parts: NDArray[Any] | None = None,
+    stop: Stop | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
@@ -280,6 +286,7 @@ def make_result(
         bias,
         position,
         missed,
+        stop,
         degrees=pixels.degrees,
         parts=parts,
         focus=Focus.none() if hidden is None else hidden.focus,

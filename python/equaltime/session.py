@@ -26,6 +26,7 @@ from equaltime.progress import ProgressCallback
 from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
 from equaltime.saving import Saving
 from equaltime.scene import Scene
+from equaltime.stopping import Stop
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
 
@@ -62,8 +63,10 @@ class Session:
         without: tuple[str, ...] = (),
         bias: Estimate | None = None,
         traps: Traps = "ignore",
+        stop: Stop | None = None,
     ) -> None:
         self._scene, self.strategy, self._threads = scene, strategy, threads
+        self._stop = resumed.stop if stop is None and resumed is not None else stop
         self.bias = bias
         """What leaving effects out makes of the error, if any were."""
         biased = strategy.biased or bool(without)
@@ -165,6 +168,12 @@ class Session:
         """Return the image so far, (H, W, 3)."""
         return pixel_statistics(self._renderer.moments).mean
 
+    @property
+    def stop(self) -> Stop | None:
+        """The rule by which it stops at an error, or was to stop; None if none was asked for."""
+        error = self.passes.limits.error
+        return self._stop if error is None else Stop("look", error)
+
     def result(self, stopped_by: StoppedBy) -> Result:
         """Return what is done so far; raises `SampleError` with it if a sample went wrong.
 
@@ -172,9 +181,7 @@ class Session:
         """
         shared = self._snapshot(stopped_by)
         result = replace(shared, moments=self._renderer.moments.copy())  # now that estimates have freed their memory
-        if self._renderer.nonfinite or self._renderer.faulty:
-            origin = self._origin
-            raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
+        self.check(result)
         return result
 
     def _snapshot(self, stopped_by: StoppedBy) -> Result:
@@ -183,6 +190,11 @@ class Session:
         phases = {**self._scene.timings, "render": self._before + self.passes.total_seconds}
         if self.passes.saving is not None and self.passes.saving.seconds:
             phases["save"] = self.passes.saving.seconds
+        stop = self.stop
+        if stop is not None and stop.rule == "fixed":
+            phases["stop_pilot"] = stop.pilot_seconds
+            if stopped_by == "spp" and self.passes.limits.spp == stop.spp:
+                stopped_by = "count"
         stats = Stats(
             phases=phases,
             paths=counters["paths"],
@@ -204,7 +216,14 @@ class Session:
             self.bias,
             self._renderer.position,
             self._unseen,
+            stop,
         )
+
+    def check(self, result: Result | None = None) -> None:
+        """Raise `SampleError`, with the result so far if there is to be one, if a sample went wrong."""
+        if self._renderer.nonfinite or self._renderer.faulty:
+            origin = self._origin
+            raise bad_sample(self._scene, self.strategy, origin.seed, self._renderer, result, origin.without)
 
 
 def origin_of(

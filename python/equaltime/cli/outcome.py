@@ -13,8 +13,9 @@ from equaltime.first_hits import asked_for
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.stated import Stated, stated
+from equaltime.stopping import Stop
 
-__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere", "left_by_interrupt"]
+__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere", "left_by_interrupt", "selects_images", "stopped"]
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
@@ -44,6 +45,39 @@ def _bias(result: Result, number: Stated) -> str:
     if by:
         return f", biased: {', and '.join(by)}"
     return "" if number.paths else ", unbiased"
+
+
+def stopped(result: Result) -> list[str]:
+    """Say in a line what ended the render, and in another what such a stop does to the image, if that matters."""
+    fewest, most = int(result.samples.min()), int(result.samples.max())
+    met = f"the upper limit of the {stated(result.origin).noun} is where it was asked to be"
+    reasons = {
+        "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
+        "time": "the time limit was reached",
+        "error": met,
+        "count": _chosen(result.stop),
+        "interrupt": "what was finished is kept",
+        "nonfinite": "a sample was not a number",
+        "faulty": "a sample raised a floating-point fault",
+    }
+    lines = [f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}"]
+    if result.stopped_by == "error" and selects_images(result):
+        lines.append(
+            "images that miss rare bright light stop first, so images stopped like this are too dark on average; "
+            "--stop fixed avoids that"
+        )
+    return lines
+
+
+def _chosen(stop: Stop | None) -> str:
+    if stop is None or stop.spp is None:
+        return ""
+    return f"a pilot with other samples chose {stop.spp} samples per pixel for an error of {100.0 * stop.error:.3g} %"
+
+
+def selects_images(result: Result) -> bool:
+    """Tell whether a stop that looked at the image's own error has noticeably selected images without rare light."""
+    return result.stop is not None and result.stop.selects and not result.error.trusted
 
 
 def doubts(result: Result) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time as clock
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -39,7 +38,7 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
-from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere, left_by_interrupt
+from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere, left_by_interrupt, stopped
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
@@ -49,7 +48,7 @@ from equaltime.scene import Scene, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
-from equaltime.stated import stated
+from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
@@ -80,6 +79,14 @@ def render(
     ] = None,
     time: Time = None,
     error: ErrorTarget = None,
+    stop: Annotated[
+        StopRule,
+        typer.Option(
+            help="How --error ends the render. look: when the image's own error is small enough, which favours images "
+            "that missed rare bright light. fixed: a pilot render with other samples chooses the number of samples "
+            "first, and the image gets that number whatever it shows: unbiased."
+        ),
+    ] = "look",
     size: Size = None,
     crop: Crop = None,
     max_depth: MaxDepth = None,
@@ -155,6 +162,8 @@ def render(
 
     * truncate=none|N (cuts paths: biased)
     """
+    if stop == "fixed" and error is None:
+        raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
     chosen = Strategy.parse(strategy)
     picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
@@ -192,6 +201,7 @@ def render(
                     within=within,
                     show=viewer,
                     traps=traps,
+                    stop=stop,
                     **_listeners(quiet, told if as_json else None),
                 )
                 signals = ending.enter_context(held_back())
@@ -244,7 +254,7 @@ def _viewer(address: str, output: Path) -> Viewer:
         raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
-def _listeners(quiet: bool, record: dict[str, Any] | None) -> dict[str, Callable[..., object]]:
+def _listeners(quiet: bool, record: dict[str, Any] | None) -> dict[str, Any]:
     """Return who hears of quotes and of what is left out: a record if there is one, or who reads the lines, or nobody.
 
     They are named as `equaltime.render` takes them.
@@ -274,21 +284,10 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     phases = {**result.stats.phases, "write": writing}
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6
-    fewest, most = int(result.samples.min()), int(result.samples.max())
-    noun = stated(result.origin).noun
-    met = f"the upper limit of the {noun} is where it was asked to be"
-    reasons = {
-        "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
-        "time": "the time limit was reached",
-        "error": met,
-        "interrupt": "what was finished is kept",
-        "nonfinite": "a sample was not a number",
-        "faulty": "a sample raised a floating-point fault",
-    }
     return [
         headline(result),
         f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
         f"wrote {', '.join(map(str, files))}",
-        f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}",
+        *stopped(result),
         *doubts(result),
     ]
