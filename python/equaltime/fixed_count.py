@@ -138,10 +138,10 @@ def _narrow_quote(session: Session, limits: Limits, error: float) -> Quote | Non
         try:
             longer = pilot.run(seconds)
         except RenderError:
-            if session.passes.samples >= _MOST_IN_THE_DARK and not session.error().known:
-                raise _too_dark(session.passes.samples, error) from None
-            if session.error().high != math.inf:
+            if session.error().high < math.inf:
                 raise
+            if session.passes.samples >= _MOST_IN_THE_DARK:
+                raise _too_dark(session.passes.samples, error) from None
         else:
             if longer is None:
                 return found

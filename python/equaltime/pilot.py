@@ -165,7 +165,7 @@ class Pilot:
             if passes.stopped_by == "interrupt":
                 raise KeyboardInterrupt
             self._session.check()
-            if passes.stopped_by == "time":
+            if passes.stopped_by == "time" or passes.samples >= self.due:  # no time was left to look at its error
                 return None
 
     def pass_ended(self) -> Quote | None:
