@@ -7,7 +7,10 @@ interval is narrow, and its upper limit may be a hundred times as much.
 
 A pilot that met few bright paths foretells a wide interval. To render on with the pilot is then cheaper than the count
 that so wide an interval asks for, so that its samples double until the interval is narrow, or the pilot is as long as a
-quarter of the count. All of this follows from counts, and not from a clock, unless a time is one of the limits.
+quarter of the count. Where the error is in doubt because of light that few paths find, the pilot is to be as long as
+the count: light that it misses with ``k`` times the samples of the image spoils at most ``k^k / (k + 1)^(k + 1)`` of
+the images, a quarter for ``k = 1``, and no more than a tenth where such light comes in parts (measured). All of this
+follows from counts, and not from a clock, unless a time is one of the limits.
 """
 
 from __future__ import annotations
@@ -37,6 +40,8 @@ _WIDE = 4.0
 """Upper end of the count over the law's own: beyond, a longer pilot costs less than the samples that it may save."""
 _LONGEST = 0.25
 """Samples of the pilot over those of the image, where the pilot goes on because it foretells a wide interval."""
+_LONGEST_IN_DOUBT = 1.0
+"""The same where the error is in doubt, whatever the interval."""
 _MOST_IN_THE_DARK = 64 * FIRST_LOOK
 """Samples a pixel of a pilot that has met too little light to foretell anything: then it gives up."""
 
@@ -145,10 +150,18 @@ def _narrow_quote(session: Session, limits: Limits, error: float) -> Quote | Non
         else:
             if longer is None:
                 return found
-            found, count = longer, longer.law.samples_within(error)
-            if count.high <= _WIDE * count.value or session.passes.samples >= min(_LONGEST * count.high, most):
+            found = longer
+            if _long_enough(found, error, session.passes.samples, most):
                 return found
         pilot.due = 2 * session.passes.samples
+
+
+def _long_enough(quote: Quote, error: float, samples: int, most: float) -> bool:
+    """Tell whether a pilot of so many samples a pixel says enough; it need not be longer than the image can be."""
+    count = quote.law.samples_within(error)
+    if quote.error.doubt:
+        return samples >= min(_LONGEST_IN_DOUBT * count.high, most)
+    return count.high <= _WIDE * count.value or samples >= min(_LONGEST * count.high, most)
 
 
 def _too_dark(samples: int, error: float) -> RenderError:

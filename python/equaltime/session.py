@@ -216,7 +216,7 @@ class Session:
             self.bias,
             self._renderer.position,
             self._unseen,
-            stop,
+            stop=stop,
         )
 
     def check(self, result: Result | None = None) -> None:

@@ -57,9 +57,7 @@ def test_the_image_is_the_one_of_so_many_samples(scene: et.Scene, strategy: str)
     assert same_moments(result, et.render(larger, spp=count(result), strategy=strategy, seed=3))
 
 
-def test_the_same_seed_chooses_the_same_count_and_another_may_choose_another(
-    scene: et.Scene, fixed: et.Result
-) -> None:
+def test_the_same_seed_chooses_the_same_count_and_another_may_choose_another(scene: et.Scene, fixed: et.Result) -> None:
     assert count(et.render(scene, error=0.3, stop="fixed")) == count(fixed)
     assert len({count(et.render(scene, error=0.3, stop="fixed", seed=seed)) for seed in range(6)}) > 1
 
@@ -210,7 +208,7 @@ def test_what_is_left_out_leaves_less_for_the_noise(scene: et.Scene) -> None:
 def test_a_fixed_count_takes_an_error(scene: et.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ValueError, match=r"^stop='fixed' takes its number of samples from an error: give error"):
         et.render(scene, spp=4, stop="fixed")
-    with pytest.raises(ValueError, match="^stop must be one of look, fixed, found 'never'"):
+    with pytest.raises(ValueError, match=r"^stop must be one of look, fixed, found 'never'"):
         et.render(scene, error=0.5, stop="never")  # type: ignore[arg-type]
     output = tmp_path / "a.exr"
     assert main(["render", str(SCENE), "-o", str(output), "--stop", "fixed"]) == 2
