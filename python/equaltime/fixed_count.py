@@ -5,12 +5,10 @@ upper limit of the error that it foretells is at the order: 97.5 % of images hav
 pilot can know. The count at which a *looking* render would have stopped says less: such a render waits until its own
 interval is narrow, and its upper limit may be a hundred times as much.
 
-A pilot that met few bright paths foretells a wide interval. To render on with the pilot is then cheaper than the count
-that so wide an interval asks for, so that its samples double until the interval is narrow, or the pilot is as long as a
-quarter of the count. Where the error is in doubt because of light that few paths find, the pilot is to be as long as
-the count: light that it misses with ``k`` times the samples of the image spoils at most ``k^k / (k + 1)^(k + 1)`` of
-the images, a quarter for ``k = 1``, and no more than a tenth where such light comes in parts (measured). All of this
-follows from counts, and not from a clock, unless a time is one of the limits.
+A pilot that has met no rare bright path foretells too small a count, and one that has just met its first foretells a
+wide interval. So the pilot doubles its samples until it has a quarter of those of the image, and the larger of the
+counts by its last two lengths is taken: as at the looks of a render, two must agree. All of this follows from counts,
+and not from a clock, unless a time is one of the limits.
 """
 
 from __future__ import annotations
@@ -36,14 +34,11 @@ __all__ = ["Chosen", "fixed_count", "pilot_seed"]
 
 _TIME_SHARE = 0.25
 """Share of a time limit that the pilot may take, since most of the time is to be the image's."""
-_WIDE = 4.0
-"""Upper end of the count over the law's own: beyond, a longer pilot costs less than the samples that it may save."""
-_LONGEST = 0.25
-"""Samples of the pilot over those of the image, where the pilot goes on because it foretells a wide interval."""
-_LONGEST_IN_DOUBT = 1.0
-"""The same where the error is in doubt, whatever the interval."""
+_SHARE_OF_COUNT = 0.25
+"""Samples of the pilot over those of the image, at least: light that a shorter one has not met is met by too many
+images, and a longer one costs more than it saves."""
 _MOST_IN_THE_DARK = 64 * FIRST_LOOK
-"""Samples a pixel of a pilot that has met too little light to foretell anything: then it gives up."""
+"""Samples a pixel of a pilot that has met too little light to foretell a count that can be rendered: it gives up."""
 
 
 @dataclass(frozen=True)
@@ -81,12 +76,14 @@ def fixed_count(
     """Return the samples a pixel that a render with this seed is to have for the error of the limits.
 
     A render that is taken up keeps the count that was chosen for the same error. Where a time is limited too, the pilot
-    may take a quarter of it; if that is too short, no count is chosen, and the time alone is to end the render.
+    may take a quarter of it. If that is too short, or the pilot finds no count but samples are limited too, no count is
+    chosen, and the other limits are to end the render.
 
     Raises
     ------
     RenderError
-        If the pilot met too little light, or if the error takes more samples than a render can have.
+        If the pilot met too little light, or the error takes more samples than a render can have, and no other limit
+        is given.
     SampleError
         If a sample of the pilot went wrong.
     ImageError
@@ -118,69 +115,53 @@ def _choose(
     begin, own = clock.perf_counter(), pilot_seed(seed)
     session = Session(scene, strategy, own, threads, Limits(), progress)
     try:
-        quote = _narrow_quote(session, limits, limits.error)
-        count = None if quote is None else _count(quote, limits)
+        found = _foretold(session, limits, limits.error)
     except RenderError:
         if session.error().high != 0.0:
             raise
-        quote, count = None, session.passes.samples  # there is no noise: any count is enough
+        found = None, session.passes.samples  # there is no noise: any count is enough
     seconds = clock.perf_counter() - begin
+    quote, count = found
     stop = Stop("fixed", limits.error, count, own, seconds)
     if quote is not None:
         quote = None if limits.seconds is not None else _of_fixed(quote, limits, stop, done)
     return Chosen(stop, quote, seconds)
 
 
-def _narrow_quote(session: Session, limits: Limits, error: float) -> Quote | None:
-    """Return the quote of a pilot that is long enough; None if the time is over before."""
-    pilot, begin = Pilot(session, limits, hurried=False), clock.perf_counter()
-    most = math.inf if limits.spp is None else float(limits.spp)
-    found: Quote | None = None
+def _foretold(session: Session, limits: Limits, error: float) -> tuple[Quote | None, int | None]:
+    """Return the last quote of a pilot that is long enough, and the count; no count where another limit is nearer."""
+    pilot, begin = Pilot(session, limits, probes=False, hurried=False), clock.perf_counter()
+    most = MOST_SAMPLES if limits.spp is None else limits.spp
+    counts = list[float]()
     while True:
         seconds = None if limits.seconds is None else _TIME_SHARE * limits.seconds - (clock.perf_counter() - begin)
         if seconds is not None and seconds <= 0.0:
-            return found
+            return None, None
+        why = f"it may take more than {MOST_SAMPLES} samples a pixel, which are the most"
         try:
-            longer = pilot.run(seconds)
-        except RenderError:
-            if session.error().high < math.inf:
+            if (quote := pilot.run(seconds)) is None:
+                return None, None
+        except RenderError as problem:
+            if session.error().high == 0.0:
                 raise
-            if session.passes.samples >= _MOST_IN_THE_DARK:
-                raise _too_dark(session.passes.samples, error) from None
+            counts, why = [], str(problem)
         else:
-            if longer is None:
-                return found
-            found = longer
-            if _long_enough(found, error, session.passes.samples, most):
-                return found
+            counts.append(quote.law.samples_within(error).high)
+            count = max(counts[-2:])
+            if len(counts) > 1 and session.passes.samples >= _SHARE_OF_COUNT * min(count, most):
+                return quote, round(min(count, MOST_SAMPLES))
+        if session.passes.samples >= _MOST_IN_THE_DARK and not max(counts[-2:], default=math.inf) <= MOST_SAMPLES:
+            if limits.spp is not None or limits.seconds is not None:
+                return None, None
+            raise _beyond(session.passes.samples, error, why)
         pilot.due = 2 * session.passes.samples
 
 
-def _long_enough(quote: Quote, error: float, samples: int, most: float) -> bool:
-    """Tell whether a pilot of so many samples a pixel says enough; it need not be longer than the image can be."""
-    count = quote.law.samples_within(error)
-    if quote.error.doubt:
-        return samples >= min(_LONGEST_IN_DOUBT * count.high, most)
-    return count.high <= _WIDE * count.value or samples >= min(_LONGEST * count.high, most)
-
-
-def _too_dark(samples: int, error: float) -> RenderError:
+def _beyond(samples: int, error: float, why: str) -> RenderError:
     return RenderError(
-        f"a pilot of {samples} samples a pixel met too little light (or has too few pixels) to choose a count for an "
-        f"error of {100.0 * error:.3g} %: give a number of samples instead, or let the render look at its own error"
+        f"a pilot of {samples} samples a pixel cannot choose a count for an error of {100.0 * error:.3g} %: {why}. "
+        "Ask for a larger error, give a number of samples instead, or let the render look at its own error"
     )
-
-
-def _count(quote: Quote, limits: Limits) -> int:
-    """Return the count by a quote, which is cut to the most that a render can have where another limit is nearer."""
-    assert limits.error is not None
-    high = quote.law.samples_within(limits.error).high
-    if high > MOST_SAMPLES and limits.spp is None and limits.seconds is None:
-        raise RenderError(
-            f"an error of {100.0 * limits.error:.3g} % may take more than {MOST_SAMPLES} samples a pixel, which are "
-            "the most: ask for a larger error, or give a number of samples or a time too"
-        )
-    return MOST_SAMPLES if high > MOST_SAMPLES else round(high)
 
 
 def _of_fixed(quote: Quote, limits: Limits, stop: Stop, done: int) -> Quote:

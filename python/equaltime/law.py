@@ -133,14 +133,13 @@ class Law:
         return Estimate(value, low, high, unit="spp")
 
     def _first_within(self, error: float, end: Literal["value", "low", "high"]) -> float:
-        """Return the least even count at which the error, or an end of its interval, is at most this; or infinity."""
+        """Return the least even count at which the error, or an end of its interval, is at most this, 2^40 at most."""
 
         def reached(half: int) -> bool:
             return bool(getattr(self.error_at(2.0 * half), end) <= error)
 
         halves = range(1, round(0.5 * _MOST_SAMPLES))
-        found = bisect_left(halves, True, key=reached)
-        return 2.0 * halves[found] if found < len(halves) else math.inf
+        return 2.0 * (bisect_left(halves, True, key=reached) + 1)
 
     def samples_left(self, share: Estimate) -> Estimate:
         """Return which fraction of the samples would reach the same error, were error² only this share of what it is.

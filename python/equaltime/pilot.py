@@ -104,8 +104,9 @@ class Pilot:
     probes
         Whether to take a probe: its samples are none of the render's.
     hurried
-        Whether somebody waits for the quote: a pilot that is not hurried may take more than ten seconds, and what it
-        finds depends on no clock unless a time is one of the limits.
+        Whether somebody waits for the quote. A pilot that is not hurried chooses the count of a render that does not
+        look at its error: it may take more than ten seconds, what it finds depends on no clock unless a time is one of
+        the limits, and it tells no prices of other errors.
     """
 
     def __init__(
@@ -264,7 +265,7 @@ class Pilot:
             prices={
                 target: self._seconds_for(law, law.samples_until(target), 0, target)
                 for target in TARGETS
-                if target < last.value
+                if self._hurried and target < last.value
             },
             pilot_seconds=session.passes.rendering + self._seconds_probed,
             origin=session.origin,
@@ -281,7 +282,8 @@ class Pilot:
         """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""
         limits, before, spps = self._limits, self._before, list[Estimate]()
         if limits.error is not None:
-            spps.append(_at_least(self._session.passes.samples, law.samples_until(limits.error)))
+            spp = law.samples_until(limits.error) if self._hurried else law.samples_within(limits.error)
+            spps.append(_at_least(self._session.passes.samples, spp))
         if limits.spp is not None:
             spps.append(_exactly(limits.spp, "spp"))
         seconds = [self._seconds_for(law, spp, before, limits.error) for spp in spps]

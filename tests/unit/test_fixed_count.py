@@ -175,15 +175,19 @@ def test_a_time_that_is_too_short_for_a_pilot_ends_the_render_alone(scene: et.Sc
 def test_a_pilot_that_meets_no_light_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fixed_count, "_MOST_IN_THE_DARK", 16)
     pixel = et.load(SCENE).with_(size=(1, 1))
-    with pytest.raises(et.RenderError, match=r"a pilot of 16 samples a pixel met too little .* 5 %: give a number of"):
+    with pytest.raises(
+        et.RenderError, match=r"a pilot of 16 samples .* error of 5 %: the pilot saw no light.*give a number"
+    ):
         et.render(pixel, error=0.05, stop="fixed")
+    limited = et.render(pixel, error=0.05, spp=4, stop="fixed")
+    assert (limited.stopped_by, limited.spp, chosen(limited).spp) == ("spp", 4.0, None)
 
 
 def test_where_there_is_no_noise_any_count_is_enough() -> None:
     black = et.load_dict(DARK).with_(size=(8, 8))
     result = et.render(black, error=0.05, stop="fixed")
     assert (result.stopped_by, result.error.high) == ("count", 0.0)
-    assert result.spp == count(result) < 8
+    assert result.spp == count(result) == 8
 
 
 def test_an_error_beyond_all_samples_is_refused(scene: et.Scene) -> None:
