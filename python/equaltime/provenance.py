@@ -74,6 +74,7 @@ class _Stop(_Facts):
     error: Annotated[float, Field(gt=0.0)]
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
     pilot_seed: Count | None = None
+    pilot_spp: Count | None = None
     pilot_seconds: Seconds = 0.0
 
 

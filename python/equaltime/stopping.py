@@ -18,6 +18,10 @@ __all__ = ["Stop", "StopRule"]
 
 StopRule = Literal["look", "fixed"]
 
+_ALWAYS = ("rule", "selects", "error")
+_OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
+"""What records hold of a stop, by the names of `Stop`."""
+
 
 @dataclass(frozen=True)
 class Stop:
@@ -31,6 +35,8 @@ class Stop:
     """Samples per pixel that the pilot chose; None for ``look``."""
     pilot_seed: int | None = None
     """Seed of the pilot's samples; None for ``look``."""
+    pilot_spp: int | None = None
+    """Samples per pixel of the pilot, which are none of the image's; None for ``look``."""
     pilot_seconds: float = 0.0
 
     @property
@@ -40,11 +46,10 @@ class Stop:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the rule as JSON data, as it stands in the record of a result."""
-        chosen = {"spp": self.spp, "pilot_seed": self.pilot_seed, "pilot_seconds": self.pilot_seconds}
-        return {"rule": self.rule, "selects": self.selects, "error": self.error, **({} if self.selects else chosen)}
+        names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
+        return {name: getattr(self, name) for name in names}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Stop:
         """Read what `as_dict` wrote."""
-        names = ("rule", "error", "spp", "pilot_seed", "pilot_seconds")
-        return cls(**{name: data[name] for name in names if name in data})
+        return cls(**{name: data[name] for name in ("rule", "error", *_OF_FIXED) if name in data})

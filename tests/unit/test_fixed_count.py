@@ -89,6 +89,7 @@ def test_the_record_tells_the_rule_the_count_and_the_pilot(fixed: et.Result, tmp
         "error": 0.3,
         "spp": int(fixed.spp),
         "pilot_seed": pilot_seed(0),
+        "pilot_spp": chosen(fixed).pilot_spp,
         "pilot_seconds": chosen(fixed).pilot_seconds,
     }
     assert saved["stopped_by"] == "count"
@@ -131,7 +132,7 @@ def test_a_render_that_was_cut_goes_on_to_the_count_that_was_chosen(
 
 
 def test_checkpoints_have_the_count(scene: et.Scene, tmp_path: Path) -> None:
-    rule = Stop("fixed", 0.1, 64, 5, 1.5)
+    rule = Stop("fixed", 0.1, 64, 5, 16, 1.5)
     session = Session(scene, et.Strategy(), 0, 1, Limits(spp=8), stop=rule)
     session.passes.run()
     session.result("unfinished").save(tmp_path / "a.exr")
