@@ -54,6 +54,10 @@ class Focus:
         """Whether specular surfaces send light of small emitters on."""
         return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
 
+    def rare(self, samples: float) -> bool:
+        """Tell whether so many samples of a pixel may have met none of that light, so that no variance shows it."""
+        return self.possible and samples * self.share < _MANY
+
     def doubt(self, samples: float, error: float, mean: float) -> str:
         """Return why the upper limit of an error cannot be trusted; empty where it can.
 
@@ -66,7 +70,7 @@ class Focus:
         mean
             Of the image over pixels and channels.
         """
-        if not self.possible or not mean > 0.0 or samples * self.share >= _MANY:
+        if not self.rare(samples) or not mean > 0.0:
             return ""
         unmet = self.light / mean * math.sqrt(self.paths * min(1.0, 1.0 / (samples * self.share)))
         if unmet < _MATTERS * error:

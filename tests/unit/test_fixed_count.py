@@ -12,7 +12,9 @@ from equaltime import fixed_count, images
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
+from equaltime.cli.outcome import stopped
 from equaltime.fixed_count import pilot_seed
+from equaltime.focus import Focus
 from equaltime.progress import Progress
 from equaltime.session import Session
 from equaltime.stopping import Stop
@@ -232,10 +234,53 @@ def test_the_command_tells_the_count_and_its_pilot(tmp_path: Path, capsys: pytes
     assert json.loads(capsys.readouterr().out)["stop"]["spp"] == spp
 
 
-@pytest.mark.parametrize("doubt", ["", "small lamps are seen in mirrors"])
-def test_a_stop_that_selects_says_so_where_the_error_is_in_doubt(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, doubt: str
+def test_another_limit_that_ends_it_is_said_beside_the_count(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("equaltime.cli.outcome.selects_images", lambda result: bool(doubt))
-    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "60%"]) == 0
-    assert ("images that miss rare bright light stop first" in capsys.readouterr().out) is bool(doubt)
+    command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "50%", "--spp", "2"]
+    assert main([*command, "--stop", "fixed"]) == 0
+    spp = images.read(tmp_path / "a.exr").record["stop"]["spp"]
+    said = f"stopped by spp: every pixel has its samples, before the {spp} samples per pixel that a pilot chose for the"
+    assert said in capsys.readouterr().out
+
+
+def lit_ball(lamp: float, bsdf: dict[str, Any]) -> et.Scene:
+    """Return a ball on a table under a lamp of a radius, whose power is the same for all."""
+    looks = {"origin": [0, 2.4, 4], "target": [0, 0.4, 0], "up": [0, 1, 0]}
+    lying = [{"rotate": {"axis": [1, 0, 0], "angle": -90}}, {"scale": 4}]
+    light = {"type": "area", "radiance": 4.0 / lamp**2}
+    return et.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 6},
+            "sensor": {"type": "perspective", "fov": 40, "to_world": [{"look_at": looks}]},
+            "table": {"type": "rectangle", "to_world": lying, "bsdf": {"type": "diffuse"}},
+            "ball": {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.7, "bsdf": bsdf},
+            "lamp": {"type": "sphere", "center": [-1.2, 4, 0.5], "radius": lamp, "emitter": light},
+        }
+    ).with_(size=(16, 16))
+
+
+@pytest.mark.parametrize(
+    ("lamp", "bsdf", "limits", "said"),
+    [
+        (0.1, "dielectric", {"error": 0.5}, True),
+        (0.1, "dielectric", {"error": 0.5, "stop": "fixed"}, False),
+        (0.1, "dielectric", {"error": 1e-3, "spp": 16}, False),
+        (0.1, "diffuse", {"error": 0.5}, False),
+        (2.5, "dielectric", {"error": 0.5}, False),
+    ],
+    ids=["small lamp through glass", "fixed count", "ended by its samples", "no glass", "large lamp"],
+)
+def test_a_stop_that_selects_says_so_where_light_may_not_have_been_met(
+    lamp: float, bsdf: str, limits: dict[str, Any], said: bool
+) -> None:
+    result = et.render(lit_ball(lamp, {"type": bsdf}), threads=1, **limits)
+    assert any("favours images that have not met rare light" in line for line in stopped(result)) is said
+
+
+def test_many_samples_have_met_what_is_rare() -> None:
+    focus = Focus(paths=0.2, light=1.0, share=0.01)
+    assert focus.rare(999)
+    assert not focus.rare(1000)
+    assert not Focus.none().rare(1)
