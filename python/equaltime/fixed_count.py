@@ -54,7 +54,9 @@ class Chosen:
     def limits(self, asked: Limits) -> Limits:
         """Return what ends the image, where this was asked for: the count, or what is nearer."""
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
-        seconds = None if asked.seconds is None else max(0.0, asked.seconds - self.seconds)
+        seconds = asked.seconds
+        if seconds is not None:  # a pilot that took more, to get ready, leaves the image its own time nevertheless
+            seconds -= min(self.seconds, _TIME_SHARE * seconds)
         return Limits(min(counts, default=None), seconds)
 
 

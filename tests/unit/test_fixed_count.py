@@ -13,7 +13,7 @@ from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
 from equaltime.cli.outcome import stopped
-from equaltime.fixed_count import pilot_seed
+from equaltime.fixed_count import Chosen, pilot_seed
 from equaltime.focus import Focus
 from equaltime.progress import Progress
 from equaltime.session import Session
@@ -166,6 +166,13 @@ def test_other_limits_end_it_too(scene: et.Scene) -> None:
     assert short.stopped_by == "time"
     assert short.stats.seconds < 0.4
     assert short.stats.seconds + chosen(short).pilot_seconds < 0.6
+
+
+def test_a_pilot_that_took_all_of_the_time_leaves_the_image_its_own() -> None:
+    stop = Stop("fixed", 0.1, 64, 5, 16, 2.0)
+    assert Chosen(stop, seconds=2.0).limits(Limits(seconds=1.0, error=0.1)) == Limits(64, 0.75)
+    assert Chosen(stop, seconds=0.1).limits(Limits(32, 1.0, 0.1)) == Limits(32, 0.9)
+    assert Chosen(stop, seconds=0.1).limits(Limits(error=0.1)) == Limits(64)
 
 
 def test_a_time_that_is_too_short_for_a_pilot_ends_the_render_alone(scene: et.Scene) -> None:
