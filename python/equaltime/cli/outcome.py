@@ -64,7 +64,7 @@ def stopped(result: Result) -> list[str]:
     if result.stopped_by == "error" and selects_images(result):
         lines.append(
             "a render that stops by looking at its own error favours images that have not met rare light: "
-            "with caustics they are darker by 2 to 6 % on average (measured); --stop fixed avoids that"
+            "with caustics they are 2 % darker on average (measured); --stop fixed avoids that"
         )
     return lines
 
