@@ -137,7 +137,8 @@ def report_ratios(firsts: list[Render], seconds: list[Render], rest: list[list[R
         median = signed_root(float(np.median(stated))) if stated else math.nan
         print(
             f"  ratio to B {TIMES[1]} times, REF {TIMES[place]} times, {kept}: {held_text}; no number "
-            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} for {signed_root(float(np.median(true))):.3f}",
+            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} "
+            f"for {signed_root(float(np.median(true))):.3f}",
             flush=True,
         )
 

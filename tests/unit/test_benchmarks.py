@@ -25,6 +25,7 @@ SMALLEST = {
     "mis_grid": "--spp 4 --size 8 8",
     "motion": "--repeats 1",
     "robust_intersection": "--repeats 1 --triangles 2000",
+    "stated_errors": "--seeds 4 --size 8 --counts 2 8 --scenes flat",
     "selection_by_stops": "--seeds 2 --size 8 --reference 64 --most 64 --scenes flat",
     "short_passes": "--seeds 1 --size 16 --scenes ball",
     "small_lights": "--repeats 1 --side 8",
