@@ -104,13 +104,15 @@ TEST("a flat image whose pixels have one variance has one contribution everywher
   const std::vector<double> mean(3 * kHeight * kWidth, 2.0), variance(mean.size(), 0.5);
   std::vector<std::int64_t> samples(kHeight * kWidth, 8);
   const PixelEstimates pixels{mean.data(), variance.data(), samples.data(), kHeight, kWidth};
-  std::vector<double> contributions(samples.size());
+  std::vector<double> value(samples.size()), lenient(value), cautious(value);
+  const ErrorContributions contributions{value, lenient, cautious};
   std::vector<float> errors(mean.size());
   const auto all_are_right = [&](double contribution) {
     const ErrorSums sums = error_parts(pixels, 1.0, contributions);
     standard_errors(pixels, errors);
-    bool right = close(sums.slopes, contribution / 5 * static_cast<double>(mean.size()), 1e-12) && sums.leant == 0;
-    for (const double c : contributions) right = right && close(c, contribution, 1e-14);
+    bool right = close(sums.slopes, contribution / 5 * static_cast<double>(mean.size()), 1e-12);
+    for (const auto& by_reference : {value, lenient, cautious})
+      for (const double c : by_reference) right = right && close(c, contribution, 1e-14);
     for (const float e : errors) right = right && close(static_cast<double>(e), std::sqrt(0.5L), 1e-6);
     return right;
   };
@@ -118,9 +120,32 @@ TEST("a flat image whose pixels have one variance has one contribution everywher
   CHECK(!all_are_right(0.5 / (2.0 * 2.0 + 1.001)));
   samples[5] = 9;  // no longer even: sums are weighed by counts
   (void)error_parts(pixels, 1.0, contributions);
-  CHECK(close(contributions[0], 0.1, 1e-14));
+  CHECK(close(value[0], 0.1, 1e-14));
   standard_errors(pixels, errors);
   CHECK(errors[3 * 4] > errors[3 * 1] && errors[3 * 5] < errors[3 * 1]);
+}
+
+TEST("a sum of others leaves a pixel out by not a bit, and so does a cautious reference") {
+  constexpr std::size_t kSide = 9, kMiddle = 3 * (4 * kSide + 4);
+  std::vector<double> image(3 * kSide * kSide, 1.0), sums(image.size()), whole(image.size());
+  for (const double bright : {1.0, 0x1p60}) {
+    image[kMiddle] = bright;
+    others_sum(image, kSide, kSide, 3, sums);
+    box_sum(image, kSide, kSide, 3, whole);
+    CHECK(sums[kMiddle] == 48 && sums[0] == 15);
+    CHECK(sums[kMiddle + 3] == 47 + bright);
+  }
+  CHECK(whole[kMiddle] != 49);
+}
+
+TEST("no reference is below the light that a pixel surely has") {
+  constexpr std::size_t kSide = 8;
+  const std::vector<double> mean(3 * kSide * kSide, 1.0), variance(mean.size(), 0.5), least(mean.size(), 3.0);
+  const std::vector<std::int64_t> samples(kSide * kSide, 8);
+  std::vector<double> value(samples.size()), lenient(value), cautious(value);
+  const PixelEstimates pixels{mean.data(), variance.data(), samples.data(), kSide, kSide, least.data()};
+  (void)error_parts(pixels, 1.0, {value, lenient, cautious});
+  CHECK(close(value[0], 0.05, 1e-14) && close(lenient[9], 0.05, 1e-14) && close(cautious[63], 0.05, 1e-14));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ _BLOCK = 8
 _DEGREES = 49.0
 """Degrees of freedom of a block's variance: standard errors are pooled over 7x7 pixels, and a block has 64."""
 _NOISY = 0.25
-"""Share of the reference's noise in the squared differences of an image from which a ratio of errors is in doubt."""
+"""Share that the reference's noise may have in squared differences, above which a ratio of errors is in doubt."""
 _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 
@@ -268,7 +268,7 @@ def _ratio(first: _Pair, second: _Pair) -> Interval | None:
         found = Interval(value, low, high)
         share = max(first.relative.share, second.relative.share)
         if share > _NOISY:
-            found = found.doubted(f"noise of {first.truth.path.name} makes {100 * share:.2g} % of the difference")
+            found = found.doubted(f"noise of {first.truth.path.name} may make {100 * share:.2g} % of the difference")
         few = block_means(first.relative.squares[..., 0]).size < FEWEST_BLOCKS
         return found.doubted("too few pixels") if few else found
     means = [float(contributions(pair.file.image, pair.reference).mean()) for pair in (first, second)]

@@ -135,10 +135,10 @@ def report_ratios(firsts: list[Render], seconds: list[Render], rest: list[list[R
         kept = {"own": "moments", "pooled": "stderr", "none": "no errors"}[label]
         held_text = "states no interval" if label == "none" else f"holds {share(held)}"
         median = signed_root(float(np.median(stated))) if stated else math.nan
+        expected = signed_root(float(np.median(true)))
         print(
             f"  ratio to B {TIMES[1]} times, REF {TIMES[place]} times, {kept}: {held_text}; no number "
-            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} "
-            f"for {signed_root(float(np.median(true))):.3f}",
+            f"{1 - len(stated) / len(true):.2f}; median ratio {median:.3f} for {expected:.3f}",
             flush=True,
         )
 

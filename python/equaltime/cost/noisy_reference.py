@@ -39,6 +39,7 @@ __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
 
 Floats = NDArray[np.float64]
 
+_Z95 = 1.959964
 _BLOCK = 4
 FEWEST_BLOCKS = 16
 """With fewer, the scatter of blocks says little, and ratios are in doubt."""
@@ -116,7 +117,7 @@ class Difference:
     variance: Floats
     """Of the reference."""
     share: float
-    """Share of the reference's noise in the squared differences, in [0, 1]."""
+    """Share that the reference's noise may have in the squared differences, in [0, 1]: an upper limit."""
 
     @classmethod
     def of(cls, image: Floats, reference: Floats, noise: Noise, relative: bool = True) -> Difference:
@@ -148,11 +149,12 @@ class Difference:
     def measured(self) -> Measured:
         """The value with its interval; without a value where the interval reaches down to 0.
 
-        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed.
+        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. Where there is no value
+        it goes on as a multiple of the half-width, without a jump.
         """
         value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
         if not value > half:
-            return Measured(math.nan, 0.0, max(value, 0.0) + half)
+            return Measured(math.nan, 0.0, max(value, 0.0) + (math.e - 1.0) * half)
         return Measured(value, value - half, value * math.exp(half / value))
 
 
@@ -195,14 +197,19 @@ def block_means(values: Floats) -> Floats:
 
 
 def _share(image: Floats, reference: Floats, variance: Floats) -> float:
-    """Return the share of the reference's noise in the squared differences.
+    """Return the upper limit, at 95 %, of the share of the reference's noise in the squared differences.
 
-    Both are relative to the mean of image and reference, which bounds them: one bright pixel cannot make them.
+    Both are relative to the mean of image and reference, which bounds them: one bright pixel cannot make them. The
+    noise of a pixel is known from few replicates, so that its sum may be off where few pixels make it.
     """
     mean = 0.5 * (image + reference)
     square = np.square(mean) + (0.1 * float(mean.mean())) ** 2
-    noise, all_of_it = (float(divided(part, square).mean()) for part in (variance, np.square(image - reference)))
-    return min(noise / all_of_it, 1.0) if all_of_it > 0.0 else 1.0
+    noise = divided(variance, square).mean(axis=2)
+    total, all_of_it = float(noise.sum()), float(divided(np.square(image - reference), square).mean(axis=2).sum())
+    if not total > 0.0:
+        return 0.0
+    upper = total * math.exp(_Z95 * math.sqrt(float(np.square(noise).sum())) / total)
+    return min(upper / all_of_it, 1.0) if all_of_it > 0.0 else 1.0
 
 
 def _degrees(squares: Floats) -> float:
