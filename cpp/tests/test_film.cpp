@@ -5,6 +5,7 @@
 
 #include "film/error_parts.h"
 #include "film/film.h"
+#include "film/statistics.h"
 #include "tests/check.h"
 
 namespace {
