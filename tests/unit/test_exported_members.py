@@ -34,7 +34,7 @@ def test_render_takes_what_it_promises() -> None:
     assert list(parameters)[: len(first)] == first
     more = {name for name, parameter in parameters.items() if parameter.kind == inspect.Parameter.KEYWORD_ONLY}
     saving = {"resume", "checkpoint", "checkpoint_every", "unsaved"}
-    assert more == {"error", "quoted", "unquoted", "without", "within", "decided", "show", "traps"} | saving
+    assert more == {"error", "quoted", "unquoted", "without", "within", "decided", "show", "stop", "traps"} | saving
     assert [p.default for p in parameters.values()][1 : len(first)] == [None, None, "best", 0, 0, None, "core"]
 
 

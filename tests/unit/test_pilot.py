@@ -165,7 +165,7 @@ def test_what_there_was_of_the_processors_is_watched_until_the_probe_ends(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of them during the pilot, and half of them with the probe: to go on with half takes twice as long."""
-    limits, passed, fitted = Limits(error=0.05), [Processors(0.0, 0.0)], list[Law]()
+    limits, passed, fitted = Limits(error=0.02), [Processors(0.0, 0.0)], list[Law]()
     monkeypatch.setattr(Processors, "now", lambda: passed[-1])
     session = Session(scene, Strategy(), 0, 0, limits)
     watched, fit, probe = Pilot(session, limits), pilot.fit, session.probe
