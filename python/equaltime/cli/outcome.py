@@ -37,14 +37,15 @@ def headline(result: Result) -> str:
 
 
 def _bias(result: Result, number: Stated) -> str:
-    """Say what biases the image; nothing of one whose paths are not those that the scene asks for."""
+    """Say what biases the image; nothing where its paths are not those of the scene, or its own error stopped it."""
     origin = result.origin
     by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias} of it"]
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:
         return f", biased: {', and '.join(by)}"
-    return "" if number.paths else ", unbiased"
+    selected = result.stopped_by == "error" and selects_images(result)
+    return "" if number.paths or selected else ", unbiased"
 
 
 def stopped(result: Result) -> list[str]:
