@@ -29,8 +29,8 @@ void sample_deviation(const PixelMoments* first, std::size_t replicates, std::si
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums);
 
-/// The sum over the 7x7 neighbourhood without the pixel itself, of which not even a rounding error depends; zeros
-/// outside.
+/// The sum over the 7x7 neighbourhood of every pixel without the pixel itself, zeros outside. The pixel's value does
+/// not even change the rounding of the sum.
 void others_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
                 std::span<double> sums);
 

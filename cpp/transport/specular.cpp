@@ -32,7 +32,7 @@ Vertex kind_of(const event::Scatters& at) noexcept {
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 
-/// Where a probe leaves a path: at its first specular vertex, or at the first that is none.
+/// Where a probe leaves a path: at its first specular vertex, or at its first vertex of another kind.
 enum class Leaves : std::uint8_t { at_specular, at_other };
 
 /// Follows a path until it leaves it; then the path meets nothing any more. Sees emitters that are met beyond a
