@@ -116,7 +116,7 @@ py::array_t<float> errors_of_pixels(const Doubles& mean, const Doubles& variance
 }  // namespace
 
 void bind_film(py::module_& m) {
-  PYBIND11_NUMPY_DTYPE(PixelMoments, count, mean, m2);
+  PYBIND11_NUMPY_DTYPE(PixelMoments, mean, count, deviation);
   m.def("merge_moments", &merge_moments, "a"_a, "b"_a,
         "Moments of the union of two disjoint sets of samples, pixel by pixel: (R, H, W) each.");
   m.def(

@@ -1,8 +1,9 @@
-// Film: running moments of every pixel's samples, in float64, one set a replicate (sample i belongs to replicate i mod
-// R). A sample touches one pixel and samples arrive in ascending order, so sums do not depend on threads, tiles or
-// passes.
+// Film: running moments of every pixel's samples, means in float64, one set a replicate (sample i belongs to replicate
+// i mod R). A sample touches one pixel and samples arrive in ascending order, so sums do not depend on threads, tiles
+// or passes.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -11,11 +12,13 @@
 
 namespace equaltime {
 
-/// Count, mean and sum of squared deviations by Welford's recurrence: stable for any offset and number of samples.
+/// Mean, count and standard deviation of a pixel's samples by Welford's recurrence: stable for any offset and number of
+/// samples. The deviation is a root mean square (over n, not n - 1), so that float32 holds it at whatever scale it
+/// holds the samples, and so that rounding does not add up: each step forgets a share 1/n of all before it.
 struct PixelMoments {
-  std::uint64_t count = 0;
   double mean[3] = {0, 0, 0};
-  double m2[3] = {0, 0, 0};
+  std::uint32_t count = 0;
+  float deviation[3] = {0, 0, 0};
 
   /// `scale` takes the sample back to the user's units; exact when it is a power of two.
   void add(const Spectrum& s, double scale) noexcept {
@@ -24,10 +27,17 @@ struct PixelMoments {
     const double value[3] = {static_cast<double>(s.r) * scale, static_cast<double>(s.g) * scale,
                              static_cast<double>(s.b) * scale};
     for (int c = 0; c < 3; ++c) {
-      const double delta = value[c] - mean[c];
+      const double delta = value[c] - mean[c], before = deviation[c];
       mean[c] += delta * inv;
-      m2[c] += delta * (value[c] - mean[c]);
+      const double square = before * before;
+      deviation[c] = static_cast<float>(std::sqrt(square + (delta * (value[c] - mean[c]) - square) * inv));
     }
+  }
+
+  /// Sum of squared deviations from the mean.
+  [[nodiscard]] double squares(int c) const noexcept {
+    const double one = deviation[c];
+    return static_cast<double>(count) * (one * one);
   }
 
   /// Moments of the union of two disjoint sets of samples (Chan, Golub & LeVeque 1983).

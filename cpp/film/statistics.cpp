@@ -41,7 +41,7 @@ void sample_deviation(const PixelMoments* first, std::size_t replicates, std::si
     for (std::size_t r = 0; r < replicates; ++r) {
       const PixelMoments& m = first[r * stride];
       const double apart = m.mean[c] - joined.mean[c];
-      squares += m.m2[c] + static_cast<double>(m.count) * (apart * apart);
+      squares += m.squares(c) + static_cast<double>(m.count) * (apart * apart);
     }
     to[c] = std::sqrt(squares / std::max(static_cast<double>(joined.samples) - 1, 1.0));
   }

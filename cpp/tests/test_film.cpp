@@ -50,7 +50,8 @@ TEST("mean and squared deviations are right far from zero, where a sum of square
   const PixelMoments m = moments(values);
   CHECK(m.count == values.size());
   CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.mean[1], 2 * exact.mean, 1e-14));
-  CHECK(close(m.m2[0], exact.m2, 1e-7) && close(m.m2[1], 4 * exact.m2, 1e-7) && m.m2[2] == m.m2[0]);
+  CHECK(close(m.squares(0), exact.m2, 1e-5) && m.deviation[1] == 2 * m.deviation[0]);
+  CHECK(m.deviation[2] == m.deviation[0]);
   float square_sum = 0, sum = 0;  // the twin
   for (const float v : values) square_sum += v * v, sum += v;
   CHECK(!close(static_cast<double>(square_sum - sum * sum / static_cast<float>(values.size())), exact.m2, 0.1));
@@ -64,7 +65,7 @@ TEST("a hundred million samples of one value have that value for a mean, and no 
     sum += 0.1F;
   }
   CHECK(m.count == 100'000'000);
-  for (int c = 0; c < 3; ++c) CHECK(m.mean[c] == static_cast<double>(0.1F) && m.m2[c] == 0);
+  for (int c = 0; c < 3; ++c) CHECK(m.mean[c] == static_cast<double>(0.1F) && m.deviation[c] == 0);
   CHECK(sum < 0.3F * 1e7F);  // the twin: where a sum in float32 stops growing
 }
 
@@ -76,20 +77,40 @@ TEST("moments of parts merge to those of the whole, in any grouping") {
   for (const PixelMoments& m :
        {PixelMoments::merge(PixelMoments::merge(a, b), c), PixelMoments::merge(a, PixelMoments::merge(c, b))}) {
     CHECK(m.count == values.size());
-    CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.m2[0], exact.m2, 1e-7));
+    CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.squares(0), exact.m2, 1e-5));
+  }
+}
+
+TEST("the spread of fifty million samples is right, where a sum of squares in float32 stops growing") {
+  PixelMoments m;
+  float squares = 0;  // the twin
+  for (int i = 0; i < 50'000'000; ++i) {
+    const float value = i % 2 == 0 ? 1.0F : 3.0F;
+    m.add(Spectrum(value), 1);
+    squares += (value - 2) * (value - 2);
+  }
+  CHECK(close(static_cast<double>(m.deviation[0]), 1, 1e-4));
+  CHECK(squares < 0.4F * 5e7F);
+}
+
+TEST("the spread of samples of any size that float32 holds is known") {
+  for (const double scale : {0x1p-100, 0x1p100}) {
+    const PixelMoments m = moments({1, 2, 4, 3}, scale);
+    CHECK(close(static_cast<double>(m.deviation[0]), scale * std::sqrt(1.25L), 1e-6));
   }
 }
 
 TEST("merging with nothing changes no bit") {
   const PixelMoments m = moments(offset_samples(10)), none;
   for (const PixelMoments& same : {PixelMoments::merge(m, none), PixelMoments::merge(none, m)})
-    CHECK(same.count == m.count && same.mean[0] == m.mean[0] && same.m2[2] == m.m2[2]);
+    CHECK(same.count == m.count && same.mean[0] == m.mean[0] && same.deviation[2] == m.deviation[2]);
 }
 
 TEST("a scale that is a power of two goes through exactly") {
   const std::vector<float> values = offset_samples(1000);
   const PixelMoments one = moments(values), scaled = moments(values, 0x1p40);
-  for (int c = 0; c < 3; ++c) CHECK(scaled.mean[c] == one.mean[c] * 0x1p40 && scaled.m2[c] == one.m2[c] * 0x1p80);
+  for (int c = 0; c < 3; ++c)
+    CHECK(scaled.mean[c] == one.mean[c] * 0x1p40 && scaled.deviation[c] == one.deviation[c] * 0x1p40F);
 }
 
 TEST("a film keeps its replicates and pixels apart, row by row") {

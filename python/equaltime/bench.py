@@ -31,7 +31,7 @@ _PILOT_SAMPLES = 2
 # What a repeat takes about, if nobody says how many samples it has.
 _REPEAT_SECONDS = 0.5
 _MOST_SAMPLES = 256
-_BYTES_PER_PIXEL = 2 * 56
+_BYTES_PER_PIXEL = 2 * 40
 
 
 @dataclass(frozen=True)

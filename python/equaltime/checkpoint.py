@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime import images
 from equaltime.budget import Look
 from equaltime.errors import ImageError
+from equaltime.moments import nonfinite
 from equaltime.parts_of_merge import MergedFilm
-from equaltime.provenance import checked, differences
+from equaltime.render_file import RenderFile
 from equaltime.stopping import Stop
 
-__all__ = ["Checkpoint"]
+__all__ = ["Checkpoint", "differences"]
+
+_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "backend")
+"""What renders that are parts of one have in common, beside the scene: keys of a record."""
+_IN_DIGEST = {"size", "crop", "max_depth", "without"}
+_NAMES = {"max_depth": "max depth", "without": "left out"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,22 +44,20 @@ class Checkpoint:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
         """Read a file that `Result.save` wrote; raises `ImageError` if it is none, damaged, or without moments."""
-        record = images.read(path).record
-        if not record:
-            raise ImageError(f"{path}: was not rendered by equaltime")
-        moments = images.read_moments(path)
+        file = RenderFile.read(path)
+        moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
-            raise ImageError(f"{path}: holds no moments, only an image")
-        record = checked(record, path)
-        _, _, width, height = record["crop"]
-        missed, parts = images.read_missed(path), images.read_parts(path)
+            raise ImageError(f"{path}: holds no moments, only an image, as --small saves it: it cannot be gone on with")
+        _, _, width, height = file.record["crop"]
         planes = (*missed.values(), *(() if parts is None else (parts,)))
         sizes = {(height, width), *(plane.shape[:2] for plane in planes)}
-        if sizes != {moments.shape[1:]} or record["replicates"] != len(moments):
+        if sizes != {moments.shape[1:]} or file.record["replicates"] != len(moments):
             raise ImageError(f"{path}: its parts are not of one size")
+        if wrong := nonfinite(moments):
+            raise ImageError(f"{path}: pixel {wrong[0]},{wrong[1]} has moments that are not finite")
         if parts is not None and not MergedFilm(moments, parts).consistent:
             raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
-        return cls(Path(path), record, moments, missed, parts)
+        return cls(Path(path), file.record, moments, missed, parts)
 
     @property
     def film(self) -> MergedFilm:
@@ -98,3 +101,45 @@ class Checkpoint:
             )
         if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
             raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+
+
+def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
+    """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
+
+    That it is of another scene is said where its file has another name, or nothing else tells why the digest differs.
+    """
+    differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
+    if {"size", "crop"} <= {*differing}:
+        differing.remove("crop")  # the one follows from the other, mostly
+    said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
+    named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
+    if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
+        said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
+    return said
+
+
+def _differ(found: object, wanted: object) -> bool:
+    """Tell whether values differ; of facts by name only those that both tell, as earlier versions told fewer."""
+    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
+        return any(found[name] != wanted[name] for name in {*found} & {*wanted})
+    return found != wanted
+
+
+def _difference(key: str, found: object, wanted: object) -> list[str]:
+    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
+        both = [(name, found[name], wanted[name]) for name in found if name in wanted]
+        return [f"{key} {name} {theirs}, not {ours}" for name, theirs, ours in both if theirs != ours]
+    return [f"{_NAMES.get(key, key)} {_said(key, found)}, not {_said(key, wanted)}"]
+
+
+def _said(key: str, value: object) -> str:
+    """Write a value as the command line has it."""
+    if not isinstance(value, list):
+        return str(value)
+    return {"size": "x", "crop": ","}.get(key, ", ").join(map(str, value)) or "nothing"
+
+
+def _scenes(found: str | None, wanted: str | None) -> str:
+    if found is None or wanted is None:
+        return ""
+    return f" ({found}, with other content)" if found == wanted else f" ({found}, not {wanted})"

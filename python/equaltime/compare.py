@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime import images
 from equaltime.cost.agreement import BlockMeans
 from equaltime.cost.agreement import compare as compare_blocks
 from equaltime.cost.flip import available
@@ -29,6 +28,7 @@ from equaltime.cost.statistics import Interval, exp
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
 from equaltime.images import Picture
+from equaltime.render_file import read_picture
 from equaltime.stated import different_problems
 
 __all__ = ["Compared", "Comparison", "compare"]
@@ -144,7 +144,7 @@ class _File:
 
     @classmethod
     def read(cls, path: File) -> _File:
-        picture = images.read(path)
+        picture = read_picture(path)
         try:
             image = picture.image.astype(np.float64)
             stated = picture.standard_error

@@ -32,7 +32,7 @@ __all__ = [
 
 REPLICATES = 2
 """Independent parts of a render, whose difference tells its error."""
-_BYTES_PER_MOMENTS = 56
+_BYTES_PER_MOMENTS = 40
 _BYTES_PER_RESULT_PIXEL = 100
 
 

@@ -1,22 +1,14 @@
-"""Image files, all through OpenImageIO.
+"""Image files, all through OpenImageIO: pictures of any program, and what is written.
 
-A render is written as an EXR with float32 channels ``R``, ``G``, ``B`` first (the linear image), then
-``stderr.R``, ``stderr.G``, ``stderr.B`` (standard error of each pixel) and ``samples`` (count); its provenance is JSON
-in the attribute ``equaltime:record``. A second part, which viewers pass over, holds the moments of every pixel without
-loss (`equaltime.moments`), so that the render can be taken up or merged. A part ``parts``, in merged renders alone,
-holds sums over what was merged, from which the standard error is estimated (`equaltime.parts_of_merge`). Parts
-``unseen`` and ``lamps``, where there is need of them, hold what samples may have missed (`equaltime.unseen`), and a
-last one, ``aovs``, the outputs that the scene's integrator asks for beside the image. Files are written under a
-temporary name in the same folder and renamed, so that a reader never sees half a file and a failure leaves alone what
-was there.
+Files are written under a temporary name in the same folder and renamed, so that a reader never sees half a file and a
+failure leaves alone what was there. The layout of saved renders is that of `equaltime.render_file`.
 """
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,34 +17,19 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
-from equaltime import moments as words
 from equaltime.disk import replacing
 from equaltime.errors import ImageError
-from equaltime.image_files import complaint, excess, opened, read_part, reason, utf8
+from equaltime.image_files import complaint, excess, opened, reason, utf8
 
-__all__ = [
-    "SOFTWARE",
-    "Part",
-    "Picture",
-    "Window",
-    "check_writable",
-    "read",
-    "read_missed",
-    "read_moments",
-    "read_parts",
-    "write",
-    "write_render",
-]
+__all__ = ["RGB", "SOFTWARE", "Part", "Picture", "Window", "check_writable", "linear_rgb", "read", "write", "write_exr"]
 
 SOFTWARE = f"equaltime {version('equaltime')}"
-CHANNELS = ("R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples")
-RECORD = "equaltime:record"
+RGB = ("R", "G", "B")
 _SOFTWARE = ("Software", "generatedBy")
 """Attributes that name the writer of a file: the usual one, and Mitsuba's."""
-_MOMENTS = "moments"
-_PARTS = "parts"
-_MISSED = {"unseen": ("R", "G", "B"), "lamps": ("R", "G", "B", "share")}
-_AOVS = "aovs"
+_OURS = "equaltime:"
+_REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+"""Chromaticities x, y of red, green, blue and white (ITU-R BT.709)."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +49,12 @@ class Picture:
     channels: Mapping[str, NDArray[np.float32]]
     """Channel name → (H, W) float32."""
     window: Window
-    record: Mapping[str, Any]
-    """The provenance of a file written by equaltime; empty for others."""
     software: str = ""
     """What the file says wrote it."""
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    """Those that only equaltime writes, by name."""
+    record: Mapping[str, Any] = field(default_factory=dict)
+    """How a render of equaltime's was made, if `equaltime.render_file.read_picture` read it; empty for others."""
 
     @property
     def image(self) -> NDArray[np.float32]:
@@ -115,140 +94,51 @@ def read(path: str | os.PathLike[str]) -> Picture:
         pixels = source.read_image("float")
         if pixels is None:
             raise ImageError(f"{path}: {reason(source, path)}")
-        record = _parse_record(spec.getattribute(RECORD), path)
-        software = next((str(said) for name in _SOFTWARE if (said := spec.getattribute(name))), "")
+        texts = {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
+        ours = {name: text for name, text in texts.items() if name.startswith(_OURS)}
+        said = (spec.getattribute(name) for name in _SOFTWARE)
+        software = next((text for text in said if isinstance(text, str) and text), "")
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
-    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), record, software)
+    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), software, ours)
 
 
-def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Read the (R, H, W) moments of a file that `write_render` wrote, or None if it was written without.
-
-    Raises
-    ------
-    ImageError
-        If the file is missing, is no image, or is damaged.
-    """
-    found = read_part(path, _MOMENTS, "uint")
-    if found is None:
-        return None
-    names = words.channel_names(len(found[0]) // words.WORDS)
-    ordered = _ordered(*found, names)
-    if ordered is None:
-        raise ImageError(f"{path}: the part '{_MOMENTS}' has other channels than the moments of a film")
-    return words.joined(ordered)
-
-
-def read_parts(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Read the (H, W) sums over the parts of a merged render, or None if the file has none; raises as `read_moments`.
-
-    Files that were merged by equaltime 0.1.0 have none.
-    """
-    found = read_part(path, _PARTS, "uint")
-    if found is None:
-        return None
-    ordered = _ordered(*found, words.part_channels())
-    if ordered is None:
-        raise ImageError(f"{path}: the part '{_PARTS}' has other channels than the sums over what was merged")
-    return np.asarray(words.joined(ordered, words.PARTS)[0])
-
-
-def _ordered(channels: Sequence[str], pixels: NDArray[Any], names: Sequence[str]) -> NDArray[Any] | None:
-    """Return the pixels with their channels in the order of ``names``, which EXR does not keep; None if they differ."""
-    place = {name: i for i, name in enumerate(channels)}
-    return None if set(names) != set(place) else pixels[..., [place[name] for name in names]]
-
-
-def read_missed(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
-    """Read what samples may have missed, (H, W, C) by the name of the part; raises as `read_moments`."""
-    missed = {}
-    for part, wanted in _MISSED.items():
-        found = read_part(path, part, "float")
-        if found is None:
-            continue
-        channels, pixels = found
-        if sorted(channels) != sorted(wanted):
-            raise ImageError(f"{path}: the part '{part}' has other channels than {', '.join(wanted)}")
-        missed[part] = np.asarray(pixels[..., [channels.index(name) for name in wanted]])
-    return missed
-
-
-def write_render(
-    path: Path,
-    image: NDArray[Any],
-    standard_error: NDArray[Any],
-    samples: NDArray[Any],
-    record: Mapping[str, Any],
-    window: Window,
-    description: str = "",
-    moments: NDArray[Any] | None = None,
-    missed: Mapping[str, NDArray[Any]] | None = None,
-    aovs: Mapping[str, NDArray[Any]] | None = None,
-    parts: NDArray[Any] | None = None,
-) -> None:
-    """Write image, standard error (both (H, W, 3)) and sample counts (H, W) to an EXR file, whole or not at all.
-
-    ``record`` must be JSON. Counts are exact up to 2^24; with the (R, H, W) ``moments`` they are exact there. ``parts``
-    are the (H, W) sums over what was merged.
-
-    Raises
-    ------
-    ImageError
-        If the file cannot be written; what was there before is left alone.
-    """
-    layers = (image, standard_error, samples[..., None])
-    pixels = np.concatenate([np.asarray(layer, np.float32) for layer in layers], axis=-1)
-    attributes = {
-        "compression": "zip",
-        "oiio:ColorSpace": "lin_rec709",
-        "Software": SOFTWARE,
-        "ImageDescription": description,
-        RECORD: json.dumps(record, allow_nan=False),
-    }
-    written = [Part(CHANNELS, pixels, attributes)]
-    if moments is not None:
-        raw = {"compression": "none", "oiio:subimagename": _MOMENTS}  # half of the words are noise
-        written.append(Part(words.channel_names(len(moments)), words.split(moments), raw))
-    if parts is not None:
-        written.append(_named(_PARTS, words.part_channels(), words.split(parts[None], words.PARTS)))
-    for name, planes in (missed or {}).items():
-        written.append(_named(name, _MISSED[name], np.asarray(planes, np.float32)))
-    if aovs:
-        planes = np.stack([np.asarray(plane, np.float32) for plane in aovs.values()], axis=-1)
-        written.append(_named(_AOVS, tuple(aovs), planes))
-    write(path, "openexr", written, window)
-
-
-def _named(name: str, channels: tuple[str, ...], pixels: NDArray[Any]) -> Part:
-    return Part(channels, pixels, {"compression": "zip", "oiio:subimagename": name})
+def linear_rgb() -> dict[str, Any]:
+    """Return the attributes of a part whose R, G and B are linear light with the primaries of Rec. 709."""
+    return {"oiio:ColorSpace": "lin_rec709", "chromaticities": _REC709}
 
 
 def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
     """Write an image (H, W, 3) alone to an EXR file, whole or not at all; raises `ImageError`."""
-    attributes = {"compression": "zip", "oiio:ColorSpace": "lin_rec709", "ImageDescription": description}
-    write(path, "openexr", [Part(CHANNELS[:3], np.asarray(image, np.float32), attributes)])
+    attributes = {"compression": "zip", **linear_rgb(), "ImageDescription": description}
+    write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8, written as they are."""
+    """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8."""
 
     channels: tuple[str, ...]
     pixels: NDArray[Any]
-    attributes: Mapping[str, str]
+    attributes: dict[str, Any]
+    """Strings, or tuples of floats."""
+    kind: str = ""
+    """OpenImageIO's name of the type in the file; empty for the pixels' own."""
 
     def spec(self, window: Window | None) -> Any:
         """Return what OpenImageIO needs to know before it writes."""
         height, width, count = self.pixels.shape
         types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
-        spec = oiio.ImageSpec(width, height, count, types[self.pixels.dtype.name])
+        spec = oiio.ImageSpec(width, height, count, self.kind or types[self.pixels.dtype.name])
         spec.channelnames = self.channels
         if window is not None:
             spec.x, spec.y = window.x, window.y
             spec.full_width, spec.full_height = window.full_width, window.full_height
         for name, value in self.attributes.items():
-            spec.attribute(name, value)
+            if isinstance(value, str):
+                spec.attribute(name, value)
+            else:
+                spec.attribute(name, f"float[{len(value)}]", value)
         return spec
 
 
@@ -288,13 +178,3 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     utf8(folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ImageError(f"{path}: the folder {folder} cannot be written to")
-
-
-def _parse_record(text: object, path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    if not isinstance(text, str):
-        return {}
-    try:
-        record = json.loads(text)
-    except (ValueError, RecursionError) as error:  # of numbers without end, or of nesting
-        raise ImageError(f"{path}: the attribute {RECORD} is damaged: {error}") from error
-    return record if isinstance(record, dict) else {}

@@ -8,13 +8,12 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from equaltime.checkpoint import Checkpoint
+from equaltime.checkpoint import Checkpoint, differences
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.parts_of_merge import MergedFilm
-from equaltime.provenance import differences
 from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.stopping import Stop
 from equaltime.strategy import Strategy

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from equaltime.budget import Limits, Look, Looks, next_look
 from equaltime.error_estimate import Estimate, load_quantiles, pixel_statistics
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
-from equaltime.result import StoppedBy
 from equaltime.saving import Saving
+from equaltime.stopping import StoppedBy
 from equaltime.unseen import Unseen, stated, stated_error
 
 __all__ = ["PassRenderer", "Passes", "pass_end"]

@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,13 @@ from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.focus import Focus
 from equaltime.images import Window
+from equaltime.render_file import FORMAT, RenderFile
 from equaltime.stated import paths_up_to, stated
-from equaltime.stopping import Stop
+from equaltime.stopping import Stop, StoppedBy
 from equaltime.unseen import Unseen, stated_error
 
-__all__ = ["Origin", "Result", "Stats", "StoppedBy", "check_output", "make_result", "uninterrupted"]
+__all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
 
-StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
 _EXTENSIONS = (".exr", ".png")
 
 
@@ -187,6 +187,7 @@ class Result:
         height, width = self.samples.shape
         window = self.origin.window
         return {
+            "format": FORMAT,
             "software": images.SOFTWARE,
             **self.origin.record,
             "crop": [window.x, window.y, width, height],
@@ -212,12 +213,18 @@ class Result:
             "build": dict(self.stats.build) if self.stats.build else None,
         }
 
-    def save(self, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    def save(self, path: str | os.PathLike[str], small: bool = False) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
-        ``NAME.exr`` gets the image, its standard error, the sample counts, the provenance and, in a second part, the
-        moments by which the render is taken up or merged (see `equaltime.images`), with a preview ``NAME.png`` beside
-        it; ``NAME.png`` gets the preview alone.
+        Parameters
+        ----------
+        path
+            ``NAME.exr`` gets the image, its standard error, the sample counts, how it was made, and the moments by
+            which the render is taken up or merged (`equaltime.render_file`), with a preview ``NAME.png`` beside it.
+            ``NAME.png`` gets the preview alone.
+        small
+            Leave out of the EXR what taking up and merging need, and the outputs beside the image; and round the image
+            to 11 significant bits (0.02 %).
 
         Raises
         ------
@@ -228,11 +235,23 @@ class Result:
         picture = check_output(path)
         description = f"{self._summary()}; {self.origin.strategy}"
         if path != picture:
-            layers = (self.image, self.standard_error, self.samples)
-            more = (self.moments, self.missed, self.aovs)
-            images.write_render(path, *layers, self.record, self.origin.window, description, *more, parts=self.parts)
+            self._file.write(path, description, small)
         preview.write_png(picture, self.image, description)
         return (path, picture) if path != picture else (picture,)
+
+    @property
+    def _file(self) -> RenderFile:
+        return RenderFile(
+            self.image,
+            self.standard_error,
+            self.samples,
+            self.record,
+            self.origin.window,
+            self.moments,
+            self.parts,
+            self.missed,
+            self.aovs,
+        )
 
     def _summary(self) -> str:
         height, width = self.samples.shape

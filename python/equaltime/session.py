@@ -23,10 +23,10 @@ from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
 from equaltime.probe import Probe
 from equaltime.progress import ProgressCallback
-from equaltime.result import Origin, Result, Stats, StoppedBy, make_result
+from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.saving import Saving
 from equaltime.scene import Scene
-from equaltime.stopping import Stop
+from equaltime.stopping import Stop, StoppedBy
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
 

@@ -14,9 +14,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["Stop", "StopRule"]
+__all__ = ["Stop", "StopRule", "StoppedBy"]
 
 StopRule = Literal["look", "fixed"]
+StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
+"""What ends a render (`equaltime.result.Result.stopped_by`)."""
 
 _ALWAYS = ("rule", "selects", "error")
 _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")

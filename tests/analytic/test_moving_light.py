@@ -14,6 +14,7 @@ from scipy import integrate, stats
 
 import equaltime as et
 from equaltime import _core
+from equaltime.moments import squared_deviations
 from equaltime.scene import transforms
 from equaltime.scene.motion import animation, pose
 
@@ -47,10 +48,10 @@ def rendered(shape: dict[str, Any], still: bool = False, **strategy: Any) -> tup
     renderer = _core.Renderer(scene.core, settings, seed=11, threads=1)
     assert renderer.advance(64)
     moments = renderer.moments
-    count, mean, m2 = (moments[name] for name in ("count", "mean", "m2"))
+    count, mean, squares = moments["count"], moments["mean"], squared_deviations(moments)
     total = count.sum()
     center = (mean[..., 0] * count).sum() / total
-    variance = (m2[..., 0] + count * (mean[..., 0] - center) ** 2).sum() / (total - 1)
+    variance = (squares[..., 0] + count * (mean[..., 0] - center) ** 2).sum() / (total - 1)
     return float(np.pi * center), float(np.pi * np.sqrt(variance / total))
 
 

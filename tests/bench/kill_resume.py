@@ -17,8 +17,8 @@ from pathlib import Path
 from measuring import SCENES, arguments, parsed
 
 import equaltime as et
-from equaltime import images
 from equaltime.bench import spread
+from equaltime.render_file import read_film, read_picture
 
 SCENE = SCENES / "cornell-box.toml"
 MOST_SECONDS = 60.0
@@ -43,8 +43,8 @@ def main() -> None:
             if not output.exists():
                 empty += 1
                 continue
-            record = images.read(output).record
-            assert images.read_moments(output) is not None
+            record = read_picture(output).record
+            assert read_film(output)[0] is not None
             done = int(record["samples"]["max"])
             assert done >= before, "the checkpoint went back"
             before = done
@@ -52,7 +52,7 @@ def main() -> None:
         target = before + 64
         subprocess.run(command(output, options, target), check=True)
         whole = et.render(et.load(SCENE).with_(size=tuple(options.size)), spp=target, strategy=options.strategy)
-        found = images.read_moments(output)
+        found, _ = read_film(output)
         assert found is not None
         assert whole.moments is not None
         same = found.tobytes() == whole.moments.tobytes()

@@ -15,6 +15,7 @@ from measuring import SCENES, arguments, print_conditions
 
 import equaltime as et
 from equaltime import _core
+from equaltime.moments import squared_deviations
 
 GRID = SCENES / "experiments" / "mis-grid.toml"
 PARTS = ("bsdf", "light")
@@ -54,7 +55,7 @@ def per_sample(scene: et.Scene, options: Any, **settings: Any) -> tuple[float, f
     renderer.advance(options.spp)
     moments = renderer.moments
     mean, count = np.asarray(moments["mean"]).mean(axis=0), moments["count"].sum(axis=0)[..., None]
-    variance = np.asarray(moments["m2"]).sum(axis=0) / (count - len(moments))
+    variance = squared_deviations(moments).sum(axis=0) / (count - len(moments))
     counters = renderer.counters
     rays = (counters["rays"] + counters["shadow_rays"]) / counters["paths"]
     return float((variance / (mean**2 + (0.1 * mean.mean()) ** 2)).mean()), float(rays)

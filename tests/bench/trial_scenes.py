@@ -20,6 +20,7 @@ import equaltime as et
 from equaltime import images
 from equaltime.core_renderer import make_renderer
 from equaltime.cost.metrics import Reference
+from equaltime.moments import squared_deviations
 from equaltime.strategy import Strategy
 
 __all__ = ["TRIALS", "realised_square", "reference", "trial_scene", "wilson"]
@@ -49,7 +50,7 @@ def reference(name: str, side: int, spp: int) -> Reference:
         counts = np.array([m["count"] for m in moments], np.float64)[..., None]
         means, total = np.array([m["mean"] for m in moments]), counts.sum(axis=0)
         mean = (counts * means).sum(axis=0) / total
-        squares = sum(m["m2"] for m in moments) + (counts * np.square(means - mean)).sum(axis=0)
+        squares = sum(squared_deviations(m) for m in moments) + (counts * np.square(means - mean)).sum(axis=0)
         path.parent.mkdir(parents=True, exist_ok=True)
         np.savez(path, mean=mean, variance=squares / ((total - 1.0) * total))
     found = np.load(path)

@@ -16,6 +16,7 @@ from scipy import stats
 
 import equaltime as et
 from equaltime import _core
+from equaltime.moments import squared_deviations
 from equaltime.selftest.cases import scenes_folder
 
 from ..statistical.worlds import affine, build, estimate, looking, octahedron, render
@@ -176,7 +177,9 @@ def sheets(count: int, **settings: Any) -> tuple[float, float]:
     film = render(build(add, size=(64, 64)), 16, sampler="independent", **settings)
     count_of_all = film["count"].sum()
     mean = film["mean"][..., 0].mean()
-    square = (film["m2"][..., 0] + film["count"] * (film["mean"][..., 0] - mean) ** 2).sum() / count_of_all
+    square = (
+        squared_deviations(film)[..., 0] + film["count"] * (film["mean"][..., 0] - mean) ** 2
+    ).sum() / count_of_all
     return float(mean), float(square / mean**2)
 
 

@@ -55,7 +55,7 @@ def only_that_one_is_left_out(found: Moments, clean: Moments) -> bool:
     kept = [index for index in range(SPP) if index % len(right) == SAMPLE % len(right) and index != SAMPLE]
     (other,) = kept  # of two samples, one is its own mean and has no spread
     own["count"], own["mean"] = 1, et.replay(et.load_dict(GROUND), PIXEL, other, seed=SEED).radiance
-    own["m2"] = 0.0
+    own["deviation"] = 0.0
     return found.tobytes() == right.tobytes()
 
 

@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime import _core
+from equaltime.moments import squared_deviations
 
 from ..statistical.worlds import build, looking, render
 
@@ -37,7 +38,7 @@ def highlight(size: float, alpha: float | None, facets: Facets) -> tuple[Array, 
     camera = looking(towards * [-2, 2, 2], [0, 0, 0])
     scene = build(add, camera=camera, fov=np.degrees(3 * size), size=(SIDE, SIDE))
     film = render(scene, SPP, sampler="independent", max_depth=2)[0]
-    return film["mean"][..., 0], film["m2"][..., 0] / film["count"] / (film["count"] - 1)
+    return film["mean"][..., 0], squared_deviations(film)[..., 0] / film["count"] / (film["count"] - 1)
 
 
 def most_sigmas(first: tuple[Array, Array], second: tuple[Array, Array]) -> float:

@@ -16,6 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.moments import squared_deviations
 
 from .ground import ground
 
@@ -78,7 +79,7 @@ def within_the_sequence(result: et.Result) -> Array:
     count = moments["count"][..., None]
     of_all = count.sum(axis=0)
     between = count * np.square(moments["mean"] - (count * moments["mean"]).sum(axis=0) / of_all)
-    spread: Array = (moments["m2"] + between).sum(axis=0) / (of_all - 1)
+    spread: Array = (squared_deviations(moments) + between).sum(axis=0) / (of_all - 1)
     return np.sqrt(spread / of_all)
 
 

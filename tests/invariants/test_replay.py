@@ -68,7 +68,7 @@ def welford(samples: list[tuple[float, ...]]) -> list[Any]:
 
 
 def told(pixel: Any) -> list[Any]:
-    return [int(pixel["count"]), pixel["mean"].tolist(), pixel["m2"].tolist()]
+    return [int(pixel["count"]), pixel["mean"].tolist(), pixel["deviation"].tolist()]
 
 
 @pytest.mark.parametrize(

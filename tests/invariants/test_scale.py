@@ -36,7 +36,7 @@ def rendered(core: _core.Scene, light: float = 1.0, **strategy: Any) -> Moments:
     assert not subject.nonfinite
     moments = subject.moments.copy()
     moments["mean"] /= light
-    moments["m2"] /= light**2
+    moments["deviation"] /= light
     return moments
 
 

@@ -14,6 +14,7 @@ from scipy import stats
 
 from equaltime import _core
 from equaltime._core import parts
+from equaltime.moments import squared_deviations
 
 from .chi2 import LEVEL, SAMPLES, share, uniforms
 from .worlds import affine, build, render
@@ -102,14 +103,14 @@ def test_weights_differ_in_sign_only_and_their_mean_is_one(subject: Subject) -> 
 def test_the_error_bar_of_an_even_image_holds_what_the_lobes_cost() -> None:
     """Every sample is ±c: the variance that the film measures is c² - 1."""
     boxed = build(lambda builder: builder.add_constant_environment([1.0] * 3))
-    assert render(boxed, 64, sampler="independent")["m2"].max() == 0.0, "the same without lobes"
+    assert render(boxed, 64, sampler="independent")["deviation"].max() == 0.0, "the same without lobes"
     builder = _core.SceneBuilder()
     builder.add_constant_environment([1.0] * 3)
     builder.set_perspective(affine([1, 0, 0], [0, 1, 0], [0, 0, 1]), 40.0)
     builder.set_film(8, 8, (0, 0, 8, 8), "mitchell", 1 / 3, 1 / 3)
     film = render(builder.build(), 4096, sampler="independent")[0]
     expected = MITCHELL.masses()[1].sum() ** 4 - 1.0
-    variance = film["m2"][..., 0] / (film["count"] - 1)
+    variance = squared_deviations(film)[..., 0] / (film["count"] - 1)
     assert variance.mean() == pytest.approx(expected, rel=0.05)
     z = (film["mean"][..., 0] - 1.0) / np.sqrt(expected / 4096)
     together = z.sum() / np.sqrt(z.size)

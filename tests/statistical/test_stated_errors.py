@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.core_renderer import core_settings, make_renderer
 from equaltime.error_estimate import Estimate, error_parts, pixel_statistics
+from equaltime.moments import squared_deviations
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
 
@@ -47,7 +48,7 @@ def reference(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     renderer.advance(REFERENCE)
     both = renderer.moments
     mean = both["mean"].mean(axis=0)
-    squares = both["m2"].sum(axis=0) + 0.5 * REFERENCE * np.square(both["mean"] - mean).sum(axis=0)
+    squares = squared_deviations(both).sum(axis=0) + 0.5 * REFERENCE * np.square(both["mean"] - mean).sum(axis=0)
     return mean, squares / REFERENCE / (REFERENCE - 1)
 
 

@@ -12,6 +12,7 @@ from scipy import stats
 
 from equaltime import _core
 from equaltime.cost.agreement import sidak
+from equaltime.moments import squared_deviations
 
 __all__ = ["Estimate", "affine", "build", "direction", "estimate", "looking", "octahedron", "render", "turned"]
 
@@ -91,10 +92,11 @@ ROUNDING = 1e-6
 def estimate(scene: _core.Scene, spp: int, seed: int = 1, **settings: object) -> Estimate:
     """Render with independent numbers, whose samples are all independent."""
     film = render(scene, spp, seed, sampler="independent", **settings)[0]
-    count, mean, m2 = film["count"].sum(), film["mean"], film["m2"].sum(axis=(0, 1))
+    count, mean = film["count"].sum(), film["mean"]
+    squares = squared_deviations(film).sum(axis=(0, 1))
     total = mean.mean(axis=(0, 1))
     between = ((mean - total) ** 2).sum(axis=(0, 1)) * spp
-    error = np.sqrt((m2 + between) / count / count)
+    error = np.sqrt((squares + between) / count / count)
     return Estimate(total, error, mean.min(axis=(0, 1)), mean.max(axis=(0, 1)))
 
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
+from equaltime.moments import DTYPE
+
 PIXELS = 12
 
 
@@ -48,7 +49,7 @@ class FakeRenderer:
 
     @property
     def moments(self) -> NDArray[Any]:
-        moments = np.zeros((2, 3, PIXELS // 3), MOMENTS)
+        moments = np.zeros((2, 3, PIXELS // 3), DTYPE)
         moments["count"] = self.done // 2
         moments["mean"] = np.arange(1.0, 3.0)[:, None, None, None]
         return moments

@@ -13,6 +13,7 @@ import pytest
 import equaltime as et
 from equaltime import images
 from equaltime.cli import main
+from equaltime.render_file import read_picture
 
 HEAD = """
 [sensor]
@@ -241,5 +242,5 @@ def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path, b
         time.sleep(between)
     _, complaints = process.communicate(timeout=30)
     assert (process.returncode, complaints) == (130, b"")
-    assert images.read(output).record["stopped_by"] == "interrupt"
+    assert read_picture(output).record["stopped_by"] == "interrupt"
     assert {file.name for file in tmp_path.iterdir()} == {"scene.toml", "out.exr", "out.png"}

@@ -15,6 +15,7 @@ SMALLEST = {
     "coverage_of_compare": "--seeds 2 --size 16 --spp 256 --scenes flat",
     "coverage_of_stops": "--seeds 2 --size 8 --paths 1e4 --scenes lens",
     "coverage_of_records": "--seeds 2 --size 8 --spp 4 --reference 64",
+    "file_sizes": "--height 36 --most 2",
     "flat_memory": "--spp 4 --many 16",
     "kernels": "--repeats 1 --scenes scenes/cornell-box.toml",
     "kill_resume": "--kills 1",

@@ -26,6 +26,7 @@ from equaltime.cli.arguments import (
 from equaltime.cli.progress import describe
 from equaltime.error_estimate import Estimate
 from equaltime.progress import Progress
+from equaltime.render_file import read_picture
 from equaltime.strategy import PRESETS, Strategy
 
 SCENE = """
@@ -91,7 +92,7 @@ def test_the_record_has_what_scripts_rely_on(scene: str, output: Path, capsys: p
     assert {"value", "low", "high"} <= set(record["error"]) <= {"value", "low", "high", "doubt", "unit"}
     assert (record["spp"], record["seed"], record["threads"], record["stopped_by"]) == (8, 5, 1, "spp")
     assert record["files"] == [str(output), str(output.with_suffix(".png"))]
-    stored = images.read(output).record
+    stored = read_picture(output).record
     assert {key: record[key] for key in ("seed", "digest", "strategy", "error", "effects")} == {
         key: stored[key] for key in ("seed", "digest", "strategy", "error", "effects")
     }
@@ -261,7 +262,7 @@ def test_a_signal_keeps_what_is_finished(scene: str, output: Path, number: signa
     record = json.loads(printed)
     assert record["stopped_by"] == "interrupt"
     assert record["spp"] > 2
-    assert images.read(output).record["stopped_by"] == "interrupt"
+    assert read_picture(output).record["stopped_by"] == "interrupt"
 
 
 def test_a_closed_pipe_is_no_error(scene: str, output: Path) -> None:

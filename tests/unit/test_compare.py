@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,13 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import images
-from equaltime import moments as words
 from equaltime.cli import main
 from equaltime.cost.noisy_reference import Noise
 from equaltime.error_estimate import pixel_statistics, standard_error
 from equaltime.images import Window
+from equaltime.moments import DTYPE
 from equaltime.parts_of_merge import MergedFilm
+from equaltime.render_file import RenderFile, read_film, read_picture
 
 Array = NDArray[np.float64]
 SCENE = Path(__file__).resolve().parents[2] / "scenes/cornell-box.toml"
@@ -36,7 +38,7 @@ def write(path: Path, image: Array, sigma: float | None = None, record: dict[str
         images.write(path, "openexr", [images.Part(("R", "G", "B"), image.astype(np.float32), {})])
     else:
         errors = np.full(image.shape, sigma)
-        images.write_render(path, image, errors, np.full((height, width), 4), record or {}, Window(0, 0, width, height))
+        RenderFile(image, errors, np.full((height, width), 4), record or {}, Window(0, 0, width, height)).write(path)
     return path
 
 
@@ -234,15 +236,15 @@ LAMP[10:13, 10:13] = 20.0
 def rendered(path: Path, seed: int, samples: int, moments: bool = True, record: dict[str, Any] | None = None) -> Path:
     """Write a render of a lamp in a dark room, with noise of rare events, as equaltime does."""
     rng = np.random.default_rng(seed)
-    found = np.zeros((2, 32, 32), words.DTYPE)
+    found = np.zeros((2, 32, 32), DTYPE)
     found["count"] = samples // 2
     for replicate in found:
         replicate["mean"] = LAMP * rng.gamma(0.25 * samples, 4.0 / samples, (32, 32, 1))
     pixels = pixel_statistics(found)
     said = {"seed": seed, "error": None} | (record or {})
     kept = found if moments else None
-    parts = (pixels.mean, standard_error(pixels), pixels.samples, said, Window(0, 0, 32, 32))
-    images.write_render(path, *parts, moments=kept)
+    shown = (pixels.mean, standard_error(pixels), pixels.samples, said, Window(0, 0, 32, 32))
+    RenderFile(*shown, moments=kept).write(path)
     return path
 
 
@@ -260,10 +262,10 @@ def test_the_noise_of_a_lamp_is_not_subtracted_from_the_dark_pixels_beside_it(tm
 
 def test_moments_of_another_image_are_not_the_noise_of_this_one(tmp_path: Path) -> None:
     path = rendered(tmp_path / "a.exr", 1, 64)
-    picture, moments = images.read(path), images.read_moments(path)
+    picture, (moments, _) = read_picture(path), read_film(path)
     assert moments is not None
     changed = {name: 2.0 * plane for name, plane in picture.channels.items()}  # as a denoiser, or anyone, would
-    own, other = (Noise.read(path, one) for one in (picture, images.Picture(changed, picture.window, picture.record)))
+    own, other = (Noise.read(path, one) for one in (picture, replace(picture, channels=changed)))
     assert own is not None
     assert other is not None
     assert (own.pooled, other.pooled) == (False, True)
@@ -277,13 +279,12 @@ def test_the_noise_of_a_merged_file_comes_from_all_its_parts(tmp_path: Path) -> 
         et.render(scene, spp=3, seed=seed).save(path)
     merged = et.merge(paths)
     merged.save(tmp_path / "all.exr")
-    noise = Noise.read(tmp_path / "all.exr", images.read(tmp_path / "all.exr"))
+    noise = Noise.read(tmp_path / "all.exr", read_picture(tmp_path / "all.exr"))
     assert noise is not None
     assert not noise.pooled
-    parts = images.read_parts(tmp_path / "all.exr")
-    assert parts is not None
-    moments = images.read_moments(tmp_path / "all.exr")
+    moments, parts = read_film(tmp_path / "all.exr")
     assert moments is not None
+    assert parts is not None
     np.testing.assert_array_equal(noise.variance, MergedFilm(moments, parts).statistics().variance)
     assert not np.array_equal(noise.variance, pixel_statistics(moments).variance)
 

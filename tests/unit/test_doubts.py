@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime.cli import main
 from equaltime.cost.core_subject import CoreSubject
 from equaltime.error_estimate import Estimate
+from equaltime.render_file import read_picture
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CAUSTIC, PLAIN = SCENES / "experiments" / "caustic.toml", SCENES / "cornell-box.toml"
@@ -56,7 +56,7 @@ def with_a_bias(path: Path, folder: Path, printed: Said) -> str:
 
 
 def in_a_file(path: Path, folder: Path, printed: Said) -> str:
-    return str(images.read(saved(path, folder)).record["error"].get("doubt", ""))
+    return str(read_picture(saved(path, folder)).record["error"].get("doubt", ""))
 
 
 def merged(path: Path, folder: Path, printed: Said) -> str:

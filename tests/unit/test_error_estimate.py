@@ -25,15 +25,15 @@ from equaltime.error_estimate import (
     pixel_statistics,
     standard_error,
 )
+from equaltime.moments import DTYPE
 
-MOMENTS = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8", (3,))])
 Z_LIMIT = 4.4
 
 Floats = NDArray[np.float64]
 
 
 def replicates(means: Floats, counts: Any) -> NDArray[Any]:
-    moments = np.zeros(means.shape[:3], MOMENTS)
+    moments = np.zeros(means.shape[:3], DTYPE)
     moments["mean"], moments["count"] = means, counts
     return moments
 

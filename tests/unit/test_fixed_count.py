@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import fixed_count, images
+from equaltime import fixed_count
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
@@ -16,6 +16,7 @@ from equaltime.cli.outcome import stopped
 from equaltime.fixed_count import Chosen, pilot_seed
 from equaltime.focus import Focus
 from equaltime.progress import Progress
+from equaltime.render_file import read_picture
 from equaltime.session import Session
 from equaltime.stopping import Stop
 
@@ -83,7 +84,7 @@ def test_pilots_have_seeds_that_nobody_gives() -> None:
 
 def test_the_record_tells_the_rule_the_count_and_the_pilot(fixed: et.Result, tmp_path: Path) -> None:
     fixed.save(tmp_path / "a.exr")
-    saved = images.read(tmp_path / "a.exr").record
+    saved = read_picture(tmp_path / "a.exr").record
     stop = saved["stop"]
     assert stop == {
         "rule": "fixed",
@@ -234,7 +235,7 @@ def test_the_command_tells_the_count_and_its_pilot(tmp_path: Path, capsys: pytes
     command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "50%"]
     assert main([*command, "--stop", "fixed"]) == 0
     said = capsys.readouterr().out
-    spp = images.read(tmp_path / "a.exr").record["stop"]["spp"]
+    spp = read_picture(tmp_path / "a.exr").record["stop"]["spp"]
     assert f"stopped by count: a pilot with other samples chose {spp} samples per pixel for an error of 50 %\n" in said
     assert ", stop_pilot " in said
     assert main([*command, "--stop", "fixed", "--resume", "--json"]) == 0
@@ -246,7 +247,7 @@ def test_another_limit_that_ends_it_is_said_beside_the_count(
 ) -> None:
     command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "50%", "--spp", "2"]
     assert main([*command, "--stop", "fixed"]) == 0
-    spp = images.read(tmp_path / "a.exr").record["stop"]["spp"]
+    spp = read_picture(tmp_path / "a.exr").record["stop"]["spp"]
     said = f"stopped by spp: every pixel has its samples, before the {spp} samples per pixel that a pilot chose for the"
     assert said in capsys.readouterr().out
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime.budget import Limits
 from equaltime.errors import ImageError
 from equaltime.passes import Passes, pass_end
+from equaltime.render_file import read_film, read_picture
 from equaltime.saving import Saving
 
 from .fake_renderer import PIXELS, FakeRenderer
@@ -198,10 +198,10 @@ def test_a_file_saved_within_a_pass_says_which_samples_it_has_and_can_be_merged(
     scene: et.Scene, within: list[Path], tmp_path: Path
 ) -> None:
     et.render(scene, spp=4, threads=2, checkpoint=tmp_path / "a.exr")
-    part = images.read_moments(within[0])
+    part = read_film(within[0])[0]
     assert part is not None
     counts = part["count"].sum(axis=0)
-    record = images.read(within[0]).record
+    record = read_picture(within[0]).record
     assert record["samples"] == {"first": 0, "min": 0, "max": 2}
     assert record["stopped_by"] == "unfinished"
     assert set(np.unique(counts)) == {0, 2}

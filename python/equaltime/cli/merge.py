@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.messages import print_lines
+from equaltime.cli.options import Small
 from equaltime.cli.outcome import check_spares, doubts, headline
 from equaltime.merge import merge as merge_files
 from equaltime.result import check_output
@@ -30,6 +31,7 @@ def merge(
             help="The joined render: FILE.exr, which can be merged again, with a preview FILE.png beside it.",
         ),
     ],
+    small: Small = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
 ) -> int:
     """Join renders of one scene that were made with different seeds, on whatever machines.
@@ -42,7 +44,7 @@ def merge(
     picture = check_output(output, (".exr",))  # what a PNG holds could not be merged again
     check_spares({output, picture}, files, "is one of the files to be merged")
     result = merge_files(files)
-    written = result.save(output)
+    written = result.save(output, small)
     if as_json:
         print(json.dumps({**result.record, "files": [str(path) for path in written]}, indent=2))
         return 0

@@ -18,6 +18,7 @@ __all__ = [
     "SceneFile",
     "Seed",
     "Size",
+    "Small",
     "StrategyWords",
     "Substitute",
     "Tev",
@@ -53,6 +54,13 @@ ErrorTarget = Annotated[
 ]
 Size = Annotated[
     Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
+]
+Small = Annotated[
+    bool,
+    typer.Option(
+        "--small",
+        help="Save a tenth: the image rounded to 11 bits, with its standard error. It cannot be resumed or merged.",
+    ),
 ]
 Crop = Annotated[
     Any,

@@ -31,6 +31,7 @@ from equaltime.cli.options import (
     SceneFile,
     Seed,
     Size,
+    Small,
     StrategyWords,
     Substitute,
     Tev,
@@ -64,7 +65,7 @@ def render(
             "--output",
             metavar="FILE",
             show_default=False,
-            help="FILE.exr: image, standard error, sample counts and provenance, with a preview FILE.png beside it. "
+            help="FILE.exr: image, standard error, sample counts, how it was made, and a preview FILE.png beside it. "
             "FILE.png: the preview alone.",
         ),
     ],
@@ -107,6 +108,7 @@ def render(
             help="How often what is done so far is saved to FILE.exr, within a pass too [default: 60s].",
         ),
     ] = None,
+    small: Small = False,
     backend: Annotated[
         Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
     ] = "core",
@@ -212,7 +214,7 @@ def render(
             signals = ending.enter_context(held_back())
         begin = clock.perf_counter()
         try:
-            files = result.save(output)
+            files = result.save(output, small)
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1

@@ -26,7 +26,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime import images
 from equaltime.cost.metrics import Measured, divided
 from equaltime.cost.statistics import student
 from equaltime.error_estimate import PixelStatistics, pixel_statistics
@@ -34,6 +33,7 @@ from equaltime.film import box_sum
 from equaltime.images import Picture
 from equaltime.neighbourhoods import neighbours
 from equaltime.parts_of_merge import MergedFilm
+from equaltime.render_file import read_film
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
 
@@ -57,10 +57,9 @@ class Noise:
     @classmethod
     def read(cls, path: str | os.PathLike[str], picture: Picture) -> Noise | None:
         """Return what an image file, read as this picture, tells; raises `ImageError` if it is damaged."""
-        moments = images.read_moments(path) if picture.record else None
+        moments, parts = read_film(path) if picture.record else (None, None)
         if moments is None:
             return cls.of(picture, None)
-        parts = images.read_parts(path)
         if parts is None or parts.shape != moments.shape[1:]:
             return cls.of(picture, pixel_statistics(moments))
         return cls.of(picture, MergedFilm(moments, parts).statistics())

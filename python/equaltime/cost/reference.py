@@ -28,6 +28,8 @@ from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.cost.noisy_reference import Noise
 from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.moments import squared_deviations
+from equaltime.render_file import read_picture
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
@@ -169,7 +171,7 @@ def _join(halves: list[NDArray[Any]]) -> Reference:
         for part in moments:
             counts = part["count"][..., None].astype(np.float64)
             total += counts
-            deviations += part["m2"] + counts * np.square(part["mean"] - mean)
+            deviations += squared_deviations(part) + counts * np.square(part["mean"] - mean)
     return Reference(mean, deviations / (total - 1.0) / total, (means[0], means[1]))
 
 
@@ -225,7 +227,7 @@ def _from_file(path: Path, scene: Scene) -> KnownReference:
 def _pictured(path: Path) -> KnownReference:
     """Return the picture of a file, with its standard errors if it has them, and what is known of its writer."""
     try:
-        picture = images.read(path)
+        picture = read_picture(path)
     except ImageError as error:
         raise ExperimentError((Problem("reference.file", str(error)),)) from error
     try:

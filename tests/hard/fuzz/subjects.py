@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import equaltime as et
-from equaltime import images
+from equaltime.render_file import read_film, read_picture
 
 __all__ = ["MEMORY", "SECONDS", "SUBJECTS", "check", "limit_of", "suffix_of"]
 
@@ -54,8 +54,8 @@ def _texture(path: Path) -> object:
 
 
 def _picture(path: Path) -> object:
-    images.read_moments(path)
-    return images.read(path).channels
+    read_film(path)
+    return read_picture(path).channels
 
 
 def _dict(path: Path) -> object:

@@ -1,28 +1,21 @@
-"""What a saved render says of how it was made, checked where it is read: the file may be damaged, or another's."""
+"""The record of a saved render: what it must hold to be taken up or merged, since the file may be damaged."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
-from equaltime.result import StoppedBy
 from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.stopping import StopRule
+from equaltime.stopping import StoppedBy, StopRule
 from equaltime.strategy import Strategy
 
-__all__ = ["checked", "differences"]
-
-_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "backend")
-"""What renders that are parts of one have in common, beside the scene: keys of a record."""
-_IN_DIGEST = {"size", "crop", "max_depth", "without"}
-_NAMES = {"max_depth": "max depth", "without": "left out"}
+__all__ = ["checked"]
 
 
 def _strategy(name: str) -> str:
@@ -79,8 +72,9 @@ class _Stop(_Facts):
 
 
 class _Record(_Facts):
-    """What taking up and merging go by, as `Result.record` writes it."""
+    """The keys that taking up and merging go by; `equaltime.render_file` says what they mean."""
 
+    format: Annotated[int, Field(ge=1)] = 1
     scene: str | None
     digest: str
     size: Annotated[list[Pixels], Field(min_length=2, max_length=2)]
@@ -127,38 +121,3 @@ def _problems(error: ValidationError) -> Iterator[str]:
             yield f"'{key}' is missing"
         else:
             yield f"'{key}' {details['msg'].removeprefix('Input ')}, found {shortened(details['input'], 80)}"
-
-
-def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
-    """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
-
-    That it is of another scene is said where its file has another name, or nothing else tells why the digest differs.
-    """
-    differing = [key for key in (*_SAME, *more) if found[key] != wanted[key]]
-    if {"size", "crop"} <= {*differing}:
-        differing.remove("crop")  # the one follows from the other, mostly
-    said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
-    named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
-    if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
-        said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
-    return said
-
-
-def _difference(key: str, found: object, wanted: object) -> list[str]:
-    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
-        both = ((name, found.get(name), wanted.get(name)) for name in {**found, **wanted})
-        return [f"{key} {name} {theirs}, not {ours}" for name, theirs, ours in both if theirs != ours]
-    return [f"{_NAMES.get(key, key)} {_said(key, found)}, not {_said(key, wanted)}"]
-
-
-def _said(key: str, value: object) -> str:
-    """Write a value as the command line has it."""
-    if not isinstance(value, list):
-        return str(value)
-    return {"size": "x", "crop": ","}.get(key, ", ").join(map(str, value)) or "nothing"
-
-
-def _scenes(found: str | None, wanted: str | None) -> str:
-    if found is None or wanted is None:
-        return ""
-    return f" ({found}, with other content)" if found == wanted else f" ({found}, not {wanted})"
