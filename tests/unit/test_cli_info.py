@@ -5,9 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from equaltime import images
 from equaltime.cli import main
+
+SCENES = Path(__file__).parents[2] / "scenes"
 
 TEXT = """
 [sensor]
@@ -54,7 +58,32 @@ def test_it_counts_plugins_and_what_is_shared_once(tmp_path: Path, capsys: pytes
 
 
 def test_it_tells_the_sizes_of_files(capsys: pytest.CaptureFixture[str]) -> None:
-    terrain = Path(__file__).parents[2] / "scenes" / "terrain"
+    terrain = SCENES / "terrain"
     assert main(["info", str(terrain / "terrain.toml"), "--json"]) == 0
     files = {Path(name).name: size for name, size in json.loads(capsys.readouterr().out)["files"].items()}
     assert files == {name: (terrain / name).stat().st_size for name in ("terrain.ply", "venice_sunset.exr")}
+
+
+@pytest.mark.parametrize("small", [False, True])
+def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.CaptureFixture[str], small: bool) -> None:
+    output = tmp_path / "a.exr"
+    options = ["--size", "8x6", "--spp", "4", "-q", *(["--small"] if small else [])]
+    assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options]) == 0
+    assert main(["info", str(output), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert (record["format"], record["size"], record["spp"]) == (2, [8, 6], 4)
+    assert main(["info", str(output)]) == 0
+    told = capsys.readouterr().out
+    assert "8x6" in told
+    assert ("no: saved small" if small else "yes") in told
+    assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options, "--resume"]) == 2 * small
+
+
+def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["info", str(Path(__file__).parent / "data" / "format_1" / "merged.exr")]) == 0
+    assert "seed 0: 6 spp, seed 1: 4 spp" in capsys.readouterr().out
+    images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
+    assert main(["info", str(tmp_path / "a.exr")]) == 2
+    assert "was not rendered by equaltime" in capsys.readouterr().err

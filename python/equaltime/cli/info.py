@@ -12,6 +12,9 @@ from rich.table import Table
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, plain_console, print_warnings
 from equaltime.cli.options import Substitute
+from equaltime.error_estimate import Estimate
+from equaltime.errors import ImageError
+from equaltime.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
 
@@ -19,11 +22,22 @@ __all__ = ["info"]
 
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Of what is told how many of each plugin there are."""
+_OF_RENDERS: Final = (
+    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
+    *("sources", "spp", "stopped_by", "error", "seconds", "paths", "rays", "shadow_rays", "threads", "kernel"),
+    *("effects", "substitutions", "software", "build"),
+)
+"""What is told of a saved render: keys of its record."""
 
 
 def info(
     scene: Annotated[
-        Path, typer.Argument(metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, or glTF.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Scene file: TOML, Mitsuba 3 XML, or glTF; or a saved render, OUT.exr.",
+            show_default=False,
+        ),
     ],
     define: Annotated[
         list[str] | None,
@@ -32,7 +46,9 @@ def info(
     substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Load a scene and tell what is in it, and what it calls for."""
+    """Load a scene and tell what is in it, and what it calls for; or tell how a saved render was made."""
+    if scene.suffix.lower() == ".exr":
+        return _of_render(scene, as_json)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
     facts = _facts(loaded)
@@ -58,6 +74,36 @@ def info(
         table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
     plain_console().print(table)
     return 0
+
+
+def _of_render(path: Path, as_json: bool) -> int:
+    record = read_picture(path).record
+    if not record:
+        raise ImageError(f"{path}: was not rendered by equaltime")
+    if as_json:
+        print(json.dumps(record, indent=2))
+        return 0
+    table = Table(show_header=False, box=None)
+    for name in _OF_RENDERS:
+        if record.get(name) not in (None, [], False):
+            table.add_row(name.replace("_", " "), _of_record(name, record[name]))
+    table.add_row("resume, merge", "yes" if holds_film(path) else "no: saved small")
+    plain_console().print(table)
+    return 0
+
+
+def _of_record(name: str, value: Any) -> str:
+    if name == "error":
+        return str(Estimate.from_dict(value))
+    if name == "seconds":
+        return duration(value)
+    if name == "sources":
+        return ", ".join(f"seed {source['seed']}: {source['samples']['max']} spp" for source in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {said}" for key, said in value.items())
+    if isinstance(value, list):
+        return {"size": "x", "crop": ","}.get(name, ", ").join(map(str, value))
+    return str(value)
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
