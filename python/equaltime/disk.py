@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import re
+import stat
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -27,18 +29,22 @@ def to_disk(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Give an empty file beside ``path``, and rename it to ``path`` if all went well; remove it if not.
 
-    A link stays, and what it leads to is replaced. Raises `OSError`; what was there before is left alone then.
+    A link stays, and what it leads to is replaced, and keeps its mode. Pipes, sockets and devices are not replaced.
+    Raises `OSError`; what was there before is left alone then.
 
     A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
     the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
     has the machine's name, and only files of the same machine are looked at.
     """
     path = Path(os.path.realpath(path))
+    mode = _mode(path)
     tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
     temporary = path.with_name(f"{_machine()}-{os.getpid()}-{threading.get_ident():x}.part")
     descriptor = _locked(temporary)
     try:
+        if mode is not None:
+            os.fchmod(descriptor, mode)
         yield temporary
         to_disk(temporary)  # a machine that stops after the renaming must find the whole file
         os.replace(temporary, path)
@@ -46,6 +52,17 @@ def replacing(path: Path) -> Iterator[Path]:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)
         os.close(descriptor)
+
+
+def _mode(path: Path) -> int | None:
+    """Return the mode of a file that is to be replaced, None if there is none; raises OSError if it is no file."""
+    try:
+        found = path.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if not stat.S_ISREG(found):
+        raise OSError(errno.EINVAL, "is a pipe, a socket or a device, and no file", str(path))
+    return stat.S_IMODE(found)
 
 
 def tidy(folder: Path) -> None:

@@ -21,7 +21,19 @@ from equaltime.disk import replacing
 from equaltime.errors import ImageError
 from equaltime.image_files import complaint, excess, opened, reason, utf8
 
-__all__ = ["RGB", "SOFTWARE", "Part", "Picture", "Window", "check_writable", "linear_rgb", "read", "write", "write_exr"]
+__all__ = [
+    "RGB",
+    "SOFTWARE",
+    "Part",
+    "Picture",
+    "Window",
+    "check_writable",
+    "linear_rgb",
+    "read",
+    "read_attributes",
+    "write",
+    "write_exr",
+]
 
 SOFTWARE = f"equaltime {version('equaltime')}"
 RGB = ("R", "G", "B")
@@ -94,13 +106,22 @@ def read(path: str | os.PathLike[str]) -> Picture:
         pixels = source.read_image("float")
         if pixels is None:
             raise ImageError(f"{path}: {reason(source, path)}")
-        texts = {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
-        ours = {name: text for name, text in texts.items() if name.startswith(_OURS)}
-        said = (spec.getattribute(name) for name in _SOFTWARE)
-        software = next((text for text in said if isinstance(text, str) and text), "")
+        texts = _texts(spec)
     planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
     channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
+    software = next((texts[name] for name in _SOFTWARE if texts.get(name)), "")
+    ours = {name: text for name, text in texts.items() if name.startswith(_OURS)}
     return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), software, ours)
+
+
+def read_attributes(path: str | os.PathLike[str]) -> dict[str, str]:
+    """Return the attributes of an image's first part that are text, by name; raises `ImageError`."""
+    with opened(path) as source:
+        return _texts(source.spec())
+
+
+def _texts(spec: Any) -> dict[str, str]:
+    return {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
 
 
 def linear_rgb() -> dict[str, Any]:
@@ -170,6 +191,8 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     try:
         if path.is_dir():
             raise ImageError(f"{path}: is a folder")
+        if path.exists() and not path.is_file():
+            raise ImageError(f"{path}: is a pipe, a socket or a device, and no file")
         folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
         if not folder.is_dir():
             raise ImageError(f"{path}: the folder {folder} does not exist")

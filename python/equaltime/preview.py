@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images
+from equaltime.output_files import SOURCE
 
 __all__ = ["png_bytes", "srgb_bytes", "write_png"]
 
@@ -24,8 +25,8 @@ def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
     return np.asarray(np.round(255.0 * encoded), np.uint8)
 
 
-def write_png(path: Path, image: NDArray[Any], description: str = "") -> None:
-    """Write the preview of a linear image (H, W, 3) to a PNG file, whole or not at all.
+def write_png(path: Path, image: NDArray[Any], description: str = "", scene: str | None = None) -> None:
+    """Write the preview of a linear image (H, W, 3), rendered of a ``scene`` file, to a PNG file, whole or not at all.
 
     Raises
     ------
@@ -33,6 +34,8 @@ def write_png(path: Path, image: NDArray[Any], description: str = "") -> None:
         If the file cannot be written; what was there before is left alone.
     """
     attributes = {"oiio:ColorSpace": "sRGB", "Software": images.SOFTWARE, "ImageDescription": description}
+    if scene is not None:
+        attributes[SOURCE] = scene
     images.write(path, "png", [images.Part(("R", "G", "B"), srgb_bytes(image), attributes)])
 
 

@@ -21,6 +21,7 @@ from equaltime.error_estimate import Estimate, PixelStatistics
 from equaltime.errors import EffectError, ImageError, RenderError, StrategyError
 from equaltime.first_hits import asked_for
 from equaltime.fixed_count import fixed_count
+from equaltime.output_files import check_spares
 from equaltime.outputs import outputs
 from equaltime.pilot import Pilot, Quote
 from equaltime.progress import ProgressCallback
@@ -174,6 +175,8 @@ def render(
         if any(x is not None for x in (resume, checkpoint, within, show)) or without or threads or traps != "ignore":
             raise StrategyError(_CROSS_CHECK_ALONE)
         return _render_cross_check(loaded, limits, chosen, seed)
+    if checkpoint is not None:
+        check_spares({Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of it")
     resumed = None if resume is None else Checkpoint.read(resume)
     if show is not None:
         show.connect()  # before any clock runs: it may have to be waited for

@@ -49,6 +49,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -65,7 +66,7 @@ from equaltime.packing import channel_names, packed, packed_moments, packed_shap
 from equaltime.render_record import checked
 from equaltime.scene.known import shortened
 
-__all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture"]
+__all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture", "read_record"]
 
 FORMAT: Final = 2
 _RECORD, _SHA256 = "equaltime:record", "equaltime:sha256"
@@ -169,6 +170,13 @@ _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
 def read_picture(path: str | os.PathLike[str]) -> Picture:
     """Read any image, with record, ``stderr.R/G/B`` and ``samples`` if equaltime wrote it; raises `ImageError`."""
     return _guarded_picture(path)[0]
+
+
+def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return what the header of a file says of how it was rendered, unchecked; empty if it does not say."""
+    with suppress(ImageError):
+        return _json(images.read_attributes(path).get(_RECORD, "{}"), _RECORD, path)
+    return {}
 
 
 def read_film(path: str | os.PathLike[str]) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:

@@ -18,6 +18,7 @@ from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.focus import Focus
 from equaltime.images import Window
+from equaltime.output_files import keep_work
 from equaltime.render_file import FORMAT, RenderFile
 from equaltime.stated import paths_up_to, stated
 from equaltime.stopping import Stop, StoppedBy
@@ -81,7 +82,7 @@ class Origin:
     """Everything that decides the bits of a render but the sample counts."""
 
     scene: str | None
-    """The scene's file, or None for a scene made in memory."""
+    """The scene's file, as an absolute path; None for a scene made in memory."""
     digest: str
     """SHA-256 of the scene's content."""
     window: Window
@@ -221,7 +222,8 @@ class Result:
         path
             ``NAME.exr`` gets the image, its standard error, the sample counts, how it was made, and the moments by
             which the render is taken up or merged (`equaltime.render_file`), with a preview ``NAME.png`` beside it.
-            ``NAME.png`` gets the preview alone.
+            ``NAME.png`` gets the preview alone. A render that is there already and took more than a minute is kept as
+            ``NAME.exr~``, unless this one has all of its samples.
         small
             Leave out of the EXR what taking up and merging need, and the outputs beside the image; and round the image
             to 11 significant bits (0.02 %).
@@ -234,10 +236,13 @@ class Result:
         path = Path(path)
         picture = check_output(path)
         description = f"{self._summary()}; {self.origin.strategy}"
+        kept = None
         if path != picture:
+            kept = keep_work(path, self.record)
             self._file.write(path, description, small)
-        preview.write_png(picture, self.image, description)
-        return (path, picture) if path != picture else (picture,)
+        preview.write_png(picture, self.image, description, self.origin.scene)
+        written = (path, picture) if path != picture else (picture,)
+        return written if kept is None else (*written, kept)
 
     @property
     def _file(self) -> RenderFile:

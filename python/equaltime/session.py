@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -238,7 +239,7 @@ def origin_of(
     """Return what decides the bits of a render of the scene."""
     film = scene.model.sensor.film
     return Origin(
-        scene=None if scene.source is None else str(scene.source),
+        scene=None if scene.source is None else os.path.abspath(scene.source),
         digest=scene.digest,
         window=Window(*film.crop[:2], *film.size),
         substitutions=tuple(map(str, scene.substitutions)),

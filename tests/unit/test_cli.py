@@ -176,7 +176,7 @@ def test_bad_options_are_one_clear_message_and_leave_everything_alone(
     scene: str, output: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str
 ) -> None:
     output.write_bytes(b"old")
-    assert main(["render", scene, "-o", str(output), *options]) == 2
+    assert main(["render", scene, "-o", str(output), "--overwrite", *options]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.startswith("error: ")

@@ -101,10 +101,10 @@ def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
     folder.mkdir()
     elsewhere.mkdir()
 
-    def late(result: et.Result, path: str | Path) -> tuple[Path, ...]:
+    def late(result: et.Result, path: str | Path, small: bool = False) -> tuple[Path, ...]:
         if folder.exists():
             folder.rmdir()
-        return save(result, path)
+        return save(result, path, small)
 
     monkeypatch.setattr(et.Result, "save", late)
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))

@@ -193,7 +193,7 @@ def test_a_truncated_file_is_an_image_error(result: Result, tmp_path: Path) -> N
     result.save(path)
     path.write_bytes(path.read_bytes()[:-200])
     with pytest.raises(ImageError, match=r"out\.exr: "):
-        images.read(path)
+        read_picture(path)
 
 
 def test_the_file_of_another_renderer_has_no_error_and_no_record(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from equaltime.cost.statistics import Interval
 from equaltime.effects import Price, PriceList
 from equaltime.effects import effects as measure_effects
 from equaltime.errors import ImageError
+from equaltime.output_files import check_spares
 from equaltime.scene import load_file
 from equaltime.stated import other_depth
 
@@ -68,6 +69,8 @@ def effects(
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     if output is not None:
         _check_folder(output)
+        places = (path for path in output.iterdir() if path.suffix in (".exr", ".png"))
+        check_spares(places, loaded.files, "the scene is made of this file")
     print_warnings(loaded)
     loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
     with share_bar() as progress:

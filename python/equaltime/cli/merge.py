@@ -9,9 +9,10 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.messages import print_lines
-from equaltime.cli.options import Small
-from equaltime.cli.outcome import check_spares, doubts, headline
+from equaltime.cli.options import Overwrite, Small
+from equaltime.cli.outcome import doubts, headline, wrote
 from equaltime.merge import merge as merge_files
+from equaltime.output_files import check_replaceable, check_spares
 from equaltime.result import check_output
 
 __all__ = ["merge"]
@@ -32,6 +33,7 @@ def merge(
         ),
     ],
     small: Small = False,
+    overwrite: Overwrite = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
 ) -> int:
     """Join renders of one scene that were made with different seeds, on whatever machines.
@@ -44,9 +46,11 @@ def merge(
     picture = check_output(output, (".exr",))  # what a PNG holds could not be merged again
     check_spares({output, picture}, files, "is one of the files to be merged")
     result = merge_files(files)
+    if not overwrite:
+        check_replaceable((output, picture), result.origin.scene, result.origin.digest)
     written = result.save(output, small)
     if as_json:
         print(json.dumps({**result.record, "files": [str(path) for path in written]}, indent=2))
         return 0
-    print_lines([headline(result), f"wrote {', '.join(map(str, written))}", *doubts(result)])
+    print_lines([headline(result), wrote(written), *doubts(result)])
     return 0

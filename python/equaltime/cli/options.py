@@ -15,6 +15,7 @@ __all__ = [
     "Define",
     "ErrorTarget",
     "MaxDepth",
+    "Overwrite",
     "SceneFile",
     "Seed",
     "Size",
@@ -54,6 +55,10 @@ ErrorTarget = Annotated[
 ]
 Size = Annotated[
     Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", help="Replace FILE though another program wrote it, or it shows another scene."),
 ]
 Small = Annotated[
     bool,

@@ -1,10 +1,9 @@
-"""What every command that makes an image says of it, and what it must not write over."""
+"""What every command that makes an image says of it."""
 
 from __future__ import annotations
 
-import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,15 +14,7 @@ from equaltime.scene import Scene
 from equaltime.stated import Stated, stated
 from equaltime.stopping import Stop
 
-__all__ = ["check_spares", "doubts", "headline", "kept_elsewhere", "left_by_interrupt", "selects_images", "stopped"]
-
-
-def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` for an output that would take the place of one of the files, by whatever name."""
-    there = [file for file in files if os.path.exists(file)]
-    for place in filter(Path.exists, places):
-        if any(place.samefile(file) for file in there):
-            raise ImageError(f"{place}: {why}; write to another")
+__all__ = ["doubts", "headline", "kept_elsewhere", "left_by_interrupt", "selects_images", "stopped", "wrote"]
 
 
 def headline(result: Result) -> str:
@@ -89,6 +80,13 @@ def _count_missed(stop: Stop | None) -> str:
 def selects_images(result: Result) -> bool:
     """Tell whether a stop that looked at the image's own error favours images that lack light which is in the scene."""
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
+
+
+def wrote(files: Sequence[Path]) -> str:
+    """Say in a line which files were written, and where a render that was there before is kept."""
+    kept = [file for file in files if file.name.endswith("~")]
+    written = f"wrote {', '.join(str(file) for file in files if file not in kept)}"
+    return f"{written}; the render that was there is kept as {kept[0]}" if kept else written
 
 
 def doubts(result: Result) -> list[str]:

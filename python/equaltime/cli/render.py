@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time as clock
 from contextlib import ExitStack
 from pathlib import Path
@@ -28,6 +29,7 @@ from equaltime.cli.options import (
     Define,
     ErrorTarget,
     MaxDepth,
+    Overwrite,
     SceneFile,
     Seed,
     Size,
@@ -39,15 +41,15 @@ from equaltime.cli.options import (
     Time,
     Without,
 )
-from equaltime.cli.outcome import check_spares, doubts, headline, kept_elsewhere, left_by_interrupt, stopped
+from equaltime.cli.outcome import doubts, headline, kept_elsewhere, left_by_interrupt, stopped, wrote
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
+from equaltime.output_files import check_replaceable, check_spares
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import Scene, load_file
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.scene.named_files import named_files
 from equaltime.session import Traps
 from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
@@ -109,6 +111,7 @@ def render(
         ),
     ] = None,
     small: Small = False,
+    overwrite: Overwrite = False,
     backend: Annotated[
         Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
     ] = "core",
@@ -169,12 +172,15 @@ def render(
     chosen = Strategy.parse(strategy)
     picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
-    check_spares({output, picture}, named_files(loaded), "the scene is made of this file")
+    check_spares({output, picture}, loaded.files, "the scene is made of this file")
     if not quiet:
         print_warnings(loaded)
         print_hazards(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    if not overwrite:
+        replaced = (picture,) if resume else (output, picture)
+        check_replaceable(replaced, os.path.abspath(scene), loaded.digest)
     failure: SampleError | None = None
     told: dict[str, Any] = {}
     exr = output if output.suffix.lower() == ".exr" else None
@@ -289,7 +295,7 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
     return [
         headline(result),
         f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
-        f"wrote {', '.join(map(str, files))}",
+        wrote(files),
         *stopped(result),
         *doubts(result),
     ]

@@ -133,6 +133,11 @@ class Assets:
         self._contents.clear()
         self._texels.clear()
 
+    @property
+    def files(self) -> set[Path]:
+        """Files that were found on the way to the scene."""
+        return self._search.files
+
     def path(self, filename: str) -> Path:
         """Return where the file is; it must exist and be the same as when it was first asked for."""
         path = self._search.find(split(filename)[0])

@@ -54,7 +54,7 @@ def read_mesh(
         report.add(*told_once(place, str(error)))
         return None
     if is_obj:
-        shapes = list(_painted_parts(path, content, place, report))
+        shapes = list(_painted_parts(path, content, place, report, search))
     else:
         shapes = [_shape("ply", path, place, _colors(mesh, place))]
     report.note("the file is a mesh without a camera: one is added that has everything in view")
@@ -80,13 +80,13 @@ def _colors(mesh: Mesh, place: Place) -> object:
     return plant("texture", "mesh_attribute", place, name=name, scale=scale)
 
 
-def _painted_parts(path: Path, content: bytes, place: Place, report: Report) -> Iterator[Object]:
+def _painted_parts(path: Path, content: bytes, place: Place, report: Report, search: Search) -> Iterator[Object]:
     """Yield a shape for each material that has faces; one for all if no library of materials is there."""
     said = [(word, name.decode("utf-8", "replace").strip()) for word, name in _STATEMENT.findall(content)]
     paints: dict[str, _Paint] = {}
     for library in dict.fromkeys(name for word, name in said if word == b"mtllib"):
         try:
-            paints |= _library(_text(path.parent / library), path.parent, report)
+            paints |= _library(_text(search.note(path.parent / library)), path.parent, report)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             report.note(f"the materials of '{library}' are left out: {reason}")

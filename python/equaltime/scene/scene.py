@@ -43,8 +43,8 @@ __all__ = ["Scene", "load", "load_dict", "load_file"]
 Reader = Callable[[str, bytes, Mapping[str, object], Report, Search], Object | None]
 
 
-def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report, _search: Search) -> Object | None:
-    return read_gltf(file, content, defines, report)
+def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
+    return read_gltf(file, content, defines, report, search)
 
 
 GLTF: Final = (".gltf", ".glb")
@@ -105,6 +105,12 @@ class Scene:
         if self.source is None or self.source.suffix.lower() not in GLTF:
             return None
         return self.assets.extensions(self.source.name)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every file that the scene was read from: its own, those that it includes, meshes, images, spectra."""
+        found = {*self.assets.files, *([] if self.source is None else [self.source])}
+        return tuple(sorted(path for path in found if path.is_file()))
 
     @property
     def timings(self) -> dict[str, float]:

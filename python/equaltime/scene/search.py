@@ -13,6 +13,8 @@ class Search:
     def __init__(self, folder: Path) -> None:
         self._home = folder
         self._folders = [folder]
+        self.files: set[Path] = set()
+        """Every file that was found, or `note` was told of."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
         """Look in `folder` too, after all others or before them."""
@@ -27,8 +29,13 @@ class Search:
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
             for folder in self._folders:
                 if _exists(path := folder / spelling):
-                    return path
+                    return self.note(path)
         return self._home / name
+
+    def note(self, path: Path) -> Path:
+        """Remember a file that is read without being looked for, and return it."""
+        self.files.add(path)
+        return path
 
 
 def _exists(path: Path) -> bool:

@@ -15,6 +15,7 @@ from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.shapes import Shapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
 from equaltime.scene.known import shortened, suggestion
+from equaltime.scene.search import Search
 from equaltime.scene.tree import Child, Object, Place, Report
 
 __all__ = ["read_gltf"]
@@ -25,14 +26,16 @@ the animation, the radiance of a sky, the irradiance of a sun."""
 PLACES_SHOWN: Final = 3
 
 
-def read_gltf(file: str, content: bytes, defines: Mapping[str, object], report: Report) -> Object | None:
+def read_gltf(
+    file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
+) -> Object | None:
     """Return the scene in the `content` of `file`; problems go to `report`, None if there is no scene at all."""
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
         report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
     folder = Path(file).parent
     try:
-        document = parse(Path(file).name, content, lambda name: folder / name)
+        document = parse(Path(file).name, content, lambda name: search.note(folder / name))
         scene = _Scene(document, place, defines).read()
     except Malformed as error:
         for where, message in error.problems:

@@ -1,0 +1,241 @@
+"""What outputs may replace: no file of the scene, no other's file, and no long work without keeping it."""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime import disk, images, output_files
+from equaltime.cli import main
+from equaltime.render_file import read_picture
+
+HEAD = """
+[sensor]
+type = "perspective"
+film = { type = "hdrfilm", width = 6, height = 4 }
+[sky]
+type = "constant"
+"""
+OPTIONS = ("--spp", "2", "-q")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    file = tmp_path / "scene.toml"
+    file.write_text(HEAD)
+    return file
+
+
+def refused(words: str, arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Check that a command ends with this complaint alone."""
+    assert main(arguments) == 2
+    said = capsys.readouterr()
+    assert words in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""
+
+
+def pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def listening(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as one:
+        one.bind(str(path))
+
+
+def device(path: Path) -> None:
+    path.symlink_to("/dev/null")
+
+
+@pytest.mark.parametrize("make", [pipe, listening, device])
+@pytest.mark.parametrize("name", ["out.exr", "out.png"])
+def test_what_is_no_file_is_refused_and_not_replaced(
+    scene: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    make: Callable[[Path], None],
+    name: str,
+) -> None:
+    monkeypatch.chdir(scene.parent)  # names of sockets are short
+    make(Path(name))
+    before = Path(name).stat()
+    refused("is a pipe, a socket or a device, and no file", ["render", "scene.toml", "-o", "out.exr", *OPTIONS], capsys)
+    with pytest.raises(OSError, match="no file"), disk.replacing(Path(name)):
+        pass
+    assert os.path.samestat(Path(name).stat(), before)
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444])
+def test_a_file_keeps_its_mode(scene: Path, tmp_path: Path, mode: int) -> None:
+    output = tmp_path / "out.exr"
+    command = ["render", str(scene), "-o", str(output), *OPTIONS]
+    assert main(command) == 0
+    for file in (output, output.with_suffix(".png")):
+        file.chmod(mode)
+    assert main(command) == 0
+    for file in (output, output.with_suffix(".png")):
+        assert stat.S_IMODE(file.stat().st_mode) == mode
+
+
+def with_include(folder: Path) -> tuple[Path, Path]:
+    (folder / "part.toml").write_text('[sky]\ntype = "constant"\n')
+    (folder / "whole.toml").write_text('include = "part.toml"\n' + HEAD.split("[sky]")[0])
+    return folder / "whole.toml", folder / "part.toml"
+
+
+def with_spectrum(folder: Path) -> tuple[Path, Path]:
+    (folder / "light.spd").write_text("400 1\n700 1\n")
+    (folder / "whole.xml").write_text(
+        '<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="6"/>'
+        '<integer name="height" value="4"/></film></sensor><emitter type="constant">'
+        '<spectrum name="radiance" filename="light.spd"/></emitter></scene>'
+    )
+    return folder / "whole.xml", folder / "light.spd"
+
+
+def with_library(folder: Path) -> tuple[Path, Path]:
+    (folder / "red.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    (folder / "whole.obj").write_text("mtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")
+    return folder / "whole.obj", folder / "red.mtl"
+
+
+def with_buffer(folder: Path) -> tuple[Path, Path]:
+    np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tofile(folder / "data.bin")
+    (folder / "whole.gltf").write_text(
+        '{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],'
+        '"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "buffers": [{"uri": "data.bin", '
+        '"byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}], "accessors": [{"bufferView": 0, '
+        '"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}]}'
+    )
+    return folder / "whole.gltf", folder / "data.bin"
+
+
+@pytest.mark.parametrize(
+    "made", [with_include, with_spectrum, with_library, with_buffer, lambda f: (f / "scene.toml",) * 2]
+)
+@pytest.mark.parametrize("link", ["out.exr", "out.png"])
+@pytest.mark.parametrize("tie", [os.symlink, os.link])
+def test_no_output_takes_the_place_of_a_file_that_the_scene_was_read_from(
+    scene: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    made: Callable[[Path], tuple[Path, Path]],
+    link: str,
+    tie: Callable[[Path, Path], None],
+) -> None:
+    whole, part = made(tmp_path)
+    assert part in et.load(whole).files
+    tie(part, tmp_path / link)
+    before = part.read_bytes()
+    command = ["render", str(whole), "-o", str(tmp_path / "out.exr"), *OPTIONS, "--overwrite"]
+    refused(f"{tmp_path / link}: the scene is made of this file", command, capsys)
+    with pytest.raises(et.ImageError, match="the scene is made of"):
+        et.render(et.load(whole), spp=2, checkpoint=tmp_path / "out.exr")
+    assert part.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "change", [[], ["--size", "9x3"], ["--crop", "0,0,2,2"], ["--strategy", "naive"], ["--seed", "5"]]
+)
+def test_a_render_of_the_same_scene_file_is_replaced(scene: Path, tmp_path: Path, change: list[str]) -> None:
+    command = ["render", str(scene), "-o", str(tmp_path / "out.exr"), *OPTIONS]
+    assert main(command) == 0
+    scene.write_text(HEAD + "radiance = 2.0\n")
+    assert main([*command, *change]) == 0
+    assert read_picture(tmp_path / "out.exr").image.mean() > 1.9
+
+
+@pytest.mark.parametrize("name", ["out.exr", "out.png"])
+def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    output = tmp_path / name
+    other = tmp_path / "other.toml"
+    other.write_text(HEAD + "radiance = 3.0\n")
+    assert main(["render", str(other), "-o", str(output), *OPTIONS]) == 0
+    command = ["render", str(scene), "-o", str(output), *OPTIONS]
+    words = f"{output}: is there already, a render of another scene ({other}); --overwrite replaces it"
+    refused(words, command, capsys)
+    output.unlink()
+    images.write(output, "openexr" if name == "out.exr" else "png", [images.Part(images.RGB, photo(name), {})])
+    refused(f"{output}: is there already, and is no render of equaltime's; --overwrite replaces it", command, capsys)
+    output.write_bytes(b"a diary")
+    refused("is no render of equaltime's", command, capsys)
+    assert output.read_bytes() == b"a diary"
+    assert main([*command, "--overwrite"]) == 0
+
+
+def photo(name: str) -> Any:
+    return np.ones((2, 2, 3), np.float32 if name == "out.exr" else np.uint8)
+
+
+def test_merging_replaces_a_merge_of_the_same_scene_and_nothing_else(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(tmp_path / f"{seed}.exr") for seed in range(2)]
+    for seed, file in enumerate(files):
+        assert main(["render", str(scene), "-o", file, "--seed", str(seed), *OPTIONS]) == 0
+    merging = ["merge", *files, "-o", str(tmp_path / "both.exr")]
+    assert [main(merging), main(merging)] == [0, 0]
+    capsys.readouterr()
+    (tmp_path / "both.png").write_bytes(b"a diary")
+    refused("is no render of equaltime's", merging, capsys)
+
+
+def seconds(path: Path, result: et.Result, seconds: float, **origin: Any) -> et.Result:
+    """Save a result as if it had taken so long."""
+    phases = {**result.stats.phases, "render": seconds}
+    found = replace(result, stats=replace(result.stats, phases=phases), origin=replace(result.origin, **origin))
+    found.save(path)
+    return found
+
+
+def test_more_than_a_minute_of_rendering_is_kept_beside(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, result = tmp_path / "out.exr", et.render(scene, spp=2)
+    seconds(path, result, 59.0)
+    assert result.save(path) == (path, tmp_path / "out.png"), "less is not"
+    long = seconds(path, result, 61.0)
+    command = ["render", str(scene), "-o", str(path), "--spp", "2"]
+    assert main([*command, "--seed", "3"]) == 0
+    assert f"the render that was there is kept as {path}~" in capsys.readouterr().out
+    kept = tmp_path / "out.exr~"
+    assert read_picture(kept).record["seconds"] == 61.0
+    np.testing.assert_array_equal(read_picture(kept).image, long.image)
+    seconds(path, result, 500.0)
+    assert result.save(path)[:2] == (path, tmp_path / "out.png"), "one that has all its samples loses nothing"
+    assert read_picture(kept).record["seconds"] == 61.0
+    seconds(path, result, 500.0)
+    assert main(["render", str(scene), "-o", str(path), "--spp", "1", "-q"]) == 0
+    assert read_picture(kept).record["seconds"] == 500.0, "one backup"
+
+
+def test_a_render_that_cannot_be_kept_is_not_replaced(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, result = tmp_path / "out.exr", et.render(scene, spp=2)
+    seconds(path, result, 100.0)
+    before = path.read_bytes()
+    monkeypatch.setattr(output_files, "replacing", lambda path: disk.replacing(path / "none" / "x"))
+    with pytest.raises(et.ImageError, match="100 s of rendering would be lost"):
+        et.render(scene, spp=2, seed=1).save(path)
+    assert path.read_bytes() == before
+
+
+def test_the_checkpoints_of_one_render_are_no_work_to_keep(scene: Path, tmp_path: Path) -> None:
+    path = tmp_path / "out.exr"
+    seconds(path, et.render(scene, spp=2), 100.0, seed=7)
+    et.render(et.load(scene).with_(size=(64, 64)), spp=64, checkpoint=path, checkpoint_every=1e-6).save(path)
+    assert {file.name for file in tmp_path.iterdir()} == {"scene.toml", "out.exr", "out.png", "out.exr~"}
+    assert read_picture(tmp_path / "out.exr~").record["seed"] == 7
