@@ -12,7 +12,7 @@ PixelMoments PixelMoments::merge(const PixelMoments& a, const PixelMoments& b) n
   for (int c = 0; c < 3; ++c) {
     const double delta = b.mean[c] - a.mean[c];
     m.mean[c] = a.mean[c] + delta * (nb / n);
-    m.deviation[c] = static_cast<float>(std::sqrt((a.squares(c) + b.squares(c) + delta * delta * (na * nb / n)) / n));
+    m.deviation[c] = upper_half(std::sqrt((a.squares(c) + b.squares(c) + delta * delta * (na * nb / n)) / n));
   }
   return m;
 }

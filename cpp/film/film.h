@@ -3,6 +3,7 @@
 // or passes.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,13 +13,21 @@
 
 namespace equaltime {
 
+/// The upper half of a float64 that is not negative, rounded: its whole range, with 21 significant bits.
+[[nodiscard]] inline std::uint32_t upper_half(double value) noexcept {
+  return static_cast<std::uint32_t>((std::bit_cast<std::uint64_t>(value) + 0x8000'0000U) >> 32U);
+}
+[[nodiscard]] inline double from_upper_half(std::uint32_t half) noexcept {
+  return std::bit_cast<double>(std::uint64_t{half} << 32U);
+}
+
 /// Mean, count and standard deviation of a pixel's samples by Welford's recurrence: stable for any offset and number of
-/// samples. The deviation is a root mean square (over n, not n - 1), so that float32 holds it at whatever scale it
-/// holds the samples, and so that rounding does not add up: each step forgets a share 1/n of all before it.
+/// samples. The deviation is a root mean square (over n, not n - 1), so that rounding does not add up: each step
+/// forgets a share 1/n of all before it, and after some million samples the value stays as it is.
 struct PixelMoments {
   double mean[3] = {0, 0, 0};
   std::uint32_t count = 0;
-  float deviation[3] = {0, 0, 0};
+  std::uint32_t deviation[3] = {0, 0, 0};  // upper halves
 
   /// `scale` takes the sample back to the user's units; exact when it is a power of two.
   void add(const Spectrum& s, double scale) noexcept {
@@ -27,16 +36,16 @@ struct PixelMoments {
     const double value[3] = {static_cast<double>(s.r) * scale, static_cast<double>(s.g) * scale,
                              static_cast<double>(s.b) * scale};
     for (int c = 0; c < 3; ++c) {
-      const double delta = value[c] - mean[c], before = deviation[c];
+      const double delta = value[c] - mean[c], before = from_upper_half(deviation[c]);
       mean[c] += delta * inv;
       const double square = before * before;
-      deviation[c] = static_cast<float>(std::sqrt(square + (delta * (value[c] - mean[c]) - square) * inv));
+      deviation[c] = upper_half(std::sqrt(square + (delta * (value[c] - mean[c]) - square) * inv));
     }
   }
 
   /// Sum of squared deviations from the mean.
   [[nodiscard]] double squares(int c) const noexcept {
-    const double one = deviation[c];
+    const double one = from_upper_half(deviation[c]);
     return static_cast<double>(count) * (one * one);
   }
 

@@ -35,6 +35,8 @@ bool close(double value, long double exact, double relative) {
   return std::abs(static_cast<long double>(value) - exact) <= static_cast<long double>(relative) * std::abs(exact);
 }
 
+double deviation(const PixelMoments& m, int c) { return from_upper_half(m.deviation[c]); }
+
 // Samples far from 0 with little spread: the sum of squares minus the squared sum would keep no digit of the variance.
 std::vector<float> offset_samples(int count) {
   std::mt19937 random(1);
@@ -50,7 +52,7 @@ TEST("mean and squared deviations are right far from zero, where a sum of square
   const PixelMoments m = moments(values);
   CHECK(m.count == values.size());
   CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.mean[1], 2 * exact.mean, 1e-14));
-  CHECK(close(m.squares(0), exact.m2, 1e-5) && m.deviation[1] == 2 * m.deviation[0]);
+  CHECK(close(m.squares(0), exact.m2, 1e-3) && deviation(m, 1) == 2 * deviation(m, 0));
   CHECK(m.deviation[2] == m.deviation[0]);
   float square_sum = 0, sum = 0;  // the twin
   for (const float v : values) square_sum += v * v, sum += v;
@@ -77,7 +79,7 @@ TEST("moments of parts merge to those of the whole, in any grouping") {
   for (const PixelMoments& m :
        {PixelMoments::merge(PixelMoments::merge(a, b), c), PixelMoments::merge(a, PixelMoments::merge(c, b))}) {
     CHECK(m.count == values.size());
-    CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.squares(0), exact.m2, 1e-5));
+    CHECK(close(m.mean[0], exact.mean, 1e-14) && close(m.squares(0), exact.m2, 1e-4));
   }
 }
 
@@ -89,14 +91,14 @@ TEST("the spread of fifty million samples is right, where a sum of squares in fl
     m.add(Spectrum(value), 1);
     squares += (value - 2) * (value - 2);
   }
-  CHECK(close(static_cast<double>(m.deviation[0]), 1, 1e-4));
+  CHECK(close(deviation(m, 0), 1, 1e-3));
   CHECK(squares < 0.4F * 5e7F);
 }
 
-TEST("the spread of samples of any size that float32 holds is known") {
-  for (const double scale : {0x1p-100, 0x1p100}) {
+TEST("the spread of samples of any size is known") {
+  for (const double scale : {0x1p-400, 0x1p400}) {
     const PixelMoments m = moments({1, 2, 4, 3}, scale);
-    CHECK(close(static_cast<double>(m.deviation[0]), scale * std::sqrt(1.25L), 1e-6));
+    CHECK(close(deviation(m, 0), scale * std::sqrt(1.25L), 1e-5));
   }
 }
 
@@ -110,7 +112,7 @@ TEST("a scale that is a power of two goes through exactly") {
   const std::vector<float> values = offset_samples(1000);
   const PixelMoments one = moments(values), scaled = moments(values, 0x1p40);
   for (int c = 0; c < 3; ++c)
-    CHECK(scaled.mean[c] == one.mean[c] * 0x1p40 && scaled.deviation[c] == one.deviation[c] * 0x1p40F);
+    CHECK(scaled.mean[c] == one.mean[c] * 0x1p40 && deviation(scaled, c) == deviation(one, c) * 0x1p40);
 }
 
 TEST("a film keeps its replicates and pixels apart, row by row") {

@@ -16,7 +16,7 @@ SceneDescription clipped(SceneDescription d) {
 // Brought back from lights s times as bright, for s a power of two.
 Moments rescaled(Moments moments, double s) {
   for (PixelMoments& m : moments)
-    for (int c = 0; c < 3; ++c) m.mean[c] /= s, m.deviation[c] /= static_cast<float>(s);
+    for (int c = 0; c < 3; ++c) m.mean[c] /= s, m.deviation[c] = upper_half(from_upper_half(m.deviation[c]) / s);
   return moments;
 }
 

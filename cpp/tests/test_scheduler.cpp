@@ -289,7 +289,7 @@ TEST("samples that are not numbers are counted and logged, and do not enter the 
   std::uint64_t counted = 0;
   for (const PixelMoments& m : renderer.film().moments()) {
     counted += m.count;
-    CHECK(std::isfinite(m.mean[0]) && std::isfinite(m.deviation[0]));
+    CHECK(std::isfinite(m.mean[0]) && std::isfinite(m.squares(0)));
   }
   CHECK(counted + bad == kSamples * renderer.film().width() * renderer.film().height());
 }

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
 from equaltime.image_files import read_part
-from equaltime.moments import DTYPE, MOST, PARTS
+from equaltime.moments import DTYPE, MOST, PARTS, stored
 
 __all__ = ["read_moments", "read_parts"]
 
@@ -24,7 +24,7 @@ _MOMENTS: Final = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     """Read the (R, H, W) moments, of the type `equaltime.moments.DTYPE`; None if there are none; raises `ImageError`.
 
-    The mean is kept to the bit, and the spread rounded to float32.
+    The mean is kept to the bit, and the spread rounded.
     """
     found = _read(path, "moments", _MOMENTS)
     if found is None:
@@ -34,7 +34,7 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     moments = np.zeros(found.shape, DTYPE)
     moments["mean"], moments["count"] = found["mean"], found["count"]
     with np.errstate(all="ignore"):  # a damaged file holds anything: who takes it up looks at the numbers
-        moments["deviation"] = np.sqrt(found["m2"] / np.maximum(found["count"], 1)[..., None])
+        moments["deviation"] = stored(np.sqrt(found["m2"] / np.maximum(found["count"], 1)[..., None]))
     return moments
 
 

@@ -28,7 +28,7 @@ int main() {
   for (const PixelMoments& pixel : renderer.film().moments()) all = PixelMoments::merge(all, pixel);
   const double expected = 1 - std::pow(kReflectance, kDepth);
   const auto n = static_cast<double>(all.count);
-  const double deviation = (all.mean[0] - expected) / std::sqrt(all.m2[0] / (n * (n - 1)) + 1e-14);
+  const double deviation = (all.mean[0] - expected) / std::sqrt(all.squares(0) / (n * (n - 1)) + 1e-14);
   std::printf("%s, %.0f samples: %.6f, expected %.6f, %.1f standard errors apart\n",
               kernel_name(renderer.kernel().effects).c_str(), n, all.mean[0], expected, deviation);
   return n == 16 * 32 * 24 && std::abs(deviation) < 5 ? 0 : 1;

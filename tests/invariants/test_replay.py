@@ -14,6 +14,7 @@ import equaltime as et
 from equaltime import _core
 from equaltime.cli import main
 from equaltime.core_renderer import make_renderer
+from equaltime.moments import DTYPE, deviations, stored
 
 from .shipped import FILES, FOLDER, shipped
 
@@ -56,15 +57,15 @@ def test_what_moves_is_called_by_its_name() -> None:
 
 
 def welford(samples: list[tuple[float, ...]]) -> list[Any]:
-    """Return count, mean and m2 as the film makes them, one operation after the other in float64."""
-    count, mean, m2 = 0, [0.0] * 3, [0.0] * 3
+    """Return count, mean and deviation as the film makes them, one operation after the other in float64."""
+    pixel = np.zeros((), DTYPE)
     for sample in samples:
-        count += 1
-        for c in range(3):
-            delta = sample[c] - mean[c]
-            mean[c] += delta * (1.0 / count)
-            m2[c] += delta * (sample[c] - mean[c])
-    return [count, mean, m2]
+        pixel["count"] += 1
+        inverse = 1.0 / int(pixel["count"])
+        delta, square = np.array(sample) - pixel["mean"], np.square(deviations(pixel))
+        pixel["mean"] += delta * inverse
+        pixel["deviation"] = stored(np.sqrt(square + (delta * (np.array(sample) - pixel["mean"]) - square) * inverse))
+    return told(pixel)
 
 
 def told(pixel: Any) -> list[Any]:

@@ -12,6 +12,7 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
+from equaltime.moments import deviations, stored
 
 from ..statistical.changed import changed
 from .shipped import FILES, Moments, renderer, same_bits, shipped
@@ -36,7 +37,7 @@ def rendered(core: _core.Scene, light: float = 1.0, **strategy: Any) -> Moments:
     assert not subject.nonfinite
     moments = subject.moments.copy()
     moments["mean"] /= light
-    moments["deviation"] /= light
+    moments["deviation"] = stored(deviations(moments) / light)
     return moments
 
 

@@ -21,7 +21,7 @@ from equaltime import images
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics, standard_error
 from equaltime.lamps import Lamps
-from equaltime.moments import DTYPE, PARTS
+from equaltime.moments import DTYPE, PARTS, stored
 from equaltime.packing import channel_names, packed, unpacked
 from equaltime.parts_of_merge import MergedFilm, statistics_of
 from equaltime.render_file import read_picture
@@ -41,7 +41,7 @@ def film_of(samples: Floats) -> NDArray[Any]:
         of = samples[r::2]
         moments[r]["count"] = len(of)
         if len(of):
-            moments[r]["mean"], moments[r]["deviation"] = of.mean(axis=0), of.std(axis=0)
+            moments[r]["mean"], moments[r]["deviation"] = of.mean(axis=0), stored(of.std(axis=0))
     return moments
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import images, render_file
-from equaltime.moments import DTYPE, PARTS
+from equaltime.moments import DTYPE, PARTS, deviations
 from equaltime.packing import channel_names, packed, packed_moments, unpacked, unpacked_moments
 from equaltime.render_file import FORMAT, RenderFile, read_film, read_picture
 
@@ -190,7 +190,7 @@ def test_a_part_that_is_missing_is_missed(saved: Path, monkeypatch: pytest.Monke
 
 def test_moments_that_are_not_finite_are_refused(result: et.Result, tmp_path: Path) -> None:
     assert result.moments is not None
-    for field, value in (("mean", np.inf), ("deviation", np.nan)):
+    for field, value in (("mean", np.inf), ("deviation", 0x7FF80000)):
         moments = result.moments.copy()
         moments[field][1, 2, 3] = value
         replace(result, moments=moments).save(tmp_path / "a.exr")
@@ -223,7 +223,7 @@ def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_sto
     assert before.moments is not None
     assert result.moments is not None
     np.testing.assert_array_equal(before.moments["mean"], result.moments["mean"])
-    np.testing.assert_allclose(before.moments["deviation"], result.moments["deviation"], rtol=1e-6)
+    np.testing.assert_allclose(deviations(before.moments), deviations(result.moments), rtol=1e-5)
     file = RenderFile(**{**vars(before), "record": {**before.record, "build": result.record["build"]}})
     file.write(tmp_path / "a.exr")  # another machine's build is another matter
     taken_up, whole = et.render(scene, spp=10, resume=tmp_path / "a.exr"), et.render(scene, spp=10)
