@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <new>
+#include <numbers>
 #include <stdexcept>
 
 #include "accel/embree_values.h"
@@ -102,6 +103,10 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
 
 }  // namespace
 
+constinit thread_local bool Accel::refused_ = false;
+
+void refuse_ray() noexcept { Accel::refused_ = true; }
+
 struct Accel::Impl {
   Geometries geometries;
   std::vector<Geometries> groups;
@@ -112,6 +117,7 @@ struct Accel::Impl {
   EmbreeScene scene;  // of all but these, and what moves if that is few:
   Walls walls;
   std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
+  float reach = kEmbreeLargest;              // of the origins of rays, by the instances
 
   EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
                     const std::vector<InstanceGeometry>& instances, bool moves);
@@ -214,6 +220,8 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
   for (const auto& [group, to_world] : moving)
     impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
+  for (const InstanceGeometry& instance : instances)
+    impl_->reach = std::min(impl_->reach, static_cast<float>(reach(instance)));
   std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
   impl_->walls = Walls(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
@@ -229,7 +237,10 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query;
-  write(query.ray, o, d, t_max, time);
+  if (!write(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
+    refuse_ray();
+    return {RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
+  }
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene.get(), &context, &query);
@@ -247,7 +258,10 @@ EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float 
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay query;
-  write(query, o, d, t_max, time);
+  if (!write(query, o, d, t_max, time, reach)) [[unlikely]] {
+    refuse_ray();
+    return true;
+  }
   rtcOccluded1(scene.get(), &context, &query);
   if (kMoves && moving.size() <= kFewMoving && query.tfar >= 0) return equaltime::occluded(moving, query);
   return query.tfar < 0;
@@ -280,6 +294,22 @@ bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz,
 }
 bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
   return impl_->blocked<true>(ray.origin, ray.direction, ray.t_max, time);
+}
+
+double Accel::reach(const InstanceGeometry& instance) noexcept {
+  const auto column = [&](std::size_t i) {
+    const float* c = &instance.to_world[3 * i];
+    return Vec3d(Vec3f(c[0], c[1], c[2]));
+  };
+  const Vec3d x = column(0), y = column(1), z = column(2), at = column(3);
+  const double volume = dot(x, cross(y, z));
+  if (!(std::abs(volume) > 0)) return 0;
+  double stretch = 0;  // of a unit vector on its way to the group's space, at the most
+  for (const Vec3d& row : {cross(y, z), cross(z, x), cross(x, y)}) stretch = std::max(stretch, length(row / volume));
+  const double most =
+      static_cast<double>(kEmbreeLargest) / std::numbers::sqrt3;  // of a vector's length, from its parts
+  const double reach = most / stretch - max_component(abs(at));
+  return stretch < most && reach > 0 ? std::min(reach, static_cast<double>(kEmbreeLargest)) : 0;
 }
 
 const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "accel/geometry.h"
@@ -79,6 +80,12 @@ class Accel {
     return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
 
+  /// Whether this thread traced a ray since it last asked that Embree does not take: one with NaN, or that begins
+  /// beyond `reach`. Such a ray meets nothing, so that whatever was made of it counts for nothing.
+  [[nodiscard]] static bool refused_ray() noexcept { return std::exchange(refused_, false); }
+  /// The largest coordinate of an origin that is still within Embree's limits in the space of the instance's group.
+  [[nodiscard]] static double reach(const InstanceGeometry& instance) noexcept;
+
   [[nodiscard]] const Geometries& geometries() const noexcept;
   [[nodiscard]] const std::vector<Geometries>& groups() const noexcept;
   /// The acceleration structure's own memory as Embree reports it, without the primitives.
@@ -88,6 +95,10 @@ class Accel {
   [[nodiscard]] static std::string version();
 
  private:
+  friend void refuse_ray() noexcept;
+  // Of the library's own memory for each thread, which takes one instruction to find.
+  [[gnu::tls_model("initial-exec")]] static constinit thread_local bool refused_;
+
   // Each number in a register of its own: see EQUALTIME_INLINE.
   [[nodiscard]] Optional<PrimitiveId> intersect(float ox, float oy, float oz, float dx, float dy, float dz,
                                                 float t_max) const noexcept;

@@ -20,12 +20,12 @@ RTCBounds box_at(const Motion& to_world, const Bounds& local, unsigned step, uns
   return bounds_around(b.center(), b.extent() * 0.5 + Vec3d{slack, slack, slack});
 }
 
-/// Writes the ray as the group sees it.
-void write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcept {
+/// Writes the ray as the group sees it, and tells whether Embree takes it.
+bool write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcept {
   const Placement now = to_world.at(static_cast<double>(r.time));
   const Vec3d o = now.local_point(Vec3d(Vec3f(r.org_x, r.org_y, r.org_z)));
   const Vec3d d = now.local_vector(Vec3d(Vec3f(r.dir_x, r.dir_y, r.dir_z)));
-  write(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
+  return write(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
 }
 
 __m128 inverse_direction(const RTCRay& r) noexcept { return 1 / _mm_load_ps(&r.dir_x); }
@@ -88,7 +88,7 @@ EQUALTIME_INLINE bool MovingInstance::near(const RTCRay& r, __m128 inverse) cons
 
 void MovingInstance::intersect(RTCRayHit& query) const noexcept {
   RTCRayHit local;
-  write_local(local.ray, to_world_, query.ray);
+  if (!write_local(local.ray, to_world_, query.ray)) return refuse_ray();
   local.hit.geomID = local.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -102,7 +102,10 @@ void MovingInstance::intersect(RTCRayHit& query) const noexcept {
 
 bool MovingInstance::occludes(const RTCRay& ray) const noexcept {
   RTCRay local;
-  write_local(local, to_world_, ray);
+  if (!write_local(local, to_world_, ray)) {
+    refuse_ray();
+    return true;
+  }
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(group_, &context, &local);

@@ -36,6 +36,7 @@ class Builder {
   void add_groups();
   void move_group(std::size_t first_shape, std::size_t first_light);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
+  void check_reach(const std::vector<InstanceGeometry>& placed) const;
   Lights make_lights();
 
   SceneDescription& description_;
@@ -222,6 +223,18 @@ void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
   moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
 }
 
+/// Refuses instances whose groups see the scene's extent, near 2^10, from beyond what Embree takes.
+void Builder::check_reach(const std::vector<InstanceGeometry>& placed) const {
+  constexpr double kLeast = 0x1p13;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < description_.shapes.size(); ++i) {
+    const auto* instance = std::get_if<InstanceDescription>(&description_.shapes[i]);
+    if (instance == nullptr || !instance->keys.empty()) continue;
+    if (!(Accel::reach(placed[n++]) >= kLeast))
+      fail(i, "to_world of an instance makes the group more than 10^14 times smaller than the scene, along some axis");
+  }
+}
+
 Lights Builder::make_lights() {
   const Bounds& bounds = normalization_.bounds();
   const double reach = bounds.empty() ? 0 : 0.5 * length(bounds.extent()), radius = reach > 0 ? reach : 1;
@@ -240,6 +253,7 @@ Scene Builder::build(Intersection mode) {
   Lights lights = make_lights();
   const FilmDescription& film = description_.film;
   const std::vector<InstanceGeometry> placed = place_instances(instances_, group_spaces_, normalization_);
+  check_reach(placed);
   std::vector<MovingInstanceGeometry> moving = move_instances(moving_, group_spaces_, normalization_);
   Accel accel(std::move(own), mode, std::move(groups_), placed, moving);
   std::vector<MeshView> views = view_meshes(accel, top, group_sets_, mesh_shapes_, surfaces_);

@@ -29,6 +29,22 @@ double distance_to(const Bounds& bounds, const Vec3d& camera) {
   return distance;
 }
 
+/// The length of the camera's axis in the world; throws if that is nothing, or too much for its direction.
+double axis_length(const Transform& to_world) {
+  const double found = length(to_world.column(2));
+  if (!(found > 0) || !std::isfinite(1 / found) || !std::isfinite(found))
+    throw std::invalid_argument("to_world of the sensor makes its axis too short or too long for float64");
+  return found;
+}
+
+/// A clip in normalised space, whose extent is near 2^10: beyond kFarthestClip all coordinates are rounded away.
+double clip(double distance, const char* name) {
+  constexpr double kFarthestClip = 0x1p52;
+  if (!(distance < kFarthestClip))
+    throw std::invalid_argument(std::string(name) + " of the sensor is more than 10^12 times the size of the scene");
+  return distance;
+}
+
 /// The ray from a distance on, rounded.
 Ray rounded(const SensorRay& ray, double start) noexcept {
   const auto& [origin, d, near, far] = ray;
@@ -51,8 +67,8 @@ PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const Film
   right_ = d.to_world.vector({-pixel, 0, 0});
   down_ = d.to_world.vector({0, -pixel, 0});
   // Clips lie along the axis, whose length in this space is that of to_world's third column.
-  const double unit = 1 / length(d.to_world.column(2));
-  if (d.near) near_ = normalization.length(*d.near) * unit;
+  const double unit = 1 / axis_length(d.to_world);
+  if (d.near) near_ = clip(normalization.length(*d.near) * unit, "near_clip");
   if (d.far) far_ = normalization.length(*d.far) * unit;
 }
 
@@ -114,7 +130,7 @@ OrthographicCamera::OrthographicCamera(const OrthographicDescription& d, const F
   corner_ = normalization.point(d.to_world.point({1, 0.5 * pixel * film.height, 0}));
   right_ = d.to_world.vector({-pixel, 0, 0}) * scale;
   down_ = d.to_world.vector({0, -pixel, 0}) * scale;
-  const double unit = length(d.to_world.column(2));
+  const double unit = axis_length(d.to_world);
   direction_ = d.to_world.column(2) / unit;
   const Bounds& bounds = normalization.bounds();
   const Vec3d& to = direction_;
@@ -123,7 +139,7 @@ OrthographicCamera::OrthographicCamera(const OrthographicDescription& d, const F
                                   to.z > 0 ? bounds.lo.z : bounds.hi.z};
   (void)distance_to(bounds, corner_);  // throws
   slack_ = kSlack * extent_of(bounds);
-  if (d.near) near_ = *d.near * unit * scale;
+  if (d.near) near_ = clip(*d.near * unit * scale, "near_clip");
   far_ = d.far ? *d.far * unit * scale : static_cast<double>(kInfinity);
 }
 
@@ -147,7 +163,7 @@ SphericalCamera::SphericalCamera(const SphericalDescription& d, const FilmDescri
       polar_(std::numbers::pi / film.height) {
   const Bounds& bounds = normalization.bounds();
   const double clear = distance_to(bounds, origin_) * (1 - kSlack) - kSlack * extent_of(bounds);
-  near_ = d.near ? normalization.length(*d.near) : 0.0;
+  near_ = d.near ? clip(normalization.length(*d.near), "near_clip") : 0.0;
   start_ = std::max({0.0, clear, near_});
   far_ = d.far ? normalization.length(*d.far) : static_cast<double>(kInfinity);
 }

@@ -37,6 +37,7 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
                                      std::vector<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
   const std::uint32_t replicates = film.replicates();
+  static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
       const std::size_t pixel = std::size_t{y} * film.width() + x;
@@ -47,7 +48,8 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
         const Spectrum L = sample(x, y, i);
         if (probe.gave_up) [[unlikely]]
           return;
-        if (L.is_finite()) {
+        const bool whole = !Accel::refused_ray();
+        if (whole && L.is_finite()) {
           film.at(static_cast<std::uint32_t>(i % replicates), x, y).add(L, scale);
         } else {
           ++probe.counters.nonfinite;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, PositiveFloat, model_validator
+from pydantic import BeforeValidator, Field, PositiveFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.ior import as_ior
@@ -23,8 +23,8 @@ __all__ = [
     *("RoughConductor", "RoughDielectric", "RoughPlastic", "ThinDielectric"),
 ]
 
-Ior = Annotated[PositiveFloat, BeforeValidator(as_ior)]
-"""An index of refraction: a positive number or one of Mitsuba's names."""
+Ior = Annotated[PositiveFloat, Field(ge=1e-3, le=1e3), BeforeValidator(as_ior)]
+"""An index of refraction: a number from 0.001 to 1000 or one of Mitsuba's names. Beyond, float32 loses the light."""
 Distribution = Annotated[Literal["beckmann", "ggx"], BeforeValidator(as_lower)]
 WHITE: Color = (1.0, 1.0, 1.0)
 
