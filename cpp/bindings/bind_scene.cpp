@@ -97,7 +97,7 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
   for (py::ssize_t i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Ray ray{Vec3f(scene.normalization.point(o[k])), Vec3f(normalize(d[k]))};
-    const auto it = scene.intersect<kAllEffects>(ray, time);
+    const Optional<Interaction> it = surface(scene.intersect<kAllEffects>(ray, time));
     const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
     const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{}, shading_normal = it ? Vec3d(it->frame.n) : Vec3d{};
     const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "math/frame.h"
+#include "math/optional.h"
 #include "math/ray.h"
 #include "sampling/sampler.h"
 
@@ -50,5 +52,22 @@ struct Interaction {
     return {origin, target - origin, 1.0F};
   }
 };
+
+/// What a ray meets, if anything, with the point as it was before it was rounded to float32: in dense media, that loses
+/// many mean free paths.
+struct ExactMeeting {
+  Optional<Interaction> it;
+  Vec3d point;
+};
+
+/// What kernels for these effects know of what a ray meets.
+template <auto E>
+using MeetingOf = std::conditional_t<E.media, ExactMeeting, Optional<Interaction>>;
+
+/// The interaction of a meeting.
+[[nodiscard]] inline Optional<Interaction>& surface(Optional<Interaction>& it) noexcept { return it; }
+[[nodiscard]] inline Optional<Interaction>& surface(ExactMeeting& meeting) noexcept { return meeting.it; }
+[[nodiscard]] inline const Optional<Interaction>& surface(const Optional<Interaction>& it) noexcept { return it; }
+[[nodiscard]] inline const Optional<Interaction>& surface(const ExactMeeting& meeting) noexcept { return meeting.it; }
 
 }  // namespace equaltime

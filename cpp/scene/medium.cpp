@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -20,11 +22,22 @@ double transmitted(double sigma, double t) noexcept { return sigma > 0 ? std::ex
 /// from none.
 constexpr double kFarthest = 0x1p40;
 
+/// Mean free path over the extent of the scene down to which media are rendered: below, float32 leaves the edges of
+/// shapes and the points of lights many mean free paths from where they are.
+constexpr double kShortestFreePath = 1e-7;
+
 struct Colors {
   explicit Colors(const Spectrum& s) noexcept
       : of{static_cast<double>(s.r), static_cast<double>(s.g), static_cast<double>(s.b)} {}
   double of[3];
 };
+
+/// The same for the colours; most media are grey, and exponentials take their time.
+void transmitted(const Colors& sigma, double t, double (&left)[3]) noexcept {
+  left[0] = transmitted(sigma.of[0], t);
+  left[1] = sigma.of[1] == sigma.of[0] ? left[0] : transmitted(sigma.of[1], t);
+  left[2] = sigma.of[2] == sigma.of[1] ? left[1] : transmitted(sigma.of[2], t);
+}
 
 Spectrum quotients(const double (&numerators)[3], double denominator) noexcept {
   return {static_cast<float>(numerators[0] / denominator), static_cast<float>(numerators[1] / denominator),
@@ -66,14 +79,14 @@ Bsdf make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& 
 
 }  // namespace
 
-Spectrum Medium::transmittance(float distance) const noexcept {
+Spectrum Medium::transmittance(double t) const noexcept {
   const Colors sigma(sigma_t);
-  const auto t = static_cast<double>(distance);
-  const double left[3] = {transmitted(sigma.of[0], t), transmitted(sigma.of[1], t), transmitted(sigma.of[2], t)};
+  double left[3];
+  transmitted(sigma, t, left);
   return quotients(left, 1);
 }
 
-Flight Medium::sample(const Spectrum& beta, float distance, Point2d u) const noexcept {
+Flight Medium::sample(const Spectrum& beta, double distance, Point2d u) const noexcept {
   if (sigma_s.is_black()) return {distance, false, transmittance(distance)};
   const Colors sigma(sigma_t), scattering(sigma_s), weight(beta);
   const double sum = weight.of[0] + weight.of[1] + weight.of[2];
@@ -85,16 +98,16 @@ Flight Medium::sample(const Spectrum& beta, float distance, Point2d u) const noe
     picked = weight.of[1] > 0 ? 1 : 0;
   const double extinction = sigma.of[picked];
   const double drawn = extinction > 0 ? -std::log1p(-u.x) / extinction : std::numeric_limits<double>::infinity();
-  const bool collides = drawn < static_cast<double>(distance);
-  const double t = collides ? drawn : static_cast<double>(distance);
+  const bool collides = drawn < distance;
+  const double t = collides ? drawn : distance;
   if (collides && t > kFarthest) return {0, true, {}};
-  double values[3], density = 0;
+  double left[3], values[3], density = 0;
+  transmitted(sigma, t, left);
   for (int c = 0; c < 3; ++c) {
-    const double left = transmitted(sigma.of[c], t);
-    density += weight.of[c] / sum * (collides ? sigma.of[c] * left : left);
-    values[c] = collides ? scattering.of[c] * left : left;
+    density += weight.of[c] / sum * (collides ? sigma.of[c] * left[c] : left[c]);
+    values[c] = collides ? scattering.of[c] * left[c] : left[c];
   }
-  return {static_cast<float>(t), collides, quotients(values, density)};
+  return {t, collides, quotients(values, density)};
 }
 
 std::uint32_t Media::at(const std::optional<std::uint32_t>& described) const {
@@ -102,6 +115,22 @@ std::uint32_t Media::at(const std::optional<std::uint32_t>& described) const {
   if (*described >= index.size()) throw std::invalid_argument("no medium " + std::to_string(*described));
   return index[*described];
 }
+
+namespace {
+
+/// Says what is wrong with a medium that is denser than the scene can be rendered with; empty if it is not.
+std::string too_dense(const Spectrum& sigma_t, const Normalization& normalization) {
+  const Bounds& bounds = normalization.bounds();
+  const double extent = bounds.empty() ? 0 : max_component(bounds.extent());
+  const double share = 1 / (static_cast<double>(sigma_t.max_component()) * extent);
+  if (share >= kShortestFreePath) return {};
+  std::ostringstream message;
+  message << std::setprecision(3) << "its mean free path is " << share << " of the scene's extent, and the shortest is "
+          << kShortestFreePath << "; lower sigma_t or scale, or make the shape opaque";
+  return message.str();
+}
+
+}  // namespace
 
 Media make_media(const std::vector<MediumDescription>& descriptions, const Normalization& normalization) {
   Media media;
@@ -118,6 +147,7 @@ Media make_media(const std::vector<MediumDescription>& descriptions, const Norma
     const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
     if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
     if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
+    if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense.c_str());
     const Bsdf phase = make_phase(distinct(d, fail), albedo);
     media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
     if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo, phase});

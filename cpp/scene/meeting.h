@@ -50,6 +50,14 @@ template <auto E>
       anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place, kNone,
       {},     0};
 }
+/// The same with all that the kernel needs of it.
+template <auto E>
+[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> faced(const Met& met, const Ray& ray) noexcept {
+  if constexpr (E.media)
+    return {face<E>(met, ray), met.p};
+  else
+    return face<E>(met, ray);
+}
 
 /// Azimuth and polar angle, in whole turns and half turns.
 [[nodiscard]] Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept;

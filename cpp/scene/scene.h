@@ -60,17 +60,17 @@ struct Scene {
   /// The nearest surface that the ray meets, at a time from 0 to 1 if anything moves. E prunes kinds of shapes that the
   /// scene cannot hold. A Guard lives while Embree searches.
   template <auto E, class Guard = Unguarded>
-  [[nodiscard]] Optional<Interaction> intersect(const Ray& ray, float time) const noexcept;
+  [[nodiscard]] MeetingOf<E> intersect(const Ray& ray, float time) const noexcept;
   /// The same where there are instances.
   template <auto E, class Guard = Unguarded>
-  [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_instances(const Ray& ray) const noexcept;
+  [[nodiscard, gnu::noinline]] MeetingOf<E> intersect_instances(const Ray& ray) const noexcept;
   /// The same where something moves.
   template <auto E, class Guard = Unguarded>
-  [[nodiscard, gnu::noinline]] Optional<Interaction> intersect_moving(const Ray& ray, float time) const noexcept;
+  [[nodiscard, gnu::noinline]] MeetingOf<E> intersect_moving(const Ray& ray, float time) const noexcept;
   /// The interaction with what was hit in an instance of that number.
   template <auto E>
-  [[nodiscard]] Interaction seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
-                                    float time) const noexcept;
+  [[nodiscard]] MeetingOf<E> seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
+                                     float time) const noexcept;
   /// The corners of a triangle of a mesh, in the mesh's own space.
   [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept;
   /// Whether anything that rays meet is elsewhere at another time.
@@ -153,7 +153,7 @@ struct Scene {
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
 template <auto E, class Guard>
-EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray, [[maybe_unused]] float time) const noexcept {
+EQUALTIME_INLINE MeetingOf<E> Scene::intersect(const Ray& ray, [[maybe_unused]] float time) const noexcept {
   if constexpr (E.motion)
     if (moves()) return intersect_moving<E, Guard>(ray, time);
   if constexpr (E.instances)
@@ -162,44 +162,44 @@ EQUALTIME_INLINE Optional<Interaction> Scene::intersect(const Ray& ray, [[maybe_
     [[maybe_unused]] const Guard guard;
     return accel.intersect(ray);
   }();
-  if (!hit) return std::nullopt;
+  if (!hit) return {};
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  return detail::face<E>(meet<E>(top, own, *hit, RayD(ray), 0), ray);
+  return detail::faced<E>(meet<E>(top, own, *hit, RayD(ray), 0), ray);
 }
 
 template <auto E, class Guard>
-Optional<Interaction> Scene::intersect_instances(const Ray& ray) const noexcept {
+MeetingOf<E> Scene::intersect_instances(const Ray& ray) const noexcept {
   const auto hit = [&]() noexcept {
     [[maybe_unused]] const Guard guard;
     return accel.intersect_instances(ray);
   }();
-  if (!hit) return std::nullopt;
+  if (!hit) return {};
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray), 0), ray);
+  if (hit->instance == kNotInstanced) return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), 0), ray);
   return seen_in<E>(instances[hit->instance], *hit, ray, 0);
 }
 
 template <auto E, class Guard>
-Optional<Interaction> Scene::intersect_moving(const Ray& ray, float time) const noexcept {
+MeetingOf<E> Scene::intersect_moving(const Ray& ray, float time) const noexcept {
   const auto hit = [&]() noexcept {
     [[maybe_unused]] const Guard guard;
     return accel.intersect_at(ray, time);
   }();
-  if (!hit) return std::nullopt;
+  if (!hit) return {};
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  if (hit->instance == kNotInstanced) return detail::face<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
+  if (hit->instance == kNotInstanced) return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
   return seen_in<E>(instance_at(hit->instance, time), *hit, ray, time);
 }
 
 template <auto E>
-EQUALTIME_INLINE Interaction Scene::seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
-                                            [[maybe_unused]] float time) const noexcept {
+EQUALTIME_INLINE MeetingOf<E> Scene::seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
+                                             [[maybe_unused]] float time) const noexcept {
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
-  Interaction it = detail::face<E>(
-      instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time)), ray);
-  it.instance = hit.instance;
-  return it;
+  const detail::Met met = instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));
+  MeetingOf<E> meeting = detail::faced<E>(met, ray);
+  surface(meeting)->instance = hit.instance;
+  return meeting;
 }
 
 template <auto E, class GeometriesOf>

@@ -14,7 +14,7 @@ class CheckedCounter {
   explicit CheckedCounter(RayCounter& counter) noexcept : counter_(counter) {}
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++counter_.counters.rays;
     return scene.intersect<E, HeldExceptions>(ray, time);
   }
@@ -25,7 +25,7 @@ class CheckedCounter {
     return scene.occluded<E>(ray, time);
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     ++counter_.counters.shadow_rays;
     return scene.intersect<E, HeldExceptions>(ray, time);
   }

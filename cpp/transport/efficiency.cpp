@@ -26,7 +26,7 @@ class PilotProbe {
   static constexpr bool listens = true;
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++rays_;
     return scene.intersect<E>(ray, time);
   }
@@ -36,7 +36,7 @@ class PilotProbe {
     return scene.occluded<E>(ray, time);
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     return intersect<E>(scene, ray);
   }
 

@@ -22,7 +22,7 @@ struct Sends {
 /// The ray has come through its medium, which leaves this of its throughput, to the surface that it met or, if the
 /// medium scattered it, to a vertex before.
 struct Flies {
-  const Optional<Interaction>& it;
+  const Interaction* it;  // null: met nothing
   bool scattered;
   Spectrum beta;
 };

@@ -23,7 +23,7 @@ struct Departure {
   Spectrum beta;
   float radiance_scale;
   Arrival made;
-  Surroundings<E> within;
+  PathSurroundings<E> within;
   int depth;  // of the vertex that it goes to
   std::uint32_t crossed;
   Sampler sampler;

@@ -53,7 +53,7 @@ bool is_near_film(const Scene& scene, const FilmPlace& place) noexcept {
 Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const LightSample& light, float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
-  const Optional<Interaction> it = scene.intersect<kAllEffects>(ray, time);
+  const Optional<Interaction> it = surface(scene.intersect<kAllEffects>(ray, time));
   if (light.infinite) return it ? Spectrum() : light.radiance;
   if (!it || !it->front || scene.surfaces[it->shape].first_light == kNone || scene.light_of(*it) != light.light)
     return {};

@@ -19,7 +19,7 @@ template <Effects E, class Probe>
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
   Arrival made;
-  Surroundings<E> within(scene, probe.time);
+  PathSurroundings<E> within(scene, ray, probe.time);
   std::uint32_t crossed = 0;  // surfaces that are no vertices
   int depth = 1;
   StraightAhead<E> straight(true);
@@ -37,11 +37,12 @@ template <Effects E, class Probe>
       return L;
     VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
     if constexpr (Probe::listens) probe.note(event::Sends{ray, made, beta, L});
-    auto it = probe.template intersect<E>(scene, ray);
-    const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, it);
-    if constexpr (Probe::listens) probe.note(event::Flies{it, phase != nullptr, beta});
+    auto meeting = probe.template intersect<E>(scene, ray);
+    const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, meeting);
+    Optional<Interaction>& it = surface(meeting);
+    if constexpr (Probe::listens) probe.note(event::Flies{it ? &*it : nullptr, phase != nullptr, beta});
     if constexpr (E.media || E.hidden_emitters)
-      if (phase == nullptr && it && (within.hides(scene, *it) || straight.looks_through(scene, *it, depth))) {
+      if (phase == nullptr && it && (within.here().hides(scene, *it) || straight.looks_through(scene, *it, depth))) {
         ray = it->spawn(-it->wo, false);
         within.leave(scene, *it, false);
         --depth, ++crossed;
@@ -67,8 +68,9 @@ template <Effects E, class Probe>
       }
     }
     std::optional<Bsdf> own;
-    const Bsdf* bsdf =
-        phase != nullptr ? phase : &within.beside(scene, *it, scene.bsdf<E>(material, *it, own, probe.time), own);
+    const Bsdf* bsdf = phase != nullptr
+                           ? phase
+                           : &within.here().beside(scene, *it, scene.bsdf<E>(material, *it, own, probe.time), own);
     const bool may_cross = crosses && std::holds_alternative<ThinDielectric>(*bsdf);  // and is a vertex if it reflects
     if (E.masks && depth >= settings.max_depth && !may_cross) return L;
     probe.scatters(*bsdf);
@@ -76,14 +78,15 @@ template <Effects E, class Probe>
     if (is_delta<E>(*bsdf)) {
       scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
     } else if (is_uncommon(settings.technique)) [[unlikely]] {
-      const Vertex vertex = uncommon_vertex<E>(scene, settings, *it, *bsdf, within, sampler, bounce, depth, u, probe);
+      const Vertex vertex =
+          uncommon_vertex<E>(scene, settings, *it, *bsdf, within.here(), sampler, bounce, depth, u, probe);
       L += probe.lit(beta * vertex.direct, depth + 1);
       scattered = vertex.scattered;
       made.mixed = vertex.mixed;
     } else {
       if constexpr (!E.forks) scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
       const Spectrum direct =
-          direct_light<E>(scene, settings, *it, *bsdf, within, sampler, bounce, depth, u.light_point, probe);
+          direct_light<E>(scene, settings, *it, *bsdf, within.here(), sampler, bounce, depth, u.light_point, probe);
       L += probe.lit(beta * direct, depth + 1);
       if constexpr (E.forks) {
         if (forks.due()) {

@@ -19,7 +19,7 @@ class RayCounter {
   static constexpr bool listens = false;  // to events (transport/events.h): then it has a `note` for each
 
   template <auto E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] EQUALTIME_INLINE MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
     ++counters.rays;
     return scene.intersect<E>(ray, time);
   }
@@ -31,7 +31,7 @@ class RayCounter {
 
   /// The nearest surface that a shadow ray meets, where surfaces may let it pass.
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     ++counters.shadow_rays;
     return scene.intersect<E>(ray, time);
   }
@@ -68,7 +68,7 @@ class RayRecorder {
   static constexpr bool listens = false;
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) {
     rays.push_back({ray, false, time});
     return scene.intersect<E>(ray, time);
   }
@@ -78,7 +78,7 @@ class RayRecorder {
     return scene.occluded<E>(ray, time);
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) {
     return intersect<E>(scene, ray);
   }
   EQUALTIME_INLINE void begin(float) noexcept { ++counters.paths; }

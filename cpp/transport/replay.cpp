@@ -35,11 +35,11 @@ class PathTracer {
       : scene_(scene), settings_(settings), replay_(replay) {}
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E, HeldExceptions>(ray, time);
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) {
+    const auto meeting = scene.intersect<E, HeldExceptions>(ray, time);
     const HeldExceptions held;
     TracedVertex& vertex = current();
-    if (it) {
+    if (const auto& it = surface(meeting)) {
       vertex.it = *it;
       vertex.place = place_on(scene, *it, time);
     } else if (scene.lights.environment()) {
@@ -47,7 +47,7 @@ class PathTracer {
           scene.lights.environment_towards(settings_.lights, settings_.environment, vertex.made.from, ray.direction);
       meets(scene.lights.last(), value.radiance, value.pdf);
     }
-    return it;
+    return meeting;
   }
   template <auto E>
   [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) {
@@ -57,10 +57,10 @@ class PathTracer {
     return blocked;
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) {
-    const auto it = scene.intersect<E, HeldExceptions>(ray, time);
-    if (it) current().light->blocker = *it;
-    return it;
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) {
+    const auto meeting = scene.intersect<E, HeldExceptions>(ray, time);
+    if (const auto& it = surface(meeting)) current().light->blocker = *it;
+    return meeting;
   }
 
   void begin(float weight) noexcept { replay_.filter_weight = weight; }
@@ -137,7 +137,8 @@ class PathTracer {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    if (const auto it = scene_.intersect<kAllEffects>(ray, time)) current().light->blocker = *it;
+    const auto meeting = scene_.intersect<kAllEffects>(ray, time);
+    if (const auto& it = surface(meeting)) current().light->blocker = *it;
   }
 
   const Scene& scene_;

@@ -43,15 +43,15 @@ class ChainProbe {
   static constexpr bool listens = true;
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return left_ ? Optional<Interaction>{} : scene.intersect<E>(ray, time);
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
+    return left_ ? MeetingOf<E>{} : scene.intersect<E>(ray, time);
   }
   template <auto E>
   [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
     return true;
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     return scene.intersect<E>(ray, time);
   }
   void begin(float) noexcept { left_ = specular_ = false; }

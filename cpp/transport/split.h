@@ -56,7 +56,7 @@ class SplitProbe {
   void at(std::span<double> pixel, double scale) noexcept { pixel_ = pixel, scale_ = scale; }
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
     return scene.intersect<E>(ray, time);
   }
   template <auto E>
@@ -64,7 +64,7 @@ class SplitProbe {
     return scene.occluded<E>(ray, time);
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     if (scene.crossings_are_vertices) ++crossed_;
     return scene.intersect<E>(ray, time);
   }

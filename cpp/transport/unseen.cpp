@@ -18,7 +18,7 @@ class UnshadowedProbe {
   static constexpr bool listens = false;
 
   template <auto E>
-  [[nodiscard]] Optional<Interaction> intersect(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
     return scene.intersect<E>(ray, time);
   }
   template <auto E>
@@ -26,7 +26,7 @@ class UnshadowedProbe {
     return false;
   }
   template <auto E>
-  [[nodiscard]] static Optional<Interaction> blocker(const Scene&, const Ray&) noexcept {
+  [[nodiscard]] static MeetingOf<E> blocker(const Scene&, const Ray&) noexcept {
     return {};
   }
   static void begin(float) noexcept {}

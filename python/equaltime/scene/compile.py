@@ -66,7 +66,10 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     set_sensor(builder, model.sensor)
     media.surround(model.sensor)
     set_film(builder, model.sensor.film)
-    return builder.build()
+    try:
+        return builder.build()
+    except ValueError as error:
+        raise media.at_place(error) from error
 
 
 def _unlit(model: SceneModel) -> SceneModel:

@@ -6,6 +6,8 @@ nothing to its length.
 
 from __future__ import annotations
 
+import re
+
 from equaltime.scene.builder import Builder
 from equaltime.scene.model import (
     BlendPhase,
@@ -51,6 +53,7 @@ class Media:
         self._builder = builder
         self._seen = sees_media(model.integrator)
         self._known: dict[Medium, int] = {}
+        self._nodes: dict[int, Medium] = {}
         if self._seen:
             builder.cross_freely()
 
@@ -68,6 +71,11 @@ class Media:
         if index is not None:
             self._builder.set_camera_medium(index)
 
+    def at_place(self, error: ValueError) -> ValueError:
+        """Return the core's complaint, with its node if it is about a medium."""
+        about = re.fullmatch(r"medium (\d+): (.*)", str(error), re.DOTALL)
+        return Unsupported(self._nodes[int(about[1])], about[2]) if about else error
+
     def _index(self, medium: Medium | None) -> int | None:
         if medium is None:
             return None
@@ -79,6 +87,7 @@ class Media:
                 message = f"a blend of more than {MOST_LOBES} phase functions that differ is not supported"
                 raise Unsupported(medium.phase, message)
             self._known[key] = self._builder.add_medium(sigma_t, medium.albedo)
+            self._nodes[self._known[key]] = medium
             self._builder.blend_phase(self._known[key], lobes)
         return self._known[key]
 

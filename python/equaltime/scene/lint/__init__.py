@@ -1,9 +1,10 @@
 """Lint: the hazards of a scene, told before it renders.
 
-Each module looks at one kind: `surfaces` (triangles, their facing, what closes), `lights`, `materials`, `extent` (size
-and place), `camera`. What cannot be rendered at all, such as an id that is taken twice or a vertex that is no number,
-is an error of loading and told there; what the readers of files mended is among the findings here. ``fast`` leaves out
-what takes longer than a render should wait for: meshes beyond some ten thousand triangles, and texels.
+Each module looks at one kind: `surfaces` (triangles, their facing, what closes), `lights`, `materials`, `media`,
+`extent` (size and place), `camera`. What cannot be rendered at all, such as an id that is taken twice or a vertex that
+is no number, is an error of loading and told there; what the readers of files mended is among the findings here.
+``fast`` leaves out what takes longer than a render should wait for: meshes beyond some ten thousand triangles, and
+texels.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from equaltime.scene.lint.extent import check_extent
 from equaltime.scene.lint.finding import Finding, Severity, first_places
 from equaltime.scene.lint.lights import check_lights
 from equaltime.scene.lint.materials import check_materials
+from equaltime.scene.lint.media import check_media
 from equaltime.scene.lint.parts import World
 from equaltime.scene.lint.surfaces import check_surfaces
 from equaltime.scene.scene import Scene
@@ -28,6 +30,7 @@ def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
         *check_extent(world),
         *check_lights(world),
         *check_materials(world),
+        *check_media(world),
         *check_camera(world),
         *_mended(scene),
     ]

@@ -1,0 +1,53 @@
+"""Hazards of media: those that are too dense for the numbers that rays are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from equaltime.scene.compile_media import sees_media
+from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.parts import World
+from equaltime.scene.model import Medium
+
+__all__ = ["check_media"]
+
+SHORTEST: Final = 1e-7
+"""The shortest mean free path as a share of the scene's extent, as in the core, which refuses shorter ones."""
+
+
+def check_media(world: World) -> Iterator[Finding]:
+    """Compare mean free paths with the extent of the scene."""
+    extent = _extent(world)
+    if extent == 0.0 or not sees_media(world.scene.model.integrator):
+        return
+    media = {id(node): node for node in world.scene.model.nodes() if isinstance(node, Medium)}
+    shares = {node: 1.0 / (densest * extent) for node in media.values() if (densest := _densest(node)) > 0.0}
+    found = [node for node, share in shares.items() if share < SHORTEST]
+    if found:
+        least = min(shares[node] for node in found)
+        yield Finding(
+            "dense-media",
+            "warning",
+            f"media with a mean free path below {SHORTEST:.0e} of the scene's extent: {len(found)}; "
+            f"the shortest: {least:.3g} of the scene",
+            first_places(world.called(node) for node in found),
+            len(found),
+            "refuses them: single precision leaves shapes and lights many mean free paths from where they are",
+            "lower sigma_t or scale (a body many mean free paths thick looks the same), leave out what is far away, or "
+            "give the shape an opaque BSDF",
+        )
+
+
+def _densest(medium: Medium) -> float:
+    return max(medium.scale * sigma for sigma in medium.sigma_t)
+
+
+def _extent(world: World) -> float:
+    """Return the longest side of all that stands in the scene itself; 0 if instances or large meshes are left out."""
+    if not world.parts or world.skipped or any(part.grouped for part in world.parts):
+        return 0.0
+    corners = np.array([part.bounds for part in world.parts])
+    return float((corners[:, 1].max(axis=0) - corners[:, 0].min(axis=0)).max())
