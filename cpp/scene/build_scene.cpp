@@ -6,6 +6,7 @@
 
 #include "scene/build_lights.h"
 #include "scene/build_meshes.h"
+#include "scene/coincident_lamps.h"
 #include "scene/emission.h"
 #include "scene/scene.h"
 
@@ -243,6 +244,7 @@ Lights Builder::make_lights() {
 }
 
 Scene Builder::build(Intersection mode) {
+  bring_lamps_forward(description_, normalization_);
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1));
   media_ = make_media(description_.media, normalization_);
