@@ -4,12 +4,14 @@
 
 #include <atomic>
 #include <cmath>
+#include <deque>
 #include <new>
 #include <numbers>
 #include <stdexcept>
 
 #include "accel/embree_values.h"
 #include "accel/moving_instance.h"
+#include "accel/slivers.h"
 #include "accel/walls.h"
 
 namespace equaltime {
@@ -111,6 +113,7 @@ struct Accel::Impl {
   Geometries geometries;
   std::vector<Geometries> groups;
   std::atomic<std::int64_t> memory{0};
+  std::deque<Slivers> slivers;  // of the meshes that have any
   Device device;
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
@@ -133,7 +136,7 @@ struct Accel::Impl {
 
  private:
   void attach(RTCScene to, RTCGeometry geometry) const;
-  void add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) const;
+  void add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality);
   template <class Primitive>
   void add_primitives(RTCScene to, std::vector<Primitive>& primitives) const;
   void add_instance(RTCScene to, const InstanceGeometry& instance) const;
@@ -145,7 +148,7 @@ void Accel::Impl::attach(RTCScene to, RTCGeometry geometry) const {
   rtcReleaseGeometry(geometry);
 }
 
-void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) const {
+void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) {
   const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   const std::size_t count = mesh.vertices.size();
   mesh.vertices.emplace_back();  // Embree reads 16 bytes at every vertex of 12: the last needs some to spare
@@ -159,6 +162,8 @@ void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality qual
   }
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                              sizeof(Triangle), mesh.triangles.size());
+  if (Slivers found = slivers_of(mesh); !found.thin.empty())
+    drop_false_hits(geometry, slivers.emplace_back(std::move(found)));
   rtcSetGeometryBuildQuality(geometry, quality);
   attach(to, geometry);
 }

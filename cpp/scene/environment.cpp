@@ -16,8 +16,12 @@ constexpr double kPiD = std::numbers::pi;
 ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double radiance_scale)
     : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(d.pixels) {
   if (d.height == 1) texels_.insert(texels_.end(), d.pixels.begin(), d.pixels.end());
-  const auto scale = static_cast<float>(radiance_scale * d.scale);
-  for (Spectrum& t : texels_) t *= scale;
+  // The factor that brings an image of denormal radiance to 1 is no float32.
+  int exponent = 0;
+  const auto mantissa = static_cast<float>(std::frexp(radiance_scale * d.scale, &exponent));
+  const double scale = std::ldexp(static_cast<double>(mantissa), exponent);
+  const auto scaled = [scale](float x) { return static_cast<float>(static_cast<double>(x) * scale); };
+  for (Spectrum& t : texels_) t = {scaled(t.r), scaled(t.g), scaled(t.b)};
   x_axis_ = Vec3f(normalize(d.to_world.column(0)));
   y_axis_ = Vec3f(normalize(d.to_world.column(1)));
   z_axis_ = Vec3f(normalize(d.to_world.column(2)));

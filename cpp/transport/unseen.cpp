@@ -43,7 +43,9 @@ class UnshadowedProbe {
 
 std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings settings, const RenderOptions& options,
                                std::span<const std::uint32_t> pixels) {
-  if (!aims_at_lights(settings.technique)) settings.technique = Technique::mis;
+  // What one technique, or one way to pick lights, hardly ever finds may be found by the others.
+  settings.technique = Technique::mis;
+  settings.lights = LightSelection::tree;
   const Renderer renderer(scene, settings, options);  // prepares the lights
   const std::uint32_t width = scene->film.crop_width;
   const double scale = scene->normalization.world_radiance_scale();

@@ -295,3 +295,29 @@ def test_a_camera_in_a_medium_that_it_does_not_name_is_told(obj: Callable[..., d
     named = scene(camera=2.0, **volpath).to_dict()
     named["view"]["medium"] = fog
     assert "camera-in-medium" not in found(et.load_dict(named)), "named"
+
+
+def test_lights_whose_radiances_are_too_far_apart_are_told() -> None:
+    def lamp(radiance: float, x: float) -> dict[str, Any]:
+        return {"type": "sphere", "center": [x, 0, 0], "emitter": {"type": "area", "radiance": radiance}}
+
+    assert "radiance-range" not in found(scene({"type": "constant", "radiance": 1.0}, one=lamp(1e-11, 0.0)))
+    apart = found(scene({"type": "constant", "radiance": 1.0}, one=lamp(1e-13, 0.0), two=lamp(0.0, 5.0)))
+    assert apart["radiance-range"].severity == "warning"
+    assert apart["radiance-range"].count == 1
+    assert "1e+13" in apart["radiance-range"].what
+    points = [{"type": "point", "position": [x, 3, 0], "intensity": i} for x, i in ((0, 1.0), (1, 1e-14))]
+    told = found(scene({"type": "constant", "radiance": 1e-9}, one=points[0], two=points[1]))
+    assert "intensity" in told["radiance-range"].what
+
+
+def test_a_sky_of_texels_too_far_apart_is_told(tmp_path: Path) -> None:
+    for ratio in (1e11, 1e13):
+        pixels = np.ones((4, 8, 3), dtype=np.float32)
+        pixels[1, 2] = ratio
+        out = OpenImageIO.ImageOutput.create(str(tmp_path / "sky.exr"))
+        assert out.open(str(tmp_path / "sky.exr"), OpenImageIO.ImageSpec(8, 4, 3, "float"))
+        assert out.write_image(pixels)
+        out.close()
+        sky = {"type": "envmap", "filename": str(tmp_path / "sky.exr")}
+        assert ("radiance-range" in found(scene(sky))) == (ratio > 1e12)

@@ -31,6 +31,8 @@ __all__ = ["check_lights"]
 
 AWAY = 1e-12
 """What lies before a light by less than this share of the scene's size, a few roundings, lies in its plane."""
+FAR_APART = 1e12
+"""The ratio of radiances up to which the tests of dim lights hold (S22)."""
 FLAT = 1e-4
 """How far the normals of a flat light's triangles may be apart, in radians."""
 
@@ -64,6 +66,8 @@ def check_lights(world: World) -> Iterator[Finding]:
             "renders a black image",
             "add an emitter: a constant one is the simplest",
         )
+    black = set(map(id, dark))
+    yield from _far_apart(world, [node for node in nodes.values() if id(node) not in black])
     yield from _turned_away(world)
     yield from _enclosed(world)
     yield from _through_glass(world)
@@ -75,6 +79,40 @@ def _is_dark(node: Plugin, world: World) -> bool:
     name = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(node.title, "radiance")
     value = getattr(node, name)
     return isinstance(value, tuple) and not any(value)
+
+
+def _far_apart(world: World, lights: list[Plugin]) -> Iterator[Finding]:
+    """Find lights so dim beside others that lights picked by power are hardly ever these."""
+    for name in ("radiance", "intensity", "irradiance"):
+        spans = [(node, *span) for node in lights if (span := _span(node, name, world)) is not None]
+        most = max((high for _, _, high in spans), default=0.0)
+        dim = [(node, low) for node, low, _ in spans if low * FAR_APART < most]
+        if not dim:
+            continue
+        yield Finding(
+            "radiance-range",
+            "warning",
+            f"lights of which a {name} is more than {FAR_APART:.0e} times below the brightest: {len(dim)}; "
+            f"ratio: {most / min(low for _, low in dim):.2g}",
+            first_places(world.called(node) for node, _ in dim),
+            len(dim),
+            "renders them, but where lights are picked by their power, hardly any sample is aimed at these: light that "
+            "only aimed rays find may be missing where they alone shine",
+            "leave the dim ones out, or render them by themselves; lights=uniform picks all alike",
+        )
+
+
+def _span(node: Plugin, name: str, world: World) -> tuple[float, float] | None:
+    """Return the least and the largest positive value of a light's colours, or of its texels; None if it has none."""
+    if isinstance(node, EnvMap):
+        if name != "radiance":
+            return None
+        values, scale = np.asarray(world.scene.assets.image(node)), node.scale
+    else:
+        value = getattr(node, name, None)
+        values, scale = np.array(value if isinstance(value, tuple) else (), dtype=float), 1.0
+    least = float(np.min(values, where=values > 0.0, initial=np.inf))
+    return (scale * least, scale * float(values.max())) if least < np.inf else None
 
 
 def _turned_away(world: World) -> Iterator[Finding]:

@@ -61,7 +61,8 @@ def _slivers(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         f"by up to {worst:.2g}, in up to {share:.2g} of a shape's area",
         first_places(part.name for part in much or found),
         count,
-        "takes normals from the rounded vertices in double precision, and starts rays clear of the error",
+        "takes normals from the rounded vertices in double precision, starts rays clear of the error, and drops hits "
+        "of the thinnest that rays pass by",
         "mesh the shape anew, or bring it nearer to the camera or to the size of the scene",
     )
 
