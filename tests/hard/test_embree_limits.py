@@ -1,4 +1,4 @@
-"""Numbers that would take rays beyond what Embree takes (G22) are refused at load, and never end the process."""
+"""Numbers that would take rays beyond what Embree takes (G23) are refused at load, and never end the process."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def instance(*scale: float) -> dict[str, Any]:
         ({}, instance(1.0, 1.0, 1.0) | {"far": {"type": "sphere", "center": [0.0, 1e30, 0.0]}}, "copy: to_world"),
     ],
 )
-def test_G22_what_would_take_rays_too_far_is_refused_with_its_place(  # noqa: N802
+def test_G23_what_would_take_rays_too_far_is_refused_with_its_place(  # noqa: N802
     sensor: dict[str, Any], parts: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(et.SceneError, match=words):
@@ -56,7 +56,7 @@ def test_G22_what_would_take_rays_too_far_is_refused_with_its_place(  # noqa: N8
         ({}, {"far": {"type": "sphere", "center": [0.0, 1e17, 0.0]}}),
     ],
 )
-def test_G22_the_twin_what_is_far_but_not_too_far_is_rendered(  # noqa: N802
+def test_G23_the_twin_what_is_far_but_not_too_far_is_rendered(  # noqa: N802
     sensor: dict[str, Any], parts: dict[str, Any]
 ) -> None:
     assert np.isfinite(et.render(scene(sensor, **parts), spp=2, threads=1).image).all()
@@ -64,13 +64,13 @@ def test_G22_the_twin_what_is_far_but_not_too_far_is_rendered(  # noqa: N802
 
 @pytest.mark.parametrize("index", [1e-19, 1e-4, 1e12, 1.8e19])
 @pytest.mark.parametrize("kind", ["dielectric", "roughdielectric", "plastic", "roughplastic"])
-def test_G22_an_index_of_refraction_that_no_direction_survives_is_refused(kind: str, index: float) -> None:  # noqa: N802
+def test_G23_an_index_of_refraction_that_no_direction_survives_is_refused(kind: str, index: float) -> None:  # noqa: N802
     with pytest.raises(et.SceneError, match="int_ior"):
         scene(ball=BALL | {"bsdf": {"type": kind, "int_ior": index}})
 
 
 @pytest.mark.parametrize("index", [1e-3, 1e3])
 @pytest.mark.parametrize("kind", ["dielectric", "roughdielectric", "plastic", "roughplastic"])
-def test_G22_the_largest_and_least_index_are_rendered(kind: str, index: float) -> None:  # noqa: N802
+def test_G23_the_largest_and_least_index_are_rendered(kind: str, index: float) -> None:  # noqa: N802
     whole = scene(ball=BALL | {"bsdf": {"type": kind, "int_ior": index, "ext_ior": 1 / index}})
     assert np.isfinite(et.render(whole, spp=8, threads=1).image).all()
