@@ -94,6 +94,11 @@ def _glass(ior: float) -> Case:
     return Case(id, name, "Fresnel's equations", "hard/glass.toml", 1.0, define={"ior": ior}, seeds=2)
 
 
+def _dense(sigma_t: float) -> Case:
+    name, stresses = f"extinction of {sigma_t:g} in a cube", "distances shorter than offsets"
+    return Case("G20", name, stresses, "hard/dense-cube.toml", 0.43612354135962916, define={"sigma_t": sigma_t})
+
+
 def _mirrors(bounces: int) -> Case:
     """Without roulette there is no noise; the scene tells peers the same by its rr_depth."""
     name, scene, strategy = f"mirrors, {bounces} bounces", "hard/furnace-mirrors.toml", "best,roulette=none"
@@ -138,6 +143,8 @@ CASES: Final = (
     Case("G14", "lamp behind a bent wall", "which side is which", "hard/bent-wall.toml", 0.0, seeds=2),
     Case("G2", "shell 1e-6 around", "offsets wider than a gap", "hard/shell.toml", 0.5),
     Case("G10", "three squares in one place", "which is met", "hard/coincident.toml", 0.5),
+    Case("G21", "lamp in a wall", "which is met", "hard/lamp-in-wall.toml", 0.19982489569838743),
+    *(_dense(sigma_t) for sigma_t in (1e3, 1e5, 3e6)),
     *(_ball(f"ball from {d:g} away", "digits of long rays", "G5", **_from(d)) for d in (1e2, 1e4, 1e7)),
     *(_ball(f"ball of size {r:g}", "sizes next to others", "G6", **_sized(r)) for r in (1e-6, 1e6)),
     Case("S28", "ball in a lamp 1e6 wide", "squares of distances", "hard/great-lamp.toml", 0.5),
