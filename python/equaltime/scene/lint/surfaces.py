@@ -107,8 +107,8 @@ def _coincident(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         f"triangles that lie exactly on others, {kind}: {copies:,}",
         first_places(part.name for part in owners),
         copies,
-        "a ray meets one of them, always the same in every render, and a lamp before what does not emit; a ray that goes "
-        "on may meet the other next",
+        "a ray meets one of them, always the same in every render, and a lamp before what does not emit; a ray that "
+        "goes on may meet the other next",
         "remove the copies; set apart what shall be two layers",
     )
 
