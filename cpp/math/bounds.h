@@ -15,4 +15,10 @@ struct Bounds {
   [[nodiscard]] Vec3d center() const noexcept { return (lo + hi) * 0.5; }
 };
 
+/// Whether two boxes have a point in common.
+[[nodiscard]] inline bool touch(const Bounds& a, const Bounds& b) noexcept {
+  return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
+         b.lo.z <= a.hi.z;
+}
+
 }  // namespace equaltime

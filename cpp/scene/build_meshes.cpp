@@ -167,13 +167,18 @@ std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescript
   return placed;
 }
 
-std::optional<std::size_t> only_instance(const std::vector<ShapeDescription>& shapes, std::uint32_t group) noexcept {
-  std::optional<std::size_t> only;
+std::vector<std::optional<std::size_t>> only_instances(const std::vector<ShapeDescription>& shapes,
+                                                       std::size_t groups) {
+  std::vector<std::optional<std::size_t>> only(groups);
+  std::vector<bool> seen(groups);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const auto* instance = std::get_if<InstanceDescription>(&shapes[i]);
-    if (instance == nullptr || instance->group != group) continue;
-    if (only) return std::nullopt;
-    only = i;
+    if (instance == nullptr || instance->group >= groups) continue;
+    if (seen[instance->group])
+      only[instance->group] = std::nullopt;
+    else
+      only[instance->group] = i;
+    seen[instance->group] = true;
   }
   return only;
 }

@@ -50,9 +50,9 @@ void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& 
 [[nodiscard]] std::vector<InstanceGeometry> place_instances(const std::vector<InstanceDescription>& instances,
                                                             const std::vector<Normalization>& groups,
                                                             const Normalization& world);
-/// Which shape is the instance of a group, if it has only one.
-[[nodiscard]] std::optional<std::size_t> only_instance(const std::vector<ShapeDescription>& shapes,
-                                                       std::uint32_t group) noexcept;
+/// Which shape is the instance of each group, if it has only one.
+[[nodiscard]] std::vector<std::optional<std::size_t>> only_instances(const std::vector<ShapeDescription>& shapes,
+                                                                     std::size_t groups);
 /// Where azimuth is counted from, and which way round.
 void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept;
 [[nodiscard]] std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDescription>& instances,

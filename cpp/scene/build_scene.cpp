@@ -53,6 +53,7 @@ class Builder {
   std::vector<Geometries> groups_;
   std::vector<InstanceDescription> instances_, moving_;
   std::vector<MovingLights> moving_lights_;
+  std::vector<std::optional<std::size_t>> only_instances_;  // of each group
   bool in_group_ = false;  // the set being built is one
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
   AreaLights area_lights_{textures_};
@@ -201,6 +202,7 @@ SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
 }
 
 void Builder::add_groups() {
+  only_instances_ = only_instances(description_.shapes, description_.groups.size());
   for (GroupDescription& group : description_.groups) {
     space_ = group_spaces_.emplace_back(group);
     const std::size_t lights = area_lights_.lights.size(), first = surfaces_.size();
@@ -213,7 +215,7 @@ void Builder::add_groups() {
 
 /// Sees to the group that was built last, if its only instance moves: it is that shape, and may have lights.
 void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
-  const auto only = only_instance(description_.shapes, static_cast<std::uint32_t>(group_sets_.size() - 1));
+  const std::optional<std::size_t> only = only_instances_[group_sets_.size() - 1];
   const auto* owner = only ? std::get_if<InstanceDescription>(&description_.shapes[*only]) : nullptr;
   const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
   if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
@@ -264,7 +266,7 @@ Scene Builder::build(Intersection mode) {
   const std::optional<CameraMotion> camera_motion = make_camera_motion(description_, normalization_);
   Nesting nesting = make_nesting(description_,
                                  {materials_, accel.geometries(), accel.groups(), instances, moving, camera_motion, top,
-                                  group_sets_, mesh_shapes_, sphere_shapes_},
+                                  group_sets_, only_instances_, mesh_shapes_, sphere_shapes_},
                                  normalization_.point(placement(description_.sensor).column(3)),
                                  media_.at(description_.camera_medium), surfaces_);
   const bool by_number =  // lights are asked which surface they are

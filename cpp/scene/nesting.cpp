@@ -5,6 +5,7 @@
 #include <string>
 
 #include "accel/accel.h"
+#include "math/box_tree.h"
 #include "scene/build_meshes.h"
 #include "scene/description.h"
 #include "scene/material.h"
@@ -65,11 +66,6 @@ Bounds bounds_of(const ClosedShape& closed) noexcept {
   return b;
 }
 
-bool touch(const Bounds& a, const Bounds& b) noexcept {
-  return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
-         b.lo.z <= a.hi.z;
-}
-
 /// A shape with a priority.
 struct Ranked {
   int priority;
@@ -85,13 +81,13 @@ bool has_inside(const ShapeDescription& shape) noexcept {
 
 /// Adds what is the only one of its group, and moves.
 void add_moving(const SceneDescription& d, const ShapesToNest& shapes, std::vector<Ranked>& ranked) {
+  std::vector<const Motion*> motions(d.groups.size());
+  for (const auto& [group, to_world] : shapes.moving) motions[group] = &to_world;
   std::size_t first = d.shapes.size();
   for (std::uint32_t group = 0; group < d.groups.size(); ++group) {
     const std::vector<ShapeDescription>& parts = d.groups[group].shapes;
-    const auto owner = only_instance(d.shapes, group);
-    const auto motion =
-        std::ranges::find_if(shapes.moving, [group](const MovingInstanceGeometry& m) { return m.group == group; });
-    const bool moves = owner && motion != shapes.moving.end();
+    const std::optional<std::size_t> owner = shapes.only_instances[group];
+    const bool moves = owner && motions[group] != nullptr;
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (!priority_of(parts[i])) continue;
       if (!moves) fail(first + i, "a shape of a group has no priority");
@@ -100,7 +96,7 @@ void add_moving(const SceneDescription& d, const ShapesToNest& shapes, std::vect
     if (moves)
       each_of(shapes, shapes.group_sets[group], shapes.groups[group], [&](const ClosedShape& closed) {
         if (const auto priority = priority_of(parts[closed.shape - first]))
-          ranked.push_back({*priority, closed.shape, motion->to_world.swept(bounds_of(closed))});
+          ranked.push_back({*priority, closed.shape, motions[group]->swept(bounds_of(closed))});
       });
     first += parts.size();
   }
@@ -118,13 +114,24 @@ std::vector<Ranked> ranked_shapes(const SceneDescription& d, const ShapesToNest&
   return ranked;
 }
 
+/// Those that touch another.
+std::vector<Ranked> overlapping(const std::vector<Ranked>& all) {
+  std::vector<Bounds> boxes;
+  boxes.reserve(all.size());
+  for (const Ranked& r : all) boxes.push_back(r.bounds);
+  const BoxTree tree(boxes);
+  std::vector<Ranked> ranked;
+  for (std::uint32_t i = 0; i < all.size(); ++i) {
+    bool alone = true;
+    tree.each_touching(boxes[i], [&](std::uint32_t other) { return alone = alone && other == i; });
+    if (!alone) ranked.push_back(all[i]);
+  }
+  return ranked;
+}
+
 void rank_bodies(const SceneDescription& d, const ShapesToNest& shapes, Nesting& nesting,
                  std::vector<Surface>& surfaces) {
-  const std::vector<Ranked> all = ranked_shapes(d, shapes);
-  std::vector<Ranked> ranked;
-  for (const Ranked& r : all)
-    if (std::ranges::any_of(all, [&](const Ranked& o) { return o.shape != r.shape && touch(o.bounds, r.bounds); }))
-      ranked.push_back(r);
+  std::vector<Ranked> ranked = overlapping(ranked_shapes(d, shapes));
   std::ranges::sort(ranked, {}, [](const Ranked& r) { return std::pair(r.priority, r.shape); });
   if (ranked.size() > kMostBodies)
     fail(ranked.back().shape, "no more than " + std::to_string(kMostBodies) + " shapes that overlap have priorities");

@@ -80,6 +80,7 @@ struct ShapesToNest {
   const std::optional<CameraMotion>& camera_motion;
   const SetOfShapes& top_set;
   const std::vector<SetOfShapes>& group_sets;
+  const std::vector<std::optional<std::size_t>>& only_instances;  // of each group
   const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
 };
 
