@@ -28,6 +28,8 @@ class BoxTree {
     }
   }
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.size() * sizeof(Node); }
+
  private:
   static constexpr std::uint32_t kInner = ~std::uint32_t{0};
 

@@ -63,6 +63,8 @@ class Motion {
   [[nodiscard]] unsigned parts(const Bounds& local) const noexcept;
   /// What the points of a local box pass through.
   [[nodiscard]] Bounds swept(const Bounds& local) const noexcept;
+  /// Bytes held beside the object itself.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return poses_.capacity() * sizeof(Pose); }
 
  private:
   struct Quaternion {
@@ -74,6 +76,7 @@ class Motion {
     Quaternion turn;
     Vec3d stretch, shear;  // the stretch's diagonal, and its (y, z), (z, x) and (x, y)
     double angle = 0;      // between this quaternion and the next; half that of the rotation
+    double unit = 0;       // 1 / sin(angle), where the angle is not too small
   };
 
   [[nodiscard]] static Pose pose_of(const MotionKey& key, bool mirrored);

@@ -1,6 +1,7 @@
 #include "scene/nesting.h"
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -158,23 +159,47 @@ class Search {
       reach_.include(nesting.camera);
   }
 
-  /// Of shapes in an instance of that number, which is `in` at first; `placed` is where their boxes are.
-  template <class Placed>
-  void look_at(const SetOfShapes& set, const Geometries& all, std::uint32_t instance, const Instance* in, bool moves,
-               Placed&& placed) {
+  /// Of a set, the shapes that may be closed and tell where the camera is. Those that many instances have in common are
+  /// indexed.
+  struct Candidate {
+    ClosedShape closed;
+    Bounds box;
+  };
+  [[nodiscard]] std::vector<Candidate> candidates(const SetOfShapes& set, const Geometries& all, bool shared) const {
+    std::vector<Candidate> found;
     each_of(shapes_, set, all, [&](ClosedShape closed) {
       const Surface& surface = surfaces_[closed.shape];
       if (surface.rank == kNoRank && (!surface.bounds_media || medium_is_said_)) return;
-      closed.instance = instance;
-      const bool changes = moves || shapes_.camera_motion || (closed.mesh != nullptr && !closed.mesh->later.empty());
-      if (changes && touch(placed(bounds_of(closed)), reach_))
-        nesting_.sometimes.push_back(closed);
-      else
-        closed.look(nesting_.always, surface, first_, in, 0);
+      const Bounds box = bounds_of(closed);
+      if (closed.mesh != nullptr && (shared || changes(closed)))
+        closed.index = std::make_shared<ClosedMesh>(*closed.mesh, box);
+      found.push_back({std::move(closed), box});
     });
+    return found;
+  }
+
+  /// Of shapes in an instance of that number, which is `in` at first; `placed` is where their boxes are.
+  template <class Placed>
+  void look_at(const std::vector<Candidate>& all, std::uint32_t instance, const Instance* in, bool moves,
+               Placed&& placed) {
+    for (const Candidate& candidate : all) {
+      ClosedShape closed = candidate.closed;
+      closed.instance = instance;
+      const bool near = touch(placed(candidate.box), reach_);
+      if (near && closed.index) closed.index->prepare();
+      if (near && (moves || changes(closed)))
+        nesting_.sometimes.push_back(std::move(closed));
+      else
+        closed.look(nesting_.always, surfaces_[closed.shape], first_, in, 0);
+    }
   }
 
  private:
+  /// Whether the camera may be in it at one time and not at another.
+  [[nodiscard]] bool changes(const ClosedShape& closed) const noexcept {
+    return shapes_.camera_motion || (closed.mesh != nullptr && !closed.mesh->later.empty());
+  }
+
   Nesting& nesting_;
   const ShapesToNest& shapes_;
   const std::vector<Surface>& surfaces_;
@@ -209,8 +234,9 @@ void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d
                        float time) const noexcept {
   const bool ranked = surface.rank != kNoRank;
   const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;
-  const auto found =
-      mesh != nullptr ? enclosure(*mesh, place, time) : std::optional(enclosure(*sphere, surface.flipped, place));
+  const auto found = index             ? index->enclosure(place, time)
+                     : mesh != nullptr ? enclosure(*mesh, place, time)
+                                       : std::optional(enclosure(*sphere, surface.flipped, place));
   const bool turned = mesh != nullptr && surface.flipped;
   if (!found || found->behind == turned) return;
   if (ranked) {
@@ -225,22 +251,35 @@ void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d
   beginning.medium = surface.media[1];
 }
 
+/// Shapes that are seen in several instances share their index.
+std::size_t Nesting::memory_bytes() const noexcept {
+  std::size_t bytes = bodies.capacity() * sizeof(Body) + sometimes.capacity() * sizeof(ClosedShape);
+  std::set<const ClosedMesh*> counted;
+  for (const ClosedShape& closed : sometimes)
+    if (closed.index && counted.insert(closed.index.get()).second) bytes += closed.index->memory_bytes();
+  return bytes;
+}
+
 Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, const Vec3d& camera,
                      std::uint32_t camera_medium, std::vector<Surface>& surfaces) {
   Nesting nesting{{}, {0, camera_medium}, {}, camera};
   rank_bodies(d, shapes, nesting, surfaces);
   Search search(nesting, shapes, surfaces, d.camera_medium.has_value());
-  search.look_at(shapes.top_set, shapes.top, kNone, nullptr, false, [](const Bounds& own) { return own; });
+  search.look_at(search.candidates(shapes.top_set, shapes.top, false), kNone, nullptr, false,
+                 [](const Bounds& own) { return own; });
+  std::vector<std::vector<Search::Candidate>> grouped;
+  grouped.reserve(shapes.groups.size());
+  for (std::size_t i = 0; i < shapes.groups.size(); ++i)
+    grouped.push_back(search.candidates(shapes.group_sets[i], shapes.groups[i], true));
   for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
     const Instance& instance = shapes.instances[i];
-    search.look_at(shapes.group_sets[instance.group()], shapes.groups[instance.group()], static_cast<std::uint32_t>(i),
-                   &instance, false, [&](const Bounds& own) { return instance.placed(own); });
+    search.look_at(grouped[instance.group()], static_cast<std::uint32_t>(i), &instance, false,
+                   [&](const Bounds& own) { return instance.placed(own); });
   }
   for (std::size_t i = 0; i < shapes.moving.size(); ++i) {
     const auto& [group, to_world] = shapes.moving[i];
     const Instance at_first(group, to_world.at(0));
-    search.look_at(shapes.group_sets[group], shapes.groups[group],
-                   static_cast<std::uint32_t>(shapes.instances.size() + i), &at_first, true,
+    search.look_at(grouped[group], static_cast<std::uint32_t>(shapes.instances.size() + i), &at_first, true,
                    [&](const Bounds& own) { return to_world.swept(own); });
   }
   return nesting;

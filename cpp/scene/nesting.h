@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct Body {
   float ior;             // over that of what is round all bodies
 };
 
+class ClosedMesh;
 class Instance;
 
 /// A set of bodies by their ranks: the higher, the higher the priority.
@@ -42,7 +44,8 @@ struct ClosedShape {
   std::uint32_t shape = kNone;
   const TriangleMesh* mesh = nullptr;  // the accel's own, as the sphere
   const SphereGeometry* sphere = nullptr;
-  std::uint32_t instance = kNone;  // that it is seen in, by its number, if any
+  std::shared_ptr<ClosedMesh> index = {};  // of the mesh, where many points or times are asked about
+  std::uint32_t instance = kNone;          // that it is seen in, by its number, if any
 
   /// Notes whether the camera, at this place in the scene's space, is in it at a time. `in` is the instance as it is
   /// then; null if the shape is in none.
@@ -58,6 +61,8 @@ struct Nesting {
   Beginning always = {};                    // by all shapes that the camera is in always or never
   std::vector<ClosedShape> sometimes = {};  // the others
   Vec3d camera = {};                        // if it does not move
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };
 
 /// The BSDF of a body's surface, inside another body of so large an index.
