@@ -1,5 +1,6 @@
 #include "math/motion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -100,6 +101,7 @@ Motion::Motion(const std::vector<MotionKey>& keys) {
         return std::sqrt(w * w + x * x + y * y + z * z);
       };
       last.angle = 2 * std::atan2(apart(-1), apart(1));
+      if (last.angle > kStraight) last.unit = 1 / std::sin(last.angle);
     }
     poses_.push_back(pose);
   }
@@ -128,8 +130,9 @@ Placement Motion::placed(const Vec3d& position, const Quaternion& turn, const Ve
 }
 
 Placement Motion::at(double time) const noexcept {
-  std::size_t next = 0;
-  while (next < poses_.size() && poses_[next].time <= time) ++next;
+  const auto later = [](double now, const Pose& pose) { return now < pose.time; };
+  const auto next =
+      static_cast<std::size_t>(std::upper_bound(poses_.begin(), poses_.end(), time, later) - poses_.begin());
   if (next == 0 || next == poses_.size()) {
     const Pose& only = poses_[next == 0 ? 0 : next - 1];
     return placed(only.position, only.turn, only.stretch, only.shear);
@@ -140,10 +143,7 @@ Placement Motion::at(double time) const noexcept {
   const auto mixed = [&](const auto& u, const auto& v) { return u * (1 - f) + v * f; };
   const Vec3d position = mixed(a.position, b.position), stretch = mixed(a.stretch, b.stretch);
   const Vec3d shear = mixed(a.shear, b.shear);
-  if (a.angle > kStraight) {
-    const double unit = 1 / std::sin(a.angle);
-    from = std::sin((1 - f) * a.angle) * unit, to = std::sin(f * a.angle) * unit;
-  }
+  if (a.angle > kStraight) from = std::sin((1 - f) * a.angle) * a.unit, to = std::sin(f * a.angle) * a.unit;
   const Quaternion &p = a.turn, &q = b.turn;
   const Quaternion turn{p.w * from + q.w * to, p.x * from + q.x * to, p.y * from + q.y * to, p.z * from + q.z * to};
   return placed(position, turn, stretch, shear);
