@@ -54,7 +54,7 @@ class Builder {
   std::vector<InstanceDescription> instances_, moving_;
   std::vector<MovingLights> moving_lights_;
   std::vector<std::optional<std::size_t>> only_instances_;  // of each group
-  bool in_group_ = false;  // the set being built is one
+  bool in_group_ = false;                                   // the set being built is one
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
   AreaLights area_lights_{textures_};
   std::size_t dropped_triangles_ = 0;
@@ -99,8 +99,10 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(Vec3f(n));
   deform(index, mesh, out, surface);
+  mesh.normals = {}, mesh.later_normals = {};
   if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
   if (surface.textured || (surface.tangential && !out.later.empty())) surface.uvs = float_uvs(index, mesh.uvs);
+  mesh.uvs = {};
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
 }
@@ -272,6 +274,10 @@ Scene Builder::build(Intersection mode) {
   const bool by_number =  // lights are asked which surface they are
       !nesting.bodies.empty() ||
       std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
+  const bool lets_light_pass =
+      !nesting.bodies.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
+        return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
+      });
   return {normalization_,
           std::move(accel),
           std::move(surfaces_),
@@ -292,6 +298,7 @@ Scene Builder::build(Intersection mode) {
           std::move(nesting),
           description_.crossings_are_vertices,
           description_.hides_emitters,
+          lets_light_pass,
           std::move(lights),
           make_sensor(description_, normalization_),
           PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),

@@ -51,6 +51,7 @@ struct Scene {
   Nesting nesting;
   bool crossings_are_vertices = true;  // see SceneDescription, as the next
   bool hides_emitters = false;
+  bool lets_light_pass = false;  // some surface may, straight on
   Lights lights;
   Sensor sensor;
   PixelFilter filter;

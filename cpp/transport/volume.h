@@ -187,12 +187,15 @@ template <Effects E, class Probe>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
                                    const LightSample& light, int crossings, Probe& probe) noexcept {
   const bool glass_passes = shines_through_glass(scene, light);
+  // within media it also counts how far surfaces are, to more digits than Embree tells
+  const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());
   Spectrum share(1);
   Interaction from = vertex;
   for (;;) {
     within.leave(scene, from, above);
     const Ray shadow = shadow_ray(from, above, light);
-    auto meeting = probe.template blocker<E>(scene, shadow);
+    if (!may_pass && probe.template occluded<E>(scene, shadow)) return {};
+    auto meeting = may_pass ? probe.template blocker<E>(scene, shadow) : MeetingOf<E>();
     const Optional<Interaction>& it = surface(meeting);
     if constexpr (E.media) {
       share *= within.follow_shadow(scene, shadow, meeting, light, probe.time);
