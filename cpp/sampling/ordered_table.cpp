@@ -34,12 +34,14 @@ OrderedTable::Choice OrderedTable::choose(double u) const noexcept {
   return {index, hi > lo ? (u - lo) / (hi - lo) : 0.5};
 }
 
-OrderedTable2D::OrderedTable2D(std::span<const double> weights, std::size_t width) {
+OrderedTable2D::OrderedTable2D(std::span<const double> weights, std::size_t width)
+    : OrderedTable2D(weights.size() / width, [&](std::size_t row) { return weights.subspan(row * width, width); }) {}
+
+OrderedTable2D::OrderedTable2D(std::size_t rows,
+                               const std::function<std::span<const double>(std::size_t)>& weights_of) {
   std::vector<double> totals;
-  for (std::size_t begin = 0; begin < weights.size(); begin += width) {
-    columns_.emplace_back(weights.subspan(begin, width));
-    totals.push_back(columns_.back().total());
-  }
+  totals.reserve(rows), columns_.reserve(rows);
+  for (std::size_t row = 0; row < rows; ++row) totals.push_back(columns_.emplace_back(weights_of(row)).total());
   rows_ = OrderedTable(totals);
 }
 

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "scene/emission.h"
 #include "scene/material.h"
@@ -59,14 +60,14 @@ std::vector<DeltaLight> make_delta_lights(const SceneDescription& d, const std::
   return lights;
 }
 
-std::optional<Environment> make_environment(const SceneDescription& d, const Normalization& normalization) {
+std::optional<Environment> make_environment(SceneDescription& d, const Normalization& normalization) {
   if (!d.environment) return std::nullopt;
   std::optional<Environment> environment;
   if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
     environment = ConstantEnvironment(normalization.radiance(constant->radiance));
   else
-    environment =
-        ImageEnvironment(std::get<ImageEnvironmentDescription>(*d.environment), normalization.radiance_scale());
+    environment = ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)),
+                                   normalization.radiance_scale());
   // A black environment is none: it lights nothing and calls for nothing.
   if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
   return environment;

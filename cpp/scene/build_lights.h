@@ -14,7 +14,7 @@ namespace equaltime {
                                                         const std::vector<Texture>& textures,
                                                         const Normalization& normalization);
 /// None if it is black.
-[[nodiscard]] std::optional<Environment> make_environment(const SceneDescription& description,
+[[nodiscard]] std::optional<Environment> make_environment(SceneDescription& description,
                                                           const Normalization& normalization);
 
 }  // namespace equaltime

@@ -49,6 +49,7 @@ TriangleMesh placed_mesh(std::size_t index, MeshDescription& mesh, const Normali
   if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
     fail(index, "a mesh has as many uvs as vertices, or none");
   out.triangles = std::move(mesh.triangles);
+  mesh.vertices = {}, mesh.later_vertices = {};
   return out;
 }
 
@@ -204,7 +205,7 @@ void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& 
   if (from.normals.empty()) return;
   if (from.later_normals.size() != mesh.later.size()) fail(index, "a mesh has normals at all times, or at none");
   for (const std::vector<Vec3d>& later : from.later_normals) {
-    if (later.size() != from.vertices.size()) fail(index, "a mesh has as many normals as vertices, or none");
+    if (later.size() != mesh.vertices.size()) fail(index, "a mesh has as many normals as vertices, or none");
     std::vector<Vec3f>& normals = surface.later_normals.emplace_back();
     for (const Vec3d& n : later) normals.push_back(Vec3f(n));
   }

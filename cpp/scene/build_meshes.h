@@ -15,7 +15,8 @@ namespace equaltime {
 /// Throws std::invalid_argument that names the shape.
 [[noreturn]] void fail(std::size_t shape, const std::string& what);
 
-/// The mesh in the space, its triangles moved out of the description; checks vertices and the lengths of arrays.
+/// The mesh in the space; the description gives up its vertices and triangles. Checks vertices and the lengths of
+/// arrays.
 [[nodiscard]] TriangleMesh placed_mesh(std::size_t shape, MeshDescription& mesh, const Normalization& space);
 /// Drops triangles without an area, with their attributes, and returns how many; checks that indices are in range.
 std::size_t drop_degenerate(std::size_t shape, TriangleMesh& mesh, std::vector<AttributeValues>& attributes);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "math/numeric.h"
 
@@ -13,9 +15,10 @@ constexpr double kPiD = std::numbers::pi;
 
 }  // namespace
 
-ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double radiance_scale)
-    : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(d.pixels) {
-  if (d.height == 1) texels_.insert(texels_.end(), d.pixels.begin(), d.pixels.end());
+ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double radiance_scale)
+    : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(std::move(d.pixels)) {
+  if (d.height == 1)
+    for (std::uint32_t column = 0; column < width_; ++column) texels_.push_back(Spectrum(texels_[column]));
   // The factor that brings an image of denormal radiance to 1 is no float32.
   int exponent = 0;
   const auto mantissa = static_cast<float>(std::frexp(radiance_scale * d.scale, &exponent));
@@ -27,25 +30,26 @@ ImageEnvironment::ImageEnvironment(const ImageEnvironmentDescription& d, double 
   z_axis_ = Vec3f(normalize(d.to_world.column(2)));
   for (std::uint32_t row = 0; row <= rows_; ++row)
     polar_cosine_.push_back(std::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
-  cells_ = OrderedTable2D(weights(0), width_);
+  cells_ = table_above(0);
 }
 
-std::vector<double> ImageEnvironment::weights(double floor) const {
-  std::vector<double> weights;
-  weights.reserve(std::size_t{rows_} * width_);
-  for (std::uint32_t row = 0; row < rows_; ++row)
-    for (std::uint32_t column = 0; column < width_; ++column) {
-      const Spectrum corners =
-          texel(row, column) + texel(row, column + 1) + texel(row + 1, column) + texel(row + 1, column + 1);
-      weights.push_back(std::max(0.0, static_cast<double>(corners.mean()) * 0.25 - floor) * solid_angle(row));
-    }
-  return weights;
+OrderedTable2D ImageEnvironment::table_above(double floor) const {
+  std::vector<double> weights(width_);
+  return {rows_, [&](std::size_t i) {
+            const auto row = static_cast<std::uint32_t>(i);
+            for (std::uint32_t column = 0; column < width_; ++column) {
+              const Spectrum corners =
+                  texel(row, column) + texel(row, column + 1) + texel(row + 1, column) + texel(row + 1, column + 1);
+              weights[column] = std::max(0.0, static_cast<double>(corners.mean()) * 0.25 - floor) * solid_angle(row);
+            }
+            return std::span<const double>(weights);
+          }};
 }
 
 void ImageEnvironment::prepare(EnvironmentSampling sampling) const {
   if (sampling == EnvironmentSampling::plain) return;
   std::call_once(excess_->once, [this] {
-    excess_->table = OrderedTable2D(weights(total() / (4 * kPiD)), width_);
+    excess_->table = table_above(total() / (4 * kPiD));
     const bool any = excess_->table.total() > 0;  // else it is even, and sampled as it is
     excess_->made.store(any ? &excess_->table : &cells_, std::memory_order_release);
   });

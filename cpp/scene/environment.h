@@ -48,7 +48,7 @@ class ConstantEnvironment {
 class ImageEnvironment {
  public:
   /// `radiance_scale` takes the user's radiance to the normalised one.
-  ImageEnvironment(const ImageEnvironmentDescription& description, double radiance_scale);
+  ImageEnvironment(ImageEnvironmentDescription description, double radiance_scale);
 
   /// To be called before a sampling is used: makes its table, once, whoever asks first. Any number of threads may.
   void prepare(EnvironmentSampling sampling) const;
@@ -77,8 +77,8 @@ class ImageEnvironment {
   [[nodiscard]] double solid_angle(std::uint32_t row) const noexcept {
     return (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * std::numbers::pi / static_cast<double>(width_);
   }
-  /// The integral over each cell of its radiance less `floor`, at least 0.
-  [[nodiscard]] std::vector<double> weights(double floor) const;
+  /// Cells by the integral over each of its radiance less `floor`, at least 0.
+  [[nodiscard]] OrderedTable2D table_above(double floor) const;
   [[nodiscard]] const OrderedTable2D& table(EnvironmentSampling sampling) const noexcept {
     return sampling == EnvironmentSampling::plain ? cells_ : *excess_->made.load(std::memory_order_acquire);
   }
