@@ -26,7 +26,7 @@ void check_signals() {
 py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                 std::uint64_t samples, std::uint32_t replicates) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
-  const auto measured = [&] {
+  auto measured = [&] {
     const py::gil_scoped_release release;
     return std::make_unique<Split>(split_light(std::move(scene), settings,
                                                {.seed = seed, .threads = threads, .replicates = replicates}, samples,
@@ -35,7 +35,10 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
   py::list names;
   for (const auto& [kind, what] : measured->parts.names()) names.append(py::make_tuple(kind, what));
   const std::size_t shape[] = {measured->height, measured->width, measured->parts.count(), 3};
-  return py::make_tuple(names, py::array_t<double>(shape, measured->means.data()));
+  const float* means = measured->means.data();
+  const py::capsule owner(measured.get(), [](void* held) { delete static_cast<Split*>(held); });
+  (void)measured.release();  // the capsule deletes it from here on
+  return py::make_tuple(names, py::array_t<float>(shape, means, owner));
 }
 
 py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& settings,

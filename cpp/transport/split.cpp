@@ -76,15 +76,19 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   std::exception_ptr error;
   const auto worker = [&, caller = std::this_thread::get_id()](unsigned) {
     SplitProbe probe(split.parts);
+    std::vector<double> sums(row);  // of one pixel: what is kept of it is rounded once
     auto last_poll = std::chrono::steady_clock::now();
     for (std::size_t i = next++; i < blocks.size(); i = next++) {
       const PixelBlock& block = blocks[i];
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
-          probe.at({&split.means[row * (std::size_t{y} * split.width + x)], row}, scale);
+          std::ranges::fill(sums, 0.0);
+          probe.at(sums, scale);
           for (std::uint64_t s = 0; s < samples; ++s)
             (void)sample_pixel<kAllEffects>(task, x, y, s, std::max(1U, options.replicates), probe);
+          std::ranges::transform(sums, &split.means[row * (std::size_t{y} * split.width + x)],
+                                 [](double sum) { return static_cast<float>(sum); });
         }
       if (!poll || std::this_thread::get_id() != caller) continue;
       if (const auto now = std::chrono::steady_clock::now(); now - last_poll >= kPollInterval) {

@@ -101,7 +101,7 @@ class SplitProbe {
 struct Split {
   SplitParts parts;
   std::uint32_t height, width;
-  std::vector<double> means;  // (height, width, parts, 3), in the user's units
+  std::vector<float> means;  // (height, width, parts, 3), in the user's units
 };
 
 /// The mean of `samples` samples of every pixel, part by part: those of a render with the same options. `poll` is

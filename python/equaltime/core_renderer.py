@@ -98,7 +98,7 @@ class AdaptiveRenderer(_core.Renderer):
 
 def split_light(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
-) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:
+) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
     """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3)."""
     settings = core_settings(scene, strategy)
     return _core.split_light(scene.core, settings, seed, threads, samples, replicates=REPLICATES)

@@ -102,22 +102,24 @@ def measure_parts_by(
 ) -> Iterator[Parts]:
     """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3)."""
     names: list[tuple[str, str]] = []
-    images: list[Floats] = []
+    stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the most memory that this takes
     for repeat in range(repeats):
         names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
-        images.append(np.moveaxis(parts, 2, 0))  # (parts, H, W, 3)
+        if repeat == 0:
+            height, width, count, _ = parts.shape
+            stack = np.empty((count, repeats, height, width, 3), np.float32)
+        stack[:, repeat] = np.moveaxis(parts, 2, 0)
         if progress is not None:
             progress((repeat + 1) / repeats)
-    stack = np.stack(images, axis=1)  # (parts, K, H, W, 3)
     lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
-    whole = stack[lengths].sum(axis=0)
-    tails = np.cumsum(stack[lengths][::-1], axis=0)[::-1]
+    whole = stack[lengths].sum(axis=0, dtype=np.float64)
+    tails = np.cumsum(stack[lengths][::-1], axis=0, dtype=np.float64)[::-1]
     nothing = np.zeros((1, repeats, repeats))
     for reference in references(whole):
         denominator = reference.denominator
         yield Parts(
             names=tuple(_named(names, scene)),
-            with_whole=np.stack([products(part, whole, denominator) for part in stack]),
+            with_whole=np.stack([products(part.astype(np.float64), whole, denominator) for part in stack]),
             whole=products(whole, whole, denominator),
             tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
         )
