@@ -320,7 +320,8 @@ double Accel::reach(const InstanceGeometry& instance) noexcept {
 const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }
 const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
 std::size_t Accel::memory_bytes() const noexcept {
-  return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load()));
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load())) +
+         impl_->beside_walls.capacity() * sizeof(SphereGeometry);
 }
 
 std::string Accel::version() {

@@ -88,7 +88,7 @@ class Accel {
 
   [[nodiscard]] const Geometries& geometries() const noexcept;
   [[nodiscard]] const std::vector<Geometries>& groups() const noexcept;
-  /// The acceleration structure's own memory as Embree reports it, without the primitives.
+  /// The acceleration structure's own memory, Embree's as it reports it, without the primitives.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// Embree's version and the instruction sets it was allowed to choose from, for provenance.

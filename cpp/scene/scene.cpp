@@ -55,19 +55,41 @@ std::size_t Scene::triangle_count() const noexcept {
   return n;
 }
 
+namespace {
+
+template <class T>
+std::size_t held(const std::vector<T>& list) noexcept {
+  return list.capacity() * sizeof(T);
+}
+
+std::size_t held_by(const Geometries& all) noexcept {
+  std::size_t bytes = held(all.meshes) + held(all.spheres) + held(all.disks) + held(all.cylinders);
+  for (const TriangleMesh& mesh : all.meshes) {
+    bytes += held(mesh.vertices) + held(mesh.triangles) + held(mesh.later);
+    for (const std::vector<Vec3f>& later : mesh.later) bytes += held(later);
+  }
+  return bytes;
+}
+
+std::size_t held_by(const Surface& surface) noexcept {
+  std::size_t bytes = held(surface.planes) + held(surface.normals) + held(surface.tangents) + held(surface.uvs) +
+                      held(surface.later_normals);
+  for (const std::vector<Vec3f>& later : surface.later_normals) bytes += held(later);
+  return bytes;
+}
+
+}  // namespace
+
 std::size_t Scene::memory_bytes() const noexcept {
-  std::size_t bytes = accel.memory_bytes() + lights.memory_bytes();
-  const auto add = [&bytes](const Geometries& all) {
-    for (const TriangleMesh& mesh : all.meshes)
-      bytes +=
-          (1 + mesh.later.size()) * mesh.vertices.size() * sizeof(Vec3f) + mesh.triangles.size() * sizeof(Triangle);
-  };
-  add(accel.geometries());
-  for (const Geometries& group : accel.groups()) add(group);
-  bytes += instances.size() * sizeof(Instance);
-  for (const Surface& surface : surfaces)
-    bytes += sizeof(Surface) + surface.planes.size() * sizeof(TrianglePlane) + surface.normals.size() * sizeof(Vec3f) +
-             surface.uvs.size() * sizeof(Point2f);
+  std::size_t bytes = accel.memory_bytes() + lights.memory_bytes() + nesting.memory_bytes();
+  bytes += held_by(accel.geometries()) + held(accel.groups());
+  for (const Geometries& group : accel.groups()) bytes += held_by(group);
+  bytes += held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) +
+           held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(materials) + held(textures) +
+           held(emitters) + held(media);
+  for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
+  for (const Surface& surface : surfaces) bytes += held_by(surface);
+  for (const Material& material : materials) bytes += held(material.bindings);
   for (const Texture& texture : textures) bytes += std::visit([](const auto& t) { return t.memory_bytes(); }, texture);
   return bytes;
 }
