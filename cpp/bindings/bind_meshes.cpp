@@ -134,6 +134,20 @@ void bind_meshes(py::module_& m) {
       },
       py::arg("path"), py::arg("material") = py::none(),
       "Read a Wavefront OBJ file, or only the faces of one material (\"\": of none). Raises MeshError.");
+  m.def(
+      "read_obj_by_material",
+      [](const std::filesystem::path& path) {
+        auto meshes = [&] {
+          const py::gil_scoped_release release;
+          return read_obj_by_material(path);
+        }();
+        py::dict arrays;
+        for (auto& [name, mesh] : meshes) arrays[py::bytes(name)] = MeshArrays(std::move(mesh));
+        return arrays;
+      },
+      py::arg("path"),
+      "Read a Wavefront OBJ file once: the meshes of all materials that have faces, by their names in bytes. Raises "
+      "MeshError.");
 }
 
 }  // namespace equaltime

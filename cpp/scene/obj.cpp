@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -58,30 +59,46 @@ struct Rows {
   const char* noun;
   std::size_t width;
   std::vector<double> values{};
-  std::uint64_t largest = 0, largest_line = 0;  // the row that faces name furthest on, from 1, and where
 
   [[nodiscard]] std::uint64_t count() const noexcept { return values.size() / width; }
 };
 
+// Faces that make one mesh.
+struct Part {
+  std::vector<Corner> corners{};
+  CornerTable table{};
+  std::vector<std::uint32_t> faces{};
+  std::uint64_t dropped = 0;
+  // Of each kind, the row that faces name furthest on, from 1, and where.
+  std::array<std::uint64_t, 3> largest{}, largest_line{};
+};
+
 class ObjReader {
  public:
-  ObjReader(const std::filesystem::path& path, const std::optional<std::string>& material)
-      : bytes_(path), lines_(bytes_), material_(material), wanted_(!material || material->empty()) {}
+  // Faces after a usemtl go into the part of its name, if there is one; those before any, into that of "".
+  ObjReader(const std::filesystem::path& path, std::function<Part*(std::string_view)> part_of)
+      : bytes_(path), lines_(bytes_), part_of_(std::move(part_of)), part_(part_of_("")) {}
 
-  MeshData read() {
+  void read() {
     for (std::string_view line; next_statement(line);) statement(TextScanner(line.substr(0, line.find('#'))));
-    for (const Rows& rows : rows_) check_range(rows);
-    table_ = {};
-    mesh_.vertices = expand(0);
-    if (names_some(2)) mesh_.normals = expand(2);
-    if (names_some(1)) mesh_.uvs = expand(1);
+  }
+
+  // The mesh of a part. With the last, the rows are given up.
+  MeshData mesh(Part&& part, bool last) {
+    for (std::size_t kind = 0; kind < 3; ++kind) check_range(part, kind);
+    part.table = {};
+    MeshData mesh;
+    mesh.faces = std::move(part.faces);
+    mesh.vertices = expand(part, 0, last);
+    if (part.largest[2] > 0) mesh.normals = expand(part, 2, last);
+    if (part.largest[1] > 0) mesh.uvs = expand(part, 1, last);
     if (ignored_ > 0) {
-      mesh_.warnings.push_back("line " + std::to_string(ignored_line_) + ": " + std::to_string(ignored_) +
-                               (ignored_ == 1 ? " statement was" : " statements were") +
-                               " ignored, from here on: not v, vt, vn or f");
+      mesh.warnings.push_back("line " + std::to_string(ignored_line_) + ": " + std::to_string(ignored_) +
+                              (ignored_ == 1 ? " statement was" : " statements were") +
+                              " ignored, from here on: not v, vt, vn or f");
     }
-    finish_mesh(mesh_, bytes_.path(), dropped_, [this](std::uint32_t i) { return vertex_place(corners_[i][0]); });
-    return std::move(mesh_);
+    finish_mesh(mesh, bytes_.path(), part.dropped, [&](std::uint32_t i) { return vertex_place(part.corners[i][0]); });
+    return mesh;
   }
 
  private:
@@ -108,8 +125,8 @@ class ObjReader {
     if (word == "v") return vertex(scan);
     if (word == "vn") return row(scan, rows_[2], 3);
     if (word == "vt") return row(scan, rows_[1], 1);
-    if (word == "f") return wanted_ ? face(scan) : void();
-    if (word == "usemtl") return void(wanted_ = !material_ || scan.rest() == *material_);
+    if (word == "f") return part_ != nullptr ? face(scan) : void();
+    if (word == "usemtl") return void(part_ = part_of_(scan.rest()));
     if (std::find(std::begin(silent), std::end(silent), word) != std::end(silent)) return;
     if (ignored_++ == 0) ignored_line_ = lines_.number();
   }
@@ -139,13 +156,13 @@ class ObjReader {
     std::uint32_t first = 0, last = 0;
     std::uint64_t n = 0;
     for (; !scan.line_ends(); ++n) {
-      const std::uint32_t at = table_.number(corner(scan), corners_);
+      const std::uint32_t at = part_->table.number(corner(scan), part_->corners);
       if (n == 0) first = at;
-      if (n >= 2) mesh_.faces.insert(mesh_.faces.end(), {first, last, at});
+      if (n >= 2) part_->faces.insert(part_->faces.end(), {first, last, at});
       last = at;
     }
-    if (n < 3) ++dropped_;
-    if (corners_.size() >= kNone) lines_.fail("more than 2^32 - 2 different corners");
+    if (n < 3) ++part_->dropped;
+    if (part_->corners.size() >= kNone) lines_.fail("more than 2^32 - 2 different corners");
   }
   // "v", "v/vt", "v//vn", "v/vt/vn"; a part that is empty is missing.
   Corner corner(TextScanner& scan) {
@@ -154,7 +171,7 @@ class ObjReader {
       if (kind > 0 && !scan.take('/')) break;
       std::int64_t index = 0;
       if (scan.digits(index)) {
-        corner[kind] = resolve(index, rows_[kind]);
+        corner[kind] = resolve(index, kind);
       } else if (kind == 0) {
         lines_.fail("expected a corner v, v/vt, v//vn or v/vt/vn, found " + scan.found());
       }
@@ -162,7 +179,8 @@ class ObjReader {
     if (!scan.word_ends()) lines_.fail("expected a corner v, v/vt, v//vn or v/vt/vn, found " + scan.found());
     return corner;
   }
-  std::uint32_t resolve(std::int64_t index, Rows& rows) {
+  std::uint32_t resolve(std::int64_t index, std::size_t kind) {
+    const Rows& rows = rows_[kind];
     if (index == 0) lines_.fail(std::string(rows.noun) + " 0 does not exist: they count from 1");
     const auto count = static_cast<std::int64_t>(rows.count());
     if (index < -count) {
@@ -170,26 +188,27 @@ class ObjReader {
                   " before this line");
     }
     const auto row = static_cast<std::uint64_t>(index > 0 ? index : count + index + 1);
-    if (row > rows.largest) rows.largest = row, rows.largest_line = lines_.number();
+    if (row > part_->largest[kind]) part_->largest[kind] = row, part_->largest_line[kind] = lines_.number();
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(row, kNone)) - 1;
   }
 
   // Faces may come before their vertices, so this is known at the end only.
-  void check_range(const Rows& rows) const {
-    if (rows.largest <= rows.count()) return;
-    throw MeshError(path() + ":" + std::to_string(rows.largest_line) + ": " + rows.noun + " " +
-                    std::to_string(rows.largest) + " does not exist: the file has " + std::to_string(rows.count()));
+  void check_range(const Part& part, std::size_t kind) const {
+    const Rows& rows = rows_[kind];
+    if (part.largest[kind] <= rows.count()) return;
+    throw MeshError(path() + ":" + std::to_string(part.largest_line[kind]) + ": " + rows.noun + " " +
+                    std::to_string(part.largest[kind]) + " does not exist: the file has " +
+                    std::to_string(rows.count()));
   }
-  bool names_some(std::size_t kind) const noexcept { return rows_[kind].largest > 0; }
 
-  std::vector<double> expand(std::size_t kind) {
+  std::vector<double> expand(const Part& part, std::size_t kind, bool last) {
     const std::size_t width = rows_[kind].width;
-    std::vector<double> values(width * corners_.size(), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const std::uint32_t row = corners_[i][kind];
+    std::vector<double> values(width * part.corners.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < part.corners.size(); ++i) {
+      const std::uint32_t row = part.corners[i][kind];
       if (row != kNone) std::copy_n(rows_[kind].values.data() + width * row, width, values.data() + width * i);
     }
-    rows_[kind].values = {};
+    if (last) rows_[kind].values = {};
     return values;
   }
 
@@ -201,21 +220,37 @@ class ObjReader {
 
   FileBytes bytes_;
   Lines lines_;
-  std::optional<std::string> material_;
-  bool wanted_;  // the faces that come now
+  std::function<Part*(std::string_view)> part_of_;
+  Part* part_;  // of the faces that come now; null: they are not wanted
   std::array<Rows, 3> rows_ = {Rows{"vertex", 3}, Rows{"vt", 2}, Rows{"vn", 3}};
-  std::vector<Corner> corners_;
-  CornerTable table_;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> suspects_;  // rows of v that are not finite, and their lines
-  std::uint64_t dropped_ = 0, ignored_ = 0, ignored_line_ = 0;
+  std::uint64_t ignored_ = 0, ignored_line_ = 0;
   std::string joined_;
-  MeshData mesh_;
 };
 
 }  // namespace
 
 MeshData read_obj(const std::filesystem::path& path, const std::optional<std::string>& material) {
-  return ObjReader(path, material).read();
+  Part part;
+  ObjReader reader(path, [&](std::string_view name) { return !material || name == *material ? &part : nullptr; });
+  reader.read();
+  return reader.mesh(std::move(part), true);
+}
+
+std::map<std::string, MeshData> read_obj_by_material(const std::filesystem::path& path) {
+  std::map<std::string, Part, std::less<>> parts;
+  ObjReader reader(path, [&](std::string_view name) {
+    const auto found = parts.find(name);
+    return found != parts.end() ? &found->second : &parts[std::string(name)];
+  });
+  reader.read();
+  std::erase_if(parts, [](const auto& part) { return part.second.faces.empty(); });
+  std::map<std::string, MeshData> meshes;
+  while (!parts.empty()) {
+    auto part = parts.extract(parts.begin());
+    meshes.emplace(part.key(), reader.mesh(std::move(part.mapped()), parts.empty()));
+  }
+  return meshes;
 }
 
 }  // namespace equaltime

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -15,5 +16,8 @@ namespace equaltime {
 // each with a counted warning, if other corners of the file have them. A face may come before its vertices. With a
 // material, only the faces that are of it are read: those after a usemtl of that name, or "" for those before any.
 [[nodiscard]] MeshData read_obj(const std::filesystem::path& path, const std::optional<std::string>& material = {});
+
+// The meshes of all materials that have faces, by their names, as read_obj gives each; the file is read once.
+[[nodiscard]] std::map<std::string, MeshData> read_obj_by_material(const std::filesystem::path& path);
 
 }  // namespace equaltime

@@ -44,6 +44,7 @@ class Assets:
         self._stamps: dict[Path, tuple[int, int]] = {}
         self._sums: dict[Path, str] = {}
         self._contents: dict[Path, Contents] = {}
+        self._by_material: dict[Path, dict[bytes, Mesh]] = {}
 
     def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices.
@@ -69,11 +70,23 @@ class Assets:
             if isinstance(shape, Serialized):
                 return read_serialized(path, shape.shape_index)
             if isinstance(shape, Obj):
-                return _core.read_obj(path, shape.material)
+                return self._read_obj(path, shape.material)
             return _core.read_ply(path)
         except (OSError, ValueError) as error:
             message = str(error)
             raise ValueError(message if str(path) in message else f"{path}: {message}") from error
+
+    def _read_obj(self, path: Path, material: str | None) -> Mesh:
+        """Read the faces of one material, or of all. Of a file with many, one reading serves them all."""
+        if material is None:
+            return _core.read_obj(path)
+        if path not in self._by_material:
+            try:
+                self._by_material[path] = {**_core.read_obj_by_material(path)}
+            except ValueError:  # not all of it is good; what is asked for may be
+                self._by_material[path] = {}
+        mesh = self._by_material[path].pop(material.encode(errors="surrogateescape"), None)
+        return _core.read_obj(path, material) if mesh is None else mesh
 
     def _within(self, path: Path) -> Contents:
         """Return the contents of the glTF file at `path`; files that it names stand beside it."""
@@ -129,6 +142,7 @@ class Assets:
     def release(self) -> None:
         """Forget what was read."""
         self._meshes.clear()
+        self._by_material.clear()
         self._images.clear()
         self._contents.clear()
         self._texels.clear()
