@@ -3,9 +3,15 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <atomic>
 #include <memory>
+#include <set>
 
 #include "bindings/bindings.h"
+#include "math/threads.h"
 #include "scene/diffuse_reflectance.h"
 #include "scene/scene.h"
 #include "transport/effects.h"
@@ -82,43 +88,82 @@ py::dict effects_dict(const Effects& e) {
   return d;
 }
 
+/// What is asked for of hits, one row a ray; null: it is not.
+struct HitTables {
+  double *t, *p, *n, *shading_normal, *uv, *albedo, *dp_du, *dp_dv;
+  std::int64_t *shape, *primitive;
+  bool* front;
+};
+
+template <class V>
+void put(double* table, std::size_t row, const V* first, std::size_t width) {
+  if (table != nullptr) std::copy_n(first, width, table + width * row);
+}
+
+void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d& origin, const Vec3d& direction,
+             float time) {
+  const Ray ray{Vec3f(scene.normalization.point(origin)), Vec3f(normalize(direction))};
+  const auto it = surface(scene.intersect<kAllEffects>(ray, time));
+  const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
+  const Vec3f normal = it ? it->anchor.n : Vec3f{}, shading_normal = it ? it->frame.n : Vec3f{};
+  const double t = it ? length(point - origin) : std::numeric_limits<double>::infinity();
+  put(to.t, i, &t, 1);
+  put(to.p, i, &point.x, 3);
+  put(to.n, i, &normal.x, 3);
+  put(to.shading_normal, i, &shading_normal.x, 3);
+  const std::uint32_t shown = it ? scene.surfaces[it->shape].shown_as : kNone;
+  if (to.shape != nullptr) to.shape[i] = it ? static_cast<std::int64_t>(shown != kNone ? shown : it->shape) : -1;
+  if (to.primitive != nullptr) to.primitive[i] = it ? static_cast<std::int64_t>(it->primitive) : -1;
+  if (to.front != nullptr) to.front[i] = it && it->front;
+  if (to.uv != nullptr) {
+    const Point2f place = it ? scene.place(*it).uv : Point2f{};
+    put(to.uv, i, &place.x, 2);
+  }
+  if (to.albedo != nullptr) {
+    const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
+    put(to.albedo, i, &color.r, 3);
+  }
+  if (to.dp_du == nullptr && to.dp_dv == nullptr) return;
+  const double unit = scene.normalization.world_length(1);
+  const Derivatives moves = it ? scene.derivatives(*it, time) : Derivatives{};
+  const Vec3d du = Vec3d(moves.du) * unit, dv = Vec3d(moves.dv) * unit;
+  put(to.dp_du, i, &du.x, 3);
+  put(to.dp_dv, i, &dv.x, 3);
+}
+
 /// Nearest hits of rays given in the user's units: for tests, comparisons and outputs beside the image. Normals are on
 /// the side of the ray.
-py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions, float time) {
+py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions, float time,
+                   const std::optional<std::set<std::string>>& only, unsigned threads) {
   const auto o = rows<Vec3d>(origins, "origins"), d = rows<Vec3d>(directions, "directions");
   if (o.size() != d.size()) throw py::value_error("as many directions as origins");
   const auto n = static_cast<py::ssize_t>(o.size());
-  const auto table = [n](py::ssize_t width) { return py::array_t<double>({n, width}); };
-  py::array_t<double> t(n), p = table(3), ng = table(3), ns = table(3), uv = table(2), albedo = table(3);
-  py::array_t<double> dp_du = table(3), dp_dv = table(3);
-  const double unit = scene.normalization.world_length(1);
-  py::array_t<std::int64_t> shape(n), primitive(n);
-  py::array_t<bool> front(n);
-  for (py::ssize_t i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const Ray ray{Vec3f(scene.normalization.point(o[k])), Vec3f(normalize(d[k]))};
-    const Optional<Interaction> it = surface(scene.intersect<kAllEffects>(ray, time));
-    const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
-    const Vec3d normal = it ? Vec3d(it->anchor.n) : Vec3d{}, shading_normal = it ? Vec3d(it->frame.n) : Vec3d{};
-    const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
-    const Point2f place = it ? scene.place(*it).uv : Point2f{};
-    const Derivatives moves = it ? scene.derivatives(*it, time) : Derivatives{};
-    const Vec3d du = Vec3d(moves.du) * unit, dv = Vec3d(moves.dv) * unit;
-    t.mutable_at(i) = it ? length(point - o[k]) : std::numeric_limits<double>::infinity();
-    const std::uint32_t shown = it ? scene.surfaces[it->shape].shown_as : kNone;
-    shape.mutable_at(i) = it ? static_cast<std::int64_t>(shown != kNone ? shown : it->shape) : -1;
-    primitive.mutable_at(i) = it ? static_cast<std::int64_t>(it->primitive) : -1;
-    std::copy_n(&point.x, 3, p.mutable_data(i, 0));
-    front.mutable_at(i) = it && it->front;
-    std::copy_n(&normal.x, 3, ng.mutable_data(i, 0));
-    std::copy_n(&shading_normal.x, 3, ns.mutable_data(i, 0));
-    std::copy_n(&place.x, 2, uv.mutable_data(i, 0));
-    std::copy_n(&color.r, 3, albedo.mutable_data(i, 0));
-    std::copy_n(&du.x, 3, dp_du.mutable_data(i, 0));
-    std::copy_n(&dv.x, 3, dp_dv.mutable_data(i, 0));
-  }
-  return py::dict("t"_a = t, "shape"_a = shape, "primitive"_a = primitive, "p"_a = p, "n"_a = ng, "front"_a = front,
-                  "shading_normal"_a = ns, "uv"_a = uv, "albedo"_a = albedo, "dp_du"_a = dp_du, "dp_dv"_a = dp_dv);
+  py::dict found;
+  const auto table = [&]<class T>(const char* name, T, py::ssize_t width) -> T* {
+    if (only && !only->contains(name)) return nullptr;
+    py::array_t<T> array = width == 0 ? py::array_t<T>(n) : py::array_t<T>({n, width});
+    found[name] = array;
+    return array.mutable_data();
+  };
+  const HitTables to{table("t", 0.0, 0),
+                     table("p", 0.0, 3),
+                     table("n", 0.0, 3),
+                     table("shading_normal", 0.0, 3),
+                     table("uv", 0.0, 2),
+                     table("albedo", 0.0, 3),
+                     table("dp_du", 0.0, 3),
+                     table("dp_dv", 0.0, 3),
+                     table("shape", std::int64_t{}, 0),
+                     table("primitive", std::int64_t{}, 0),
+                     table("front", false, 0)};
+  constexpr std::size_t kBlock = 1024;
+  std::atomic<std::size_t> next{0};
+  const py::gil_scoped_release release;
+  on_threads(threads > 0 ? threads : static_cast<unsigned>(tbb::info::default_concurrency()), [&](unsigned) {
+    for (std::size_t begin = next.fetch_add(kBlock); begin < o.size(); begin = next.fetch_add(kBlock))
+      for (std::size_t i = begin; i < std::min(begin + kBlock, o.size()); ++i) put_hit(scene, to, i, o[i], d[i], time);
+  });
+  return found;
 }
 
 void bind_builder(py::module_& m) {
@@ -294,7 +339,8 @@ void bind_scene(py::module_& m) {
       .def_property_readonly("memory_bytes", &Scene::memory_bytes)
       .def_property_readonly("film_shape",
                              [](const Scene& s) { return std::pair(s.film.crop_height, s.film.crop_width); })
-      .def("intersect", &intersect, "origins"_a, "directions"_a, "time"_a = 0.5F);
+      .def("intersect", &intersect, "origins"_a, "directions"_a, "time"_a = 0.5F, "only"_a = py::none(),
+           "threads"_a = 1, "What rays meet first, one array each by its name, of those in `only` if it is given.");
 }
 
 }  // namespace equaltime

@@ -42,7 +42,9 @@ def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
     return integrator.channels if isinstance(integrator, Aov | Depth) else ()
 
 
-def first_hits(scene: Scene, asked: tuple[tuple[str, str], ...] | None = None) -> dict[str, NDArray[np.float32]]:
+def first_hits(
+    scene: Scene, asked: tuple[tuple[str, str], ...] | None = None, threads: int = 0
+) -> dict[str, NDArray[np.float32]]:
     """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``.
 
     What else is `asked` for, is left to others.
@@ -52,7 +54,7 @@ def first_hits(scene: Scene, asked: tuple[tuple[str, str], ...] | None = None) -
         return {}
     _, _, width, height = scene.model.sensor.film.crop
     names = [f"{name}.{letter}" for name, kind in outputs for letter in OUTPUTS[kind]]
-    pixels = np.concatenate([_means(scene, outputs, corners) for corners in _corners(scene)])
+    pixels = np.concatenate([_means(scene, outputs, corners, threads) for corners in _corners(scene)])
     return dict(zip(names, np.moveaxis(pixels.reshape(height, width, -1), -1, 0).astype(np.float32), strict=True))
 
 
@@ -64,21 +66,22 @@ def _corners(scene: Scene) -> Iterator[Array]:
         yield np.stack([x + index % width, y + index // width], axis=1).astype(np.float64)
 
 
-def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array) -> Array:
+def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array, threads: int) -> Array:
     """Return the mean of each channel over the points of each pixel (N, channels)."""
+    kinds = {kind for _, kind in outputs}
+    needed = {"shape", "t", "front"} | {FOUND[kind] for kind in kinds - set(STEPS)}
+    needed |= {"p", "n", "dp_du", "dp_dv"} if kinds & set(STEPS) else set()
     sums: Array = np.zeros((len(corners), sum(len(OUTPUTS[kind]) for _, kind in outputs)))
     for i in range(SIDE * SIDE):
         places = corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE
         origins, directions, reach = _rays(scene, places)
-        hits = scene.core.intersect(origins, directions)
+        hits = scene.core.intersect(origins, directions, only=needed, threads=threads)
         hits |= {
-            name: _uv_step(hits, *_rays(scene, places + step)[:2])
-            for name, step in STEPS.items()
-            if any(kind == name for _, kind in outputs)
+            name: _uv_step(hits, *_rays(scene, places + step)[:2]) for name, step in STEPS.items() if name in kinds
         }
         seen = (hits["shape"] >= 0) & (hits["t"] <= reach)
         side = np.where(hits["front"], 1.0, -1.0)[:, None]  # normals are those of the front
-        hits |= {"n": side * hits["n"], "shading_normal": side * hits["shading_normal"]}
+        hits |= {name: side * hits[name] for name in ("n", "shading_normal") if name in hits}
         columns = [np.asarray(hits[FOUND[kind]], dtype=np.float64).reshape(len(corners), -1) for _, kind in outputs]
         sums[seen] += np.concatenate(columns, axis=1)[seen]
     return sums / SIDE**2

@@ -57,7 +57,7 @@ def outputs(
     """
     asked = asked_for(scene) if asked is None else asked
     kinds = {kind for _, kind in asked}
-    seen = first_hits(scene, asked)
+    seen = first_hits(scene, asked, threads)
     counts = kinds & {"rays", "time_from_rays"}
     rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if counts else None
     bounces = _bounces(rendered, strategy, seed, threads, samples) if "bounces" in kinds else {}
