@@ -22,6 +22,7 @@ SMALLEST = {
     "light_tree": "--repeats 1 --counts 2 16",
     "limit_and_scaling": "--repeats 1 --triangles 2000",
     "loading": "--repeats 1 --triangles 2000",
+    "many": "--repeats 1 --share 0.01",
     "memory": "--repeats 1",
     "mis_grid": "--spp 4 --size 8 8",
     "motion": "--repeats 1",
