@@ -1,6 +1,6 @@
 // Which query a shadow ray is: whether anything is in its way, unless something there may let light pass.
-#include "check.h"
-#include "scenes.h"
+#include "tests/check.h"
+#include "tests/scenes.h"
 #include "transport/sample_pixel.h"
 
 namespace {

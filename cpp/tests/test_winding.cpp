@@ -1,5 +1,5 @@
 // Whether points are in closed meshes: by a line through each, as by all triangles; and boxes that touch.
-#include "check.h"
+#include "tests/check.h"
 
 #include <cmath>
 #include <ctime>

@@ -139,6 +139,7 @@ def main() -> None:
 
     def built(question: Mapping[str, Any]) -> Any:
         builder = _core.SceneBuilder()
+        builder.add_constant_environment((1.0, 1.0, 1.0))
         KINDS[question["kind"]](builder, question["count"], question.get("medium", False))
         builder.set_perspective(np.eye(4), 40.0)
         builder.set_film(64, 64, (0, 0, 64, 64), "box", 0.5)
