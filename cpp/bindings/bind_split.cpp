@@ -24,17 +24,18 @@ void check_signals() {
 }
 
 py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                std::uint64_t samples, std::uint32_t replicates) {
+                std::uint64_t samples, std::uint32_t replicates, bool only_lengths) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
   auto measured = [&] {
     const py::gil_scoped_release release;
     return std::make_unique<Split>(split_light(std::move(scene), settings,
                                                {.seed = seed, .threads = threads, .replicates = replicates}, samples,
-                                               check_signals));
+                                               only_lengths, check_signals));
   }();
   py::list names;
-  for (const auto& [kind, what] : measured->parts.names()) names.append(py::make_tuple(kind, what));
-  const std::size_t shape[] = {measured->height, measured->width, measured->parts.count(), 3};
+  for (const auto& [kind, what] : std::span(measured->parts.names()).first(measured->kept))
+    names.append(py::make_tuple(kind, what));
+  const std::size_t shape[] = {measured->height, measured->width, measured->kept, 3};
   const float* means = measured->means.data();
   const py::capsule owner(measured.get(), [](void* held) { delete static_cast<Split*>(held); });
   (void)measured.release();  // the capsule deletes it from here on
@@ -106,7 +107,7 @@ py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_
 
 void bind_split(py::module_& m) {
   m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
-        "replicates"_a = 2,
+        "replicates"_a = 2, "only_lengths"_a = false,
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
         "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
   m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "replicates"_a = 2,

@@ -1,7 +1,6 @@
 #include "scene/nesting.h"
 
 #include <algorithm>
-#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -251,12 +250,11 @@ void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d
   beginning.medium = surface.media[1];
 }
 
-/// Shapes that are seen in several instances share their index.
+/// Shapes that are seen in several instances share their index, so that each has a part of it.
 std::size_t Nesting::memory_bytes() const noexcept {
   std::size_t bytes = bodies.capacity() * sizeof(Body) + sometimes.capacity() * sizeof(ClosedShape);
-  std::set<const ClosedMesh*> counted;
   for (const ClosedShape& closed : sometimes)
-    if (closed.index && counted.insert(closed.index.get()).second) bytes += closed.index->memory_bytes();
+    if (closed.index) bytes += closed.index->memory_bytes() / static_cast<std::size_t>(closed.index.use_count());
   return bytes;
 }
 

@@ -64,11 +64,12 @@ void SplitProbe::add(const Spectrum& L, int depth, std::uint32_t way, std::uint3
 }
 
 Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
-                  std::uint64_t samples, const std::function<void()>& poll) {
+                  std::uint64_t samples, bool only_lengths, const std::function<void()>& poll) {
   Renderer renderer(scene, settings, options);
   const Settings& learnt = renderer.settings();
-  Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, {}};
-  const std::size_t row = 3 * std::size_t{split.parts.count()};
+  Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, SplitParts::kLengths, {}};
+  if (!only_lengths) split.kept = split.parts.count();
+  const std::size_t row = 3 * std::size_t{split.kept};
   split.means.resize(row * split.height * split.width);
   const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
   const std::vector<PixelBlock> blocks = renderer.blocks();
@@ -76,7 +77,7 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   std::exception_ptr error;
   const auto worker = [&, caller = std::this_thread::get_id()](unsigned) {
     SplitProbe probe(split.parts);
-    std::vector<double> sums(row);  // of one pixel: what is kept of it is rounded once
+    std::vector<double> sums(3 * std::size_t{split.parts.count()});  // of one pixel: what is kept of it is rounded once
     auto last_poll = std::chrono::steady_clock::now();
     for (std::size_t i = next++; i < blocks.size(); i = next++) {
       const PixelBlock& block = blocks[i];
@@ -87,7 +88,7 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
           probe.at(sums, scale);
           for (std::uint64_t s = 0; s < samples; ++s)
             (void)sample_pixel<kAllEffects>(task, x, y, s, std::max(1U, options.replicates), probe);
-          std::ranges::transform(sums, &split.means[row * (std::size_t{y} * split.width + x)],
+          std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
                                  [](double sum) { return static_cast<float>(sum); });
         }
       if (!poll || std::this_thread::get_id() != caller) continue;

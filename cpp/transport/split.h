@@ -101,13 +101,14 @@ class SplitProbe {
 struct Split {
   SplitParts parts;
   std::uint32_t height, width;
-  std::vector<float> means;  // (height, width, parts, 3), in the user's units
+  std::uint32_t kept;        // of the parts, so many from the first on
+  std::vector<float> means;  // (height, width, kept, 3), in the user's units
 };
 
-/// The mean of `samples` samples of every pixel, part by part: those of a render with the same options. `poll` is
-/// called about every 50 ms by the calling thread and ends it all by throwing.
+/// The mean of `samples` samples of every pixel, part by part, or only by lengths of paths: those of a render with the
+/// same options. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
 [[nodiscard]] Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                const RenderOptions& options, std::uint64_t samples,
+                                const RenderOptions& options, std::uint64_t samples, bool only_lengths = false,
                                 const std::function<void()>& poll = {});
 
 }  // namespace equaltime

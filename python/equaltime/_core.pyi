@@ -300,7 +300,13 @@ class Renderer:
     def threads(self) -> int: ...
 
 def split_light(
-    scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1, replicates: int = 2
+    scene: Scene,
+    settings: Settings,
+    seed: int = 0,
+    threads: int = 0,
+    samples: int = 1,
+    replicates: int = 2,
+    only_lengths: bool = False,
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]: ...
 def lamps_in_sight(scene: Scene, settings: Settings, seed: int = 0, points: int = 1) -> tuple[_Ids, _Floats, _Ids]: ...
 def mirrored_lamps(

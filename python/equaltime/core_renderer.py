@@ -97,11 +97,14 @@ class AdaptiveRenderer(_core.Renderer):
 
 
 def split_light(
-    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
+    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, only_lengths: bool = False
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
-    """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3)."""
+    """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3).
+
+    By all kinds of parts, or by the lengths of paths alone, which takes a third of the memory or less.
+    """
     settings = core_settings(scene, strategy)
-    return _core.split_light(scene.core, settings, seed, threads, samples, replicates=REPLICATES)
+    return _core.split_light(scene.core, settings, seed, threads, samples, REPLICATES, only_lengths)
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:

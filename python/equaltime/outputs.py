@@ -85,11 +85,11 @@ def _bounces(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
 ) -> Mapping[str, NDArray[np.float32]]:
     """Return what paths of each length bring, up to the longest that may be, by the endings of their channels."""
-    names, parts = split_light(scene, strategy, seed, threads, samples)
-    lengths = [part for (kind, _), part in zip(names, np.moveaxis(parts, 2, 0), strict=True) if kind == "length"]
+    _, parts = split_light(scene, strategy, seed, threads, samples, only_lengths=True)
+    lengths = np.moveaxis(parts, 2, 0)
     longest = len(lengths) if scene.max_depth == -1 else min(scene.max_depth, len(lengths))
     return {
-        f"{number}.{letter}": part[..., channel].astype(np.float32)
+        f"{number}.{letter}": part[..., channel]
         for number, part in enumerate(lengths[:longest], 1)
         for channel, letter in enumerate("RGB")
     }

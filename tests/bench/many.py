@@ -19,6 +19,7 @@ CASES = {
     "columns of a sky, half as many rows": {"kind": "sky", "count": 4096},
     "triangles of a glass that moves past the camera": {"kind": "moving", "count": 100_000, "medium": True, "spp": 1},
     "keys of a motion": {"kind": "keys", "count": 1000, "spp": 16},
+    "triangles with normals and texture coordinates": {"kind": "mesh", "count": 2_000_000},
     "triangles in fog that let no light pass": {"kind": "fog", "count": 100_000, "spp": 16},
     "materials of an OBJ of 100,000 faces": {"kind": "materials", "count": 200},
 }

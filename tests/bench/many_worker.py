@@ -95,6 +95,14 @@ def keys(b: Any, count: int, _: bool) -> None:
     b.add_moving_instance(group, np.linspace(0, 1, count), matrices)
 
 
+def mesh(b: Any, count: int, _: bool) -> None:
+    """With all that a vertex can have."""
+    vertices, faces = bottle(count)
+    checks = b.add_checkerboard((0.2, 0.2, 0.2), (0.8, 0.8, 0.8))
+    b.bind(grey := b.add_diffuse([0.5] * 3), "reflectance", checks)
+    b.add_mesh(vertices, faces, normals=vertices, uvs=vertices[:, :2], front=grey, back=grey, radiance=None)
+
+
 def fog(b: Any, count: int, _: bool) -> None:
     """One mesh in fog, where nothing lets light pass."""
     grey = b.add_diffuse([0.5] * 3)
@@ -105,7 +113,7 @@ def fog(b: Any, count: int, _: bool) -> None:
 
 
 KINDS: dict[str, Callable[[Any, int, bool], None]] = {
-    f.__name__: f for f in (instances, groups, beads, sky, moving, keys, fog)
+    f.__name__: f for f in (instances, groups, beads, sky, moving, keys, mesh, fog)
 }
 
 

@@ -180,3 +180,13 @@ def test_channels_are_the_same_however_many_are_asked_for() -> None:
     for kind in kinds:
         for name, plane in first_hits(scene, ((kind, kind),), threads=1).items():
             np.testing.assert_array_equal(plane, together[name])
+
+
+def test_an_image_by_the_lengths_of_paths_alone_is_the_same_as_among_all_parts() -> None:
+    scene = glass(2)
+    names, parts = _core.split_light(scene, _core.Settings(), samples=4)
+    lengths, by_length = _core.split_light(scene, _core.Settings(), samples=4, only_lengths=True)
+    assert lengths == [name for name in names if name[0] == "length"]
+    assert parts.dtype == by_length.dtype == np.float32, "there are many"
+    np.testing.assert_array_equal(by_length, parts[:, :, : len(lengths)])
+    assert by_length.any()
