@@ -141,8 +141,11 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "many.obj"
             write_obj(path, 100_000, count)
+            parts: dict[str, Any] = {
+                f"part{k}": {"type": "obj", "filename": str(path), "material": f"m{k}"} for k in range(count)
+            }
             begin = process_time()
-            scene = et.load(path).core
+            scene = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}} | parts).core
         return begin, scene
 
     def built(question: Mapping[str, Any]) -> Any:
