@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "math/frame.h"
+#include "scene/release.h"
 
 namespace equaltime {
 
@@ -49,7 +50,7 @@ TriangleMesh placed_mesh(std::size_t index, MeshDescription& mesh, const Normali
   if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.vertices.size())
     fail(index, "a mesh has as many uvs as vertices, or none");
   out.triangles = std::move(mesh.triangles);
-  mesh.vertices = {}, mesh.later_vertices = {};
+  release(mesh.vertices, mesh.later_vertices);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "scene/build_meshes.h"
 #include "scene/coincident_lamps.h"
 #include "scene/emission.h"
+#include "scene/release.h"
 #include "scene/scene.h"
 
 namespace equaltime {
@@ -99,10 +100,10 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   surface.normals.reserve(mesh.normals.size());
   for (const Vec3d& n : mesh.normals) surface.normals.push_back(Vec3f(n));
   deform(index, mesh, out, surface);
-  mesh.normals = {}, mesh.later_normals = {};
+  release(mesh.normals, mesh.later_normals);
   if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
   if (surface.textured || (surface.tangential && !out.later.empty())) surface.uvs = float_uvs(index, mesh.uvs);
-  mesh.uvs = {};
+  release(mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "scene/file_bytes.h"
+#include "scene/release.h"
 #include "scene/text_scanner.h"
 
 namespace equaltime {
@@ -208,7 +209,7 @@ class ObjReader {
       const std::uint32_t row = part.corners[i][kind];
       if (row != kNone) std::copy_n(rows_[kind].values.data() + width * row, width, values.data() + width * i);
     }
-    if (last) rows_[kind].values = {};
+    if (last) release(rows_[kind].values);
     return values;
   }
 

@@ -154,6 +154,7 @@ def main() -> None:
         KINDS[question["kind"]](builder, question["count"], question.get("medium", False))
         builder.set_perspective(np.eye(4), 40.0)
         builder.set_film(64, 64, (0, 0, 64, 64), "box", 0.5)
+        Path("/proc/self/clear_refs").write_text("5")  # the peak is that of what follows
         begin = process_time()
         return begin, builder.build()
 
