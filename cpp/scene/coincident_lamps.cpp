@@ -22,6 +22,9 @@ namespace {
 constexpr double kClearance = 16 * static_cast<double>(kUnitRoundoff) * 0x1p11;
 /// Corners of the polygon round a disk.
 constexpr int kDiskCorners = 24;
+/// Pairs of coincident lamps, for each lamp on average, that a scene may have: more are no scene that is meant, and
+/// take time that grows with their square.
+constexpr std::size_t kMostPairs = 64;
 
 using Polygon = std::vector<Vec3d>;
 
@@ -261,7 +264,10 @@ class FlatLamps {
     if (lamp.shape == other.shape)
       fail(lamp.shape, "its triangles " + std::to_string(other.number) + " and " + std::to_string(lamp.number) +
                            " emit from one place: leave one of them out, or make them two shapes");
-    if (!is_lamp(description_.shapes[other.shape]) || dot(lamp.n, other.n) < 0)
+    const bool emits = is_lamp(description_.shapes[other.shape]);
+    if (emits && ++pairs_ > kMostPairs * lamps_.size())
+      fail(lamp.shape, "too many lamps lie in one place: leave all but one of them out");
+    if (!emits || dot(lamp.n, other.n) < 0)
       lifts_[number] = std::max(lifts_[number], *by);
     else if (other.shape < lamp.shape)
       above_.push_back({number, {other.shape, other.number}, *by});
@@ -301,6 +307,7 @@ class FlatLamps {
   std::vector<Face> lamps_;
   std::vector<double> lifts_;  // of each, in normalised space
   std::vector<Above> above_;
+  std::size_t pairs_ = 0;                            // of lamps
   std::map<std::size_t, std::vector<Vec3d>> moved_;  // of a shape or, of a mesh, of its vertices
 };
 

@@ -170,6 +170,12 @@ def test_a_mesh_that_emits_twice_from_one_place_is_refused() -> None:
         b.build()
 
 
+def test_hundreds_of_lamps_in_one_place_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"shape \d+: too many lamps lie in one place"):
+        build(*[LAMP] * 300)
+    build(*[LAMP] * 20)
+
+
 def height_of_the_lamp(*walls: Add) -> float:
     """Where a ray from the back meets the lamp, which is described first."""
     scene = build(LAMP, *walls)
