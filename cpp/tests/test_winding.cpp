@@ -1,4 +1,5 @@
-// Whether points are in closed meshes: by a line through each, as by all triangles; and boxes that touch.
+// Whether points are in closed meshes: by a line through each, as by all triangles; boxes that touch; and what building
+// a scene keeps of its description.
 #include "tests/check.h"
 
 #include <cmath>
@@ -163,6 +164,16 @@ TEST("each group is told which shape is its only instance") {
                                                 InstanceDescription{2, {}}};
   const auto only = only_instances(shapes, 3);
   CHECK(only.size() == 3 && only[0] == 2U && !only[1] && !only[2]);
+}
+
+TEST("a description gives up the vertices of a mesh as they are taken, and their memory") {
+  MeshDescription mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.later_vertices = {mesh.vertices};
+  mesh.triangles = {{0, 1, 2}};
+  const Normalization space(GroupDescription{{mesh}});
+  CHECK(placed_mesh(0, mesh, space).vertices.size() == 3);
+  CHECK(mesh.vertices.capacity() == 0 && mesh.later_vertices.capacity() == 0 && mesh.triangles.capacity() == 0);
 }
 
 int main() { return check::run(); }

@@ -19,7 +19,7 @@ CASES = {
     "columns of a sky, half as many rows": {"kind": "sky", "count": 4096},
     "triangles of a glass that moves past the camera": {"kind": "moving", "count": 100_000, "medium": True, "spp": 1},
     "keys of a motion": {"kind": "keys", "count": 1000, "spp": 16},
-    "triangles with normals and texture coordinates": {"kind": "mesh", "count": 2_000_000},
+    "triangles with normals and texture coordinates": {"kind": "mesh", "count": 6_000_000},
     "triangles in fog that let no light pass": {"kind": "fog", "count": 100_000, "spp": 16},
     "materials of an OBJ of 100,000 faces": {"kind": "materials", "count": 200},
 }
@@ -45,6 +45,7 @@ def main() -> None:
         if "spp" in question:
             print(f"  render  {text(spread([a['render'] for a in answers]))} s, mean {answers[0]['mean']!r}")
         print(f"  peak    {text(spread([a['peak'] / 2**20 for a in answers]), 4)} MB")
+        print(f"  more    {text(spread([a['more'] / 2**20 for a in answers]), 4)} MB at the peak than before building")
         print(f"  scene   {answers[0]['account'] / 2**20:.4g} MB by the core's account")
 
 

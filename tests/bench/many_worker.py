@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import workers
-from core_worker import peak_bytes, use_core
+from core_worker import peak_bytes, resident_bytes, use_core
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -137,30 +137,33 @@ def main() -> None:
     import equaltime as et  # only now: the core is chosen above
     from equaltime import _core
 
-    def materials(count: int) -> Any:
+    def from_here(build: Callable[[], Any]) -> tuple[Any, dict[str, Any]]:
+        """Build, and tell seconds and memory of that alone."""
+        Path("/proc/self/clear_refs").write_text("5")  # the peak is that of what follows
+        before, begin = resident_bytes(), process_time()
+        scene = build()
+        peak = peak_bytes()
+        return scene, {"build": process_time() - begin, "peak": peak, "more": peak - before}
+
+    def materials(count: int) -> tuple[Any, dict[str, Any]]:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "many.obj"
             write_obj(path, 100_000, count)
             parts: dict[str, Any] = {
                 f"part{k}": {"type": "obj", "filename": str(path), "material": f"m{k}"} for k in range(count)
             }
-            begin = process_time()
-            scene = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}} | parts).core
-        return begin, scene
+            return from_here(lambda: et.load_dict({"type": "scene", "sensor": {"type": "perspective"}} | parts).core)
 
-    def built(question: Mapping[str, Any]) -> Any:
+    def built(question: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
         builder = _core.SceneBuilder()
         builder.add_constant_environment((1.0, 1.0, 1.0))
         KINDS[question["kind"]](builder, question["count"], question.get("medium", False))
         builder.set_perspective(np.eye(4), 40.0)
         builder.set_film(64, 64, (0, 0, 64, 64), "box", 0.5)
-        Path("/proc/self/clear_refs").write_text("5")  # the peak is that of what follows
-        begin = process_time()
-        return begin, builder.build()
+        return from_here(builder.build)
 
     def answer(question: Mapping[str, Any]) -> dict[str, Any]:
-        begin, scene = materials(question["count"]) if question["kind"] == "materials" else built(question)
-        told: dict[str, Any] = {"build": process_time() - begin, "peak": peak_bytes()}
+        scene, told = materials(question["count"]) if question["kind"] == "materials" else built(question)
         told["account"] = scene.memory_bytes
         if "spp" in question:
             renderer = _core.Renderer(scene, _core.Settings(max_depth=4), threads=1)
