@@ -12,6 +12,7 @@ namespace equaltime {
 namespace {
 
 constexpr int kSquareSteps = 64;
+/// Of the largest that was found, for what no step met.
 constexpr float kLeast = 1e-3F;
 /// Of the mean over a mesh, for a triangle that is dark but for what rounding may find at its borders.
 constexpr double kDarkest = 0x1p-20;
@@ -60,11 +61,16 @@ double finest(const std::array<Vec3f, 3>& corners) noexcept {
 
 Spectrum mean_over_square(const Texture& texture) noexcept {
   Spectrum sum;
+  float largest = 0;
   constexpr float kStep = 1.0F / kSquareSteps;
   for (int i = 0; i < kSquareSteps; ++i)
-    for (int j = 0; j < kSquareSteps; ++j)
-      sum += eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
-  return sum * (kStep * kStep) + Spectrum(kLeast);
+    for (int j = 0; j < kSquareSteps; ++j) {
+      const Spectrum value =
+          eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
+      sum += value;
+      largest = std::max(largest, value.max_component());
+    }
+  return sum * (kStep * kStep) + Spectrum(kLeast * (largest > 0 ? largest : 1));
 }
 
 void AreaLights::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
