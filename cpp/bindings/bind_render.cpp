@@ -4,6 +4,10 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#ifdef __GLIBC__
+#include <gnu/libc-version.h>
+#endif
+
 #include <map>
 
 #include "bindings/bindings.h"
@@ -111,14 +115,33 @@ py::list faulty(const Renderer& r) {
   return list;
 }
 
+/// The C library whose functions are a part of the bits, and whether it takes those with fused multiplication: it
+/// chooses by the processor.
+std::string libm() {
+#ifdef __GLIBC__
+  std::string name = std::string("glibc ") + gnu_get_libc_version();
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) name += ", fma";
+#endif
+  return name;
+#else
+  return "unknown";
+#endif
+}
+
 py::dict build_info() {
 #ifdef __OPTIMIZE__
   const char* optimized = "yes";
 #else
   const char* optimized = "no";
 #endif
-  return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = "g++ " __VERSION__, "optimized"_a = optimized,
-                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version());
+#ifdef __clang__
+  const char* compiler = "clang++ " __clang_version__;
+#else
+  const char* compiler = "g++ " __VERSION__;
+#endif
+  return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = compiler, "optimized"_a = optimized,
+                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "libm"_a = libm());
 }
 
 }  // namespace
