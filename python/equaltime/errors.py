@@ -62,6 +62,9 @@ class SceneError(EqualtimeError):
         self.problems = problems
         super().__init__("\n".join(map(str, problems)))
 
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
+        return type(self), (self.problems,)
+
 
 class EffectError(EqualtimeError):
     """An effect that does not exist, or cannot be left out of a scene, with those that can."""
@@ -77,6 +80,9 @@ class ExperimentError(EqualtimeError):
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
         super().__init__("\n".join(map(str, problems)))
+
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
+        return type(self), (self.problems,)
 
 
 class ImageError(EqualtimeError):
@@ -109,6 +115,9 @@ class SampleError(RenderError):
         self.what = self.kind if what is None else what
         shown = f"; its path: {shlex.join(command)}" if command else ""
         super().__init__(f"{self.what} at pixel {pixel[0]},{pixel[1]}, sample {index}, seed {seed}{shown}")
+
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
+        return type(self), (self.pixel, self.index, self.seed, self.result, self.command, self.what)
 
     def with_words(self, *words: str) -> Self:
         """Return the error with more words of the command, if there is one."""

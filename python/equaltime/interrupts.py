@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 __all__ = ["held_back", "put_off"]
 
@@ -18,15 +18,13 @@ def held_back() -> Iterator[list[int]]:
     which alone hears them, nothing is held back.
     """
     seen: list[int] = []
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for number in filter(_is_heard, (signal.SIGINT, signal.SIGTERM)):
-            before[number] = signal.signal(number, lambda number, _: seen.append(number))
-    try:
+    with ExitStack() as stack:
+        if threading.current_thread() is threading.main_thread():
+            for number in filter(_is_heard, (signal.SIGINT, signal.SIGTERM)):
+                # Before the handler is replaced: the other signal may raise at any moment.
+                stack.callback(signal.signal, number, signal.getsignal(number))
+                signal.signal(number, lambda number, _: seen.append(number))
         yield seen
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextmanager

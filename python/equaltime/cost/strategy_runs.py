@@ -77,7 +77,7 @@ class StrategyRuns:
         try:
             names = [row.image or "" for row in self.last[:most]]
             stack = np.stack([np.load(self.folder / name, allow_pickle=False) for name in names]).astype(np.float64)
-        except (OSError, ValueError):
+        except Exception:  # what np.load raises for a damaged file depends on the damage
             return None
         return stack if np.isfinite(stack).all() else None
 

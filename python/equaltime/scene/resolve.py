@@ -30,6 +30,9 @@ __all__ = ["VOLUMETRIC", "Resolved", "resolve"]
 
 VOLUMETRIC: Final = ("medium", "phase")
 """The families whose parameters may be volumes."""
+FREE_OBJECTS: Final = 4096
+USES_OF_EACH: Final = 64
+"""Objects that references may make of a file: so many, and so many for each of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,8 @@ class _Fields:
 
     values: dict[str, Any] = field(default_factory=dict)
     failed: set[str] = field(default_factory=set)
+    size: int = 1
+    """Objects that there are with all references followed, this one included."""
 
 
 def resolve(root: Object, report: Report) -> Resolved:
@@ -62,6 +67,8 @@ class _Resolver:
         self._built: dict[Object, Plugin | None] = {}
         self._open: list[Object] = []
         self._used: set[Object] = set()
+        self._sizes: dict[Object, int] = {}
+        self._most = FREE_OBJECTS + USES_OF_EACH * sum(1 for _ in root.objects())
         self._top = {child.node: child.name for child in root.children if isinstance(child.node, Object)}
         self._by_id: dict[str, Object] = {}
         self._mentioned = root.mentioned()
@@ -89,10 +96,13 @@ class _Resolver:
     def scene(self) -> Resolved:
         """Build all objects, then the scene from those that are part of it."""
         parts: dict[Kind, list[tuple[Object, Any]]] = {}
+        size = 0
         for child in self._root.children:
             node = self._target(child, self._root)
             if node is not None and not self._is_idle(node) and (part := self.plugin(node)) is not None:
                 parts.setdefault(part.kind, []).append((node, part))
+                size += self._sizes[node]
+        self._check_size(self._root, size)
         shapes = [(node, part) for node, part in parts.get("shape", []) if not isinstance(part, ShapeGroup)]
         emitters = self._free(parts.get("emitter", []))
         model = self._model(parts, [shape for _, shape in shapes], [emitter for _, emitter in emitters])
@@ -167,6 +177,10 @@ class _Resolver:
             self._report.add(node.place, self._wrong_type(node, plugin))
             return None
         fields = self._fields(node, plugin)
+        if not self._check_size(node, fields.size):
+            return None
+        # All instances of a group share it, so that it counts once.
+        self._sizes[node] = 1 if issubclass(plugin, ShapeGroup) else fields.size
         try:
             return plugin(id=self._name(node), **fields.values)
         except ValidationError as error:
@@ -176,6 +190,13 @@ class _Resolver:
                     named = not name or f"'{name}'" in message or place.path.rsplit(".", 1)[-1] == name
                     self._report.add(place, message if named else f"{name}: {message}")
             return None
+
+    def _check_size(self, node: Object, size: int) -> bool:
+        """Tell whether `node` is no more than a file could hold; references can double it with each level."""
+        if size > self._most:
+            message = f"with all references followed these are {size} objects; the limit for this file is {self._most}"
+            self._report.add(node.place, message)
+        return size <= self._most
 
     def _wrong_type(self, node: Object, plugin: type[Plugin] | None) -> str:
         """Say what is wrong with the type of `node`: misspelt, of another family, or not supported yet."""
@@ -217,6 +238,7 @@ class _Resolver:
                 continue
             target = self._target(child, node)
             nested = None if target is None else self.plugin(target)
+            result.size += 0 if target is None else self._sizes.get(target, 1)
             if target is None or nested is None:
                 role = plugin.roles.get(kind) if target is not None and (kind := self._kind(target)) else None
                 slot = child.name if child.name in plugin.slots() else role

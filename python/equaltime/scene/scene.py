@@ -77,6 +77,10 @@ class Scene:
     _own_max_depth: int | None = field(default=None, repr=False)
     """`own_max_depth`, once `with_` has changed the path length."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy or another process gets: all but the core's scene, which is built anew there."""
+        return {name: value for name, value in self.__dict__.items() if name != "core"}
+
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the whole film in pixels."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import Final
 
 from equaltime.scene.known import nearest, suggestion
 from equaltime.scene.tree import Place, Report
@@ -11,6 +12,9 @@ from equaltime.scene.tree import Place, Report
 __all__ = ["Variables"]
 
 _VARIABLE = re.compile(r"\\?\$(\w*)")
+
+MOST_TEXT: Final = 1 << 23
+"""Characters that variables may put into a scene: values made of values can double with each of them."""
 
 
 class Variables:
@@ -20,6 +24,7 @@ class Variables:
         self._defines = dict(defines)
         self._values = dict(defines)
         self._used: set[str] = set()
+        self._text = 0
 
     def declare(self, name: str, default: object) -> None:
         """Give `name` a default, which a definition by the user overrides."""
@@ -53,7 +58,11 @@ class Variables:
                 return match[0][1:]
             name = self._longest(match[1])
             value = self.value(name)
-            return (str(value).lower() if isinstance(value, bool) else str(value)) + match[1][len(name) :]
+            word = str(value).lower() if isinstance(value, bool) else str(value)
+            if self._text + len(word) > MOST_TEXT:
+                raise ValueError(f"the variables of the scene stand for more than {MOST_TEXT} characters")
+            self._text += len(word)
+            return word + match[1][len(name) :]
 
         return _VARIABLE.sub(replacement, text)
 

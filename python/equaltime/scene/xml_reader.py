@@ -29,6 +29,11 @@ T = TypeVar("T")
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
 ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
+MOST_READ_AGAIN: Final = 1 << 22
+"""Bytes of files that are included more than once, each time after the first; includes can double with each level."""
+A_FILE: Final = 1 << 12
+"""Bytes that a file counts as besides its own: the work of opening it."""
+
 
 def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in the XML `content` of `file`; problems go to `report`, None if there is no scene at all."""
@@ -41,7 +46,9 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
     if (old := _is_old(root, report)) is None:
         return None
     variables, aliases = Variables(defines), list[Alias]()
-    scene = _Interpreter(variables, report, search, aliases, old=old, files=(Path(file),)).nested(root, "scene")
+    scene = _Interpreter(
+        variables, report, search, aliases, old=old, files=(Path(file),), reread=[], opened=set()
+    ).nested(root, "scene")
     variables.report_unused(Place(file), report)
     if scene is not None:
         scene.aliases.extend(aliases)
@@ -55,7 +62,7 @@ def _time(attributes: Mapping[str, str]) -> float:
 def _is_old(root: Element, report: Report) -> bool | None:
     """Tell whether the file is older than version 2, by its root; None, and a report, if it does not say."""
     version = root.attributes.pop("version", None)
-    if version is not None and version.split(".")[0].isdigit():
+    if version is not None and version.split(".")[0].isdecimal():
         return int(version.split(".")[0]) < 2
     found = "no version" if version is None else f"version {version!r}"
     report.add(root.place, f"<{root.tag}> has {found}, expected one such as 3.0.0")
@@ -74,6 +81,8 @@ class _Interpreter:
         *,
         old: bool,
         files: tuple[Path, ...],
+        reread: list[int],
+        opened: set[Path],
     ) -> None:
         self._variables = variables
         self._report = report
@@ -81,6 +90,8 @@ class _Interpreter:
         self._aliases = aliases
         self._old = old
         self._files = files
+        self._reread = reread
+        self._opened = opened
         self._values = VALUES | OLD_VALUES if old else VALUES
 
     def nested(self, element: Element, kind: Kind) -> Object | None:
@@ -144,6 +155,12 @@ class _Interpreter:
             message = getattr(error, "strerror", None) or error
             self._report.add(element.place, f"cannot be read: {message}: {path}")
             return []
+        if path in self._opened:
+            self._reread.append(len(content) + A_FILE)
+        self._opened.add(path)
+        if sum(self._reread) > MOST_READ_AGAIN:
+            self._report.add(element.place, f"files are included again and again: more than {MOST_READ_AGAIN} bytes")
+            return []
         root = parse_elements(str(path), content, self._report)
         if root is None or (old := _is_old(root, self._report)) is None:
             return []
@@ -152,7 +169,16 @@ class _Interpreter:
             return []
         self._search.add(path.parent)
         files = (*self._files, path)
-        inner = _Interpreter(self._variables, self._report, self._search, self._aliases, old=old, files=files)
+        inner = _Interpreter(
+            self._variables,
+            self._report,
+            self._search,
+            self._aliases,
+            old=old,
+            files=files,
+            reread=self._reread,
+            opened=self._opened,
+        )
         node = inner.nested(root, "scene" if root.tag == "scene" else OBJECTS[root.tag])
         if node is None:
             return []

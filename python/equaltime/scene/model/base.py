@@ -76,16 +76,26 @@ class Plugin(BaseModel):
         return tuple(name for name, field in cls.model_fields.items() if any(_kinds(field.annotation)))
 
     def nodes(self) -> Iterator[Plugin]:
-        """Iterate over this and everything nested in it, depth first; what is used twice comes twice."""
-        yield self
+        """Iterate over this and everything nested in it, depth first; what is used twice comes once.
+
+        The number of its uses can double with each level of nesting.
+        """
+        seen: set[int] = set()
+        waiting: list[Plugin] = [self]
+        while waiting:
+            node = waiting.pop()
+            if id(node) not in seen:
+                seen.add(id(node))
+                yield node
+                waiting += reversed(list(node.nested()))
+
+    def nested(self) -> Iterator[Plugin]:
+        """Iterate over the nodes that stand directly in this one."""
         for name in self.holders():
             value = getattr(self, name)
-            if isinstance(value, Plugin):
-                yield from value.nodes()
-            elif isinstance(value, tuple):
-                for item in value:
-                    if isinstance(item, Plugin):
-                        yield from item.nodes()
+            for item in value if isinstance(value, tuple) else (value,):
+                if isinstance(item, Plugin):
+                    yield item
 
     def replace(self, **changes: object) -> Self:
         """Return the same with some parameters changed, checked anew; raises pydantic's ValidationError."""
