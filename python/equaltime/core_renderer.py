@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +14,7 @@ from equaltime import _core
 from equaltime._core import build_info
 from equaltime.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
+from equaltime.memory import memory_bytes
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -148,7 +148,7 @@ def _check_memory(scene: Scene) -> None:
     """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
     _, _, width, height = scene.model.sensor.film.crop
     needed = width * height * (REPLICATES * _BYTES_PER_MOMENTS + _BYTES_PER_RESULT_PIXEL)
-    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    present = memory_bytes()
     if needed > present:
         message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
         raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))

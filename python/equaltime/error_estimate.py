@@ -52,6 +52,8 @@ _Z95 = 1.960
 _MANY = 300.0
 # The logarithm of an upper limit over its estimate, beyond which it says nothing, and soon is more than float64 holds.
 _MOST_KNOWN = 100.0
+# Binary exponent of an image's mean beyond which the square of a square is more, or less, than float64 holds.
+_MOST_EXPONENT = 200
 
 Unit = Literal["%", "s", "spp", "MB"]
 _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
@@ -220,6 +222,12 @@ def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> 
     m = float(pixels.mean.mean())
     if m == 0.0:
         return Estimate(0.0, 0.0, math.inf), 0.0
+    if not math.isfinite(m):
+        return UNKNOWN, 0.0
+    if abs(exponent := math.frexp(m)[1]) > _MOST_EXPONENT:
+        scale = math.ldexp(1.0, -exponent)  # an error is relative, and a power of two leaves its bits as they are
+        scaled = replace(pixels, mean=pixels.mean * scale, variance=pixels.variance * scale * scale)
+        return _seen_error(scaled, level, None if least is None else least * scale)
     parts = error_parts(pixels, m, least)
     value, low, high = (math.sqrt(float(part.mean())) for part in (parts.value, parts.lenient, parts.cautious))
     if value == 0.0:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
+from equaltime.errors import RenderError
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.output_files import keep_work
@@ -290,12 +291,11 @@ def make_result(
     The result shares ``moments`` with the caller.
     """
     begin = time.perf_counter()
+    image = _as_float32(pixels.mean, origin)
     errors = standard_error(pixels)
     brightest = max((look.brightest for look in looks), default=0.0)
     error = stated_error(pixels, hidden, brightest=brightest).with_bias(bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
-    with np.errstate(over="ignore"):  # beyond 3e38 a float32 is infinite, and so it is shown
-        image = pixels.mean.astype(np.float32)
     missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
     return Result(
         image,
@@ -315,3 +315,16 @@ def make_result(
         parts=parts,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
+
+
+def _as_float32(mean: NDArray[np.float64], origin: Origin) -> NDArray[np.float32]:
+    """Return the image as files hold it; raises RenderError, with the first pixel, if a value is beyond float32."""
+    with np.errstate(over="ignore"):
+        image = mean.astype(np.float32)
+    beyond = np.argwhere(~np.isfinite(image))
+    if len(beyond):
+        y, x, channel = (int(number) for number in beyond[0])
+        place = f"{origin.scene}: " if origin.scene else ""
+        where = f"pixel {origin.window.x + x},{origin.window.y + y}"
+        raise RenderError(f"{place}{where} is {mean[y, x, channel]:.3g}, more than an image of float32 can hold")
+    return image

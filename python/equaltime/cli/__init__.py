@@ -86,7 +86,7 @@ def equaltime_command(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; the console script passes it to the shell."""
-    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
+    if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no failure
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:

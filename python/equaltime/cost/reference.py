@@ -27,7 +27,7 @@ from equaltime.cost.folder import build_facts, replacing
 from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.cost.noisy_reference import Noise
-from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.errors import ExperimentError, ImageError, Problem, RenderError
 from equaltime.moments import squared_deviations
 from equaltime.render_file import read_picture
 from equaltime.scene import Scene
@@ -126,6 +126,8 @@ def render(
                 raise bad_sample(scene, strategy, seed, renderer)
         reference = _join([renderer.moments for renderer in renderers])
         found, passed = math.sqrt(max(reference.relmse, 0.0)), time.perf_counter() - begin
+        if not math.isfinite(found):
+            raise RenderError("the reference is brighter than its error can be computed for")
         share = min(1.0, (error / found) ** 2) if found > 0.0 else 1.0
         more = _more(samples, found / error, passed / seconds)
         if more is None:

@@ -24,7 +24,7 @@ def line_numbers(text: str) -> dict[str, int]:
     lines: dict[str, int] = {}
     counts: dict[str, int] = {}
     table = within = ""
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(text.split("\n"), start=1):
         if within:
             within = _list_entry(line, number, within, lines, counts)
         elif header := _HEADER.match(line):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
@@ -47,7 +48,7 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
     found = details["input"]
     if kind == "value_error":  # one of the model's own checks, which says all but the value
         message = str(context["error"])
-        tells_all = not name or shown(found) in message or np.ndim(found) == 2 or isinstance(found, Animation)
+        tells_all = not name or shown(found) in message or _is_matrix(found) or isinstance(found, Animation)
         return message if tells_all else f"{message}; found {shown(found)}"
     return f"{_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
 
@@ -85,3 +86,10 @@ def shown(value: object) -> str:
     if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):
         return ", ".join(map(shown, value)) or "none"
     return shortened(value, 80)
+
+
+def _is_matrix(found: Any) -> bool:
+    try:
+        return np.ndim(found) == 2
+    except ValueError:  # lists of unlike lengths
+        return False
