@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ from equaltime.cost.runner import ProgressCallback, run
 from equaltime.errors import EqualtimeError, ExperimentError, Problem
 
 __all__ = ["Changes", "experiments_in", "run_all"]
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,10 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
         run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except Exception as error:  # whatever it is, it must not cost the others
-        kind = "" if isinstance(error, EqualtimeError | OSError) else f"{type(error).__name__}: "
+        expected = isinstance(error, EqualtimeError | OSError)
+        if not expected:
+            _LOG.exception("%s failed", card.name)
+        kind = "" if expected else f"{type(error).__name__}: "
         return replace(card, state="failed", problem=f"{kind}{error}")
 
 

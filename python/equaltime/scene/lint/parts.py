@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.errors import Problem, SceneError
 from equaltime.scene.extents import bounds
 from equaltime.scene.geometry import MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import (
@@ -18,6 +19,7 @@ from equaltime.scene.model import (
     MeshFile,
     Plugin,
     Principled,
+    Shape,
     Solid,
     ThinDielectric,
     as_array,
@@ -122,9 +124,16 @@ class World:
                     self.skipped += 1
                     continue
                 flat = shape if data.normals is not None else shape.replace(face_normals=True)  # spares making normals
-                yield Part(shape, name, surface(flat, self.scene.assets), grouped)
+                yield Part(shape, name, self._surface(shape, flat), grouped)
             else:
-                yield Part(shape, name, surface(shape, self.scene.assets), grouped)
+                yield Part(shape, name, self._surface(shape, shape), grouped)
+
+    def _surface(self, shape: Shape, looked_at: Shape) -> Surface:
+        """Return the surface of `looked_at`; raises SceneError, with the place of `shape`, if it cannot be placed."""
+        try:
+            return surface(looked_at, self.scene.assets)
+        except ValueError as error:
+            raise SceneError((Problem(self.scene.place_of(shape), str(error)),)) from error
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:

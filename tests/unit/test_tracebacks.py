@@ -1,0 +1,34 @@
+"""Inputs that once ended in a traceback are errors with their place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import equaltime as et
+from equaltime.scene.lint import lint
+
+
+def test_a_version_with_digits_that_are_no_decimals(tmp_path: Path) -> None:
+    path = tmp_path / "v.xml"
+    path.write_text("<scene version='\u00b2.0.0'/>")
+    with pytest.raises(et.SceneError, match=r"v\.xml:1: <scene> has version"):
+        et.load(path)
+
+
+def test_a_ragged_list_where_an_object_checks_its_values() -> None:
+    sensor = {"type": "perspective", "fov": [[1.0], [1.0, 2.0], 3.0]}
+    with pytest.raises(et.SceneError, match="fov"):
+        et.load_dict({"type": "scene", "sensor": sensor})
+
+
+def test_lint_of_a_mesh_that_is_scaled_to_infinity(tmp_path: Path) -> None:
+    (tmp_path / "t.obj").write_text("v 0 0 0\nv 4 0 0\nv 0 4 0\nf 1 2 3\n")
+    path = tmp_path / "s.toml"
+    path.write_text(
+        'type = "scene"\n[sensor]\ntype = "perspective"\n[mesh]\ntype = "obj"\nfilename = "t.obj"\n'
+        "to_world = [{ scale = 1e308 }]\n"
+    )
+    with pytest.raises(et.SceneError, match="to infinity"):
+        lint(et.load(path))
