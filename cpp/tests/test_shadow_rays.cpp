@@ -16,7 +16,7 @@ struct QueryCounter : RayCounter {
     return RayCounter::occluded<E>(scene, ray);
   }
   template <auto E>
-  [[nodiscard]] Optional<Interaction> blocker(const Scene& scene, const Ray& ray) noexcept {
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     ++nearest;
     return RayCounter::blocker<E>(scene, ray);
   }
