@@ -33,14 +33,14 @@ QueryCounter queries_of(SceneDescription description) {
 
 }  // namespace
 
-TEST("where nothing lets light pass, shadow rays look for anything in their way, in every kernel") {
+TEST("where nothing lets light pass, shadow rays look for anything in their way, but in media for the nearest") {
   const QueryCounter plain = queries_of(scenes::room());
   CHECK(plain.any > 0 && plain.nearest == 0);
   SceneDescription fog = scenes::room();
   fog.media.push_back({{0.1, 0.1, 0.1}, {0.5, 0.5, 0.5}});
   fog.camera_medium = 0;
   const QueryCounter thick = queries_of(std::move(fog));
-  CHECK(thick.any > 0 && thick.nearest == 0);
+  CHECK(thick.any == 0 && thick.nearest > 0);  // how far it is counts, to more digits than Embree has
 }
 
 TEST("where something may let light pass, they look for the nearest") {
