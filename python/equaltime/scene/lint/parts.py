@@ -19,7 +19,6 @@ from equaltime.scene.model import (
     MeshFile,
     Plugin,
     Principled,
-    Shape,
     Solid,
     ThinDielectric,
     as_array,
@@ -128,7 +127,7 @@ class World:
             else:
                 yield Part(shape, name, self._surface(shape, shape), grouped)
 
-    def _surface(self, shape: Shape, looked_at: Shape) -> Surface:
+    def _surface(self, shape: Solid, looked_at: Solid) -> Surface:
         """Return the surface of `looked_at`; raises SceneError, with the place of `shape`, if it cannot be placed."""
         try:
             return surface(looked_at, self.scene.assets)
