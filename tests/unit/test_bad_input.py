@@ -167,14 +167,16 @@ def test_a_damaged_image_is_one_line(scene: Path, tmp_path: Path, capsys: pytest
     assert "scene.toml:12: sky.filename: " in refusal(["info", str(scene)], capsys)
 
 
-def test_light_beyond_all_measure_gives_no_warning(
+def test_light_beyond_all_measure_is_one_error_with_its_pixel(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene.write_text(HEAD + "radiance = 1e300\n")
-    assert main(["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "2"]) == 0
+    assert main(["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "2"]) == 1
     captured = capsys.readouterr()
-    assert "error unknown" in captured.out
-    assert captured.err == ""
+    assert captured.out == ""
+    assert captured.err.startswith(f"error: {scene}: pixel 0,0 is ")
+    assert captured.err.endswith("more than an image of float32 can hold\n")
+    assert captured.err.count("\n") == 1
 
 
 def run(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
