@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
-__all__ = ["held_back", "put_off"]
+__all__ = ["held_back", "last_held_back", "put_off"]
+
+
+_held_at = -math.inf
+
+
+def last_held_back() -> float:
+    """Return when `held_back` last listed a signal, by `time.monotonic`; minus infinity if it never did."""
+    return _held_at
 
 
 @contextmanager
@@ -17,13 +27,30 @@ def held_back() -> Iterator[list[int]]:
     A signal that would end the process does so, since nothing of Python's hears it; in any thread but the main one,
     which alone hears them, nothing is held back.
     """
+
+    def note(_: int) -> None:
+        global _held_at
+        _held_at = time.monotonic()
+
+    with _listed(note) as seen:
+        yield seen
+
+
+@contextmanager
+def _listed(told: Callable[[int], object]) -> Iterator[list[int]]:
+    """List signals in place of hearing them, and call ``told`` with each."""
     seen: list[int] = []
+
+    def hear(number: int, _: object) -> None:
+        seen.append(number)
+        told(number)
+
     with ExitStack() as stack:
         if threading.current_thread() is threading.main_thread():
             for number in filter(_is_heard, (signal.SIGINT, signal.SIGTERM)):
                 # Before the handler is replaced: the other signal may raise at any moment.
                 stack.callback(signal.signal, number, signal.getsignal(number))
-                signal.signal(number, lambda number, _: seen.append(number))
+                signal.signal(number, hear)
         yield seen
 
 
@@ -32,7 +59,7 @@ def put_off() -> Iterator[None]:
     """Let the first of those that come be heard only when what is begun is done."""
     seen: list[int] = []
     try:
-        with held_back() as seen:
+        with _listed(lambda number: None) as seen:
             yield
     finally:
         if seen:

@@ -109,12 +109,15 @@ def changed(tree: dict[str, Any], place: Place, number: float) -> dict[str, Any]
 
 
 def rendered(tree: dict[str, Any]) -> bool:
-    """Return whether the scene is rendered; not refused, nor ended with the sample that is no number."""
+    """Return whether the scene is rendered; not refused, nor ended with a sample or a pixel that no file can hold."""
     try:
         image = et.render(et.load_dict(tree), spp=2, threads=1).image
     except (et.SceneError, et.NonFiniteSample):
         return False
-    assert not np.isnan(image).any()
+    except et.RenderError as error:
+        assert "more than an image of float32 can hold" in str(error)
+        return False
+    assert np.isfinite(image).all()
     return True
 
 

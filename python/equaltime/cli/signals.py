@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from equaltime.interrupts import last_held_back
 from equaltime.startup import over
 
 __all__ = ["interruptible"]
 
 _ONE_PRESS = 1.0
-"""Seconds in which further ones are the same: who holds the keys down, or is impatient, means what was meant first."""
+"""Seconds in which further ones are the same: who holds the keys down, or is impatient, means what was meant first.
+What was held back while a command ended was pressed, too."""
 
 
 @contextmanager
@@ -24,7 +26,7 @@ def interruptible() -> Iterator[None]:
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal raised
         now = time.monotonic()
-        if now - raised >= _ONE_PRESS:
+        if now - max(raised, last_held_back()) >= _ONE_PRESS:
             raised = now
             raise KeyboardInterrupt
 
