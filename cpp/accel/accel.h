@@ -96,7 +96,7 @@ class Accel {
 
  private:
   friend void refuse_ray() noexcept;
-  // Of the library's own memory for each thread, which takes one instruction to find.
+  // Initial-exec: reading it takes one instruction.
   [[gnu::tls_model("initial-exec")]] static constinit thread_local bool refused_;
 
   // Each number in a register of its own: see EQUALTIME_INLINE.

@@ -33,8 +33,8 @@ bool is_sliver(const Corners& v) noexcept {
   return length_squared(cross(v[1] - v[0], v[2] - v[0])) < thick * thick * longest;
 }
 
-/// The square of the distance of a line through the origin, along the unit vector, from a segment: as it is seen along
-/// the line, that of a point from a segment in the plane.
+/// The squared distance between a segment and the line through the origin along the unit vector. Both are projected
+/// along the line, which leaves a point and a segment in a plane.
 double distance_squared(const Vec3d& along, const Vec3d& from, const Vec3d& to) noexcept {
   const Vec3d a = from - along * dot(along, from), edge = to - from, e = edge - along * dot(along, edge);
   const double size = length_squared(e);

@@ -88,7 +88,7 @@ py::dict effects_dict(const Effects& e) {
   return d;
 }
 
-/// What is asked for of hits, one row a ray; null: it is not.
+/// Where results go, one row a ray; null for those that nobody asked for.
 struct HitTables {
   double *t, *p, *n, *shading_normal, *uv, *albedo, *dp_du, *dp_dv;
   std::int64_t *shape, *primitive;

@@ -16,8 +16,7 @@ class OrderedTable2D {
   OrderedTable2D() = default;
   /// Weights row by row, finite and >= 0. A cell of weight 0 is never chosen, unless all are.
   OrderedTable2D(std::span<const double> weights, std::size_t width);
-  /// The same where `weights_of` gives the weights of each row when it is their turn, so that one row is held at a
-  /// time.
+  /// The same, with `weights_of` called for the weights of each row in turn, so that only one row is held at a time.
   OrderedTable2D(std::size_t rows, const std::function<std::span<const double>(std::size_t)>& weights_of);
 
   struct Choice {

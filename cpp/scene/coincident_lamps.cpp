@@ -28,7 +28,7 @@ constexpr std::size_t kMostPairs = 64;
 
 using Polygon = std::vector<Vec3d>;
 
-/// A triangle in normalised space. Its normal is that of its winding; a lamp emits to that side.
+/// A triangle in normalised space. Its winding gives the normal, and a lamp emits to that side.
 struct Face {
   std::array<Vec3d, 3> v;
   Vec3d n;
@@ -56,7 +56,7 @@ void for_each_triangle(const MeshDescription& mesh, F&& f) {
     if (std::max({a, b, c}) < mesh.vertices.size()) f(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], i);
   }
 }
-/// Of a convex polygon round the origin of a plane; its front is that of `d`.
+/// Calls `f` with each triangle of a convex polygon around the origin of a plane. Its front is that of `d`.
 template <class Flat, class F>
 void for_each_triangle(const Flat& d, std::span<const std::array<double, 2>> corners, F&& f) {
   const auto at = [&](std::size_t i) { return d.to_world.point({corners[i][0], corners[i][1], 0}); };
@@ -80,7 +80,7 @@ void for_each_triangle(const DiskDescription& d, F&& f) {
   for_each_triangle(d, corners, f);
 }
 
-/// What is kept of the polygon where a linear function of its points is not negative.
+/// Returns the part of the polygon on which a linear function is not negative.
 Polygon clipped(const Polygon& polygon, const Vec3d& gradient, double offset) {
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

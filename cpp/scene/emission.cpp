@@ -12,7 +12,7 @@ namespace equaltime {
 namespace {
 
 constexpr int kSquareSteps = 64;
-/// Of the largest that was found, for what no step met.
+/// Share of the largest value found, added for texels that no step met.
 constexpr float kLeast = 1e-3F;
 /// Of the mean over a mesh, for a triangle that is dark but for what rounding may find at its borders.
 constexpr double kDarkest = 0x1p-20;

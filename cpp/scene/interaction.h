@@ -60,7 +60,7 @@ struct ExactMeeting {
   Vec3d point;
 };
 
-/// What kernels for these effects know of what a ray meets.
+/// The result of a ray in kernels for these effects: with the exact point where there are media.
 template <auto E>
 using MeetingOf = std::conditional_t<E.media, ExactMeeting, Optional<Interaction>>;
 

@@ -32,7 +32,7 @@ struct Colors {
   double of[3];
 };
 
-/// The same for the colours; most media are grey, and exponentials take their time.
+/// The same for each colour. Most media are grey, so that equal exponentials are computed once.
 void transmitted(const Colors& sigma, double t, double (&left)[3]) noexcept {
   left[0] = transmitted(sigma.of[0], t);
   left[1] = sigma.of[1] == sigma.of[0] ? left[0] : transmitted(sigma.of[1], t);

@@ -47,7 +47,9 @@ class Checkpoint:
         file = RenderFile.read(path)
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
-            raise ImageError(f"{path}: holds no moments, only an image, as --small saves it: it cannot be gone on with")
+            raise ImageError(
+                f"{path}: holds no moments, only an image, as --small saves it: it can be neither resumed nor merged"
+            )
         _, _, width, height = file.record["crop"]
         planes = (*missed.values(), *(() if parts is None else (parts,)))
         sizes = {(height, width), *(plane.shape[:2] for plane in planes)}

@@ -64,7 +64,7 @@ Small = Annotated[
     bool,
     typer.Option(
         "--small",
-        help="Save a tenth: the image rounded to 11 bits, with its standard error. It cannot be resumed or merged.",
+        help="Save a small file: the image rounded to 11 bits, and its standard error. It cannot be resumed or merged.",
     ),
 ]
 Crop = Annotated[
