@@ -37,7 +37,9 @@ struct AreaLights {
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
   /// How bright the texture of a mesh makes each triangle: none so little that it would never be picked.
   [[nodiscard]] std::vector<TriangleShine> shines_of(std::size_t shape, const TriangleMesh& mesh,
-                                                     const Surface& surface, bool flipped) const;
+                                                     const Surface& surface, bool flipped);
+
+  std::size_t pictured_meshes = 0;  // whose triangles have had pictures made
 };
 
 }  // namespace equaltime

@@ -7,11 +7,14 @@ namespace equaltime {
 
 namespace {
 
-constexpr double kPieces = 0x1p24, kFewestPieces = 16;  // of all triangles; of one
-constexpr double kCells = 0x1p20, kMostCells = 64;      // of all pictures; along a side of one
-constexpr double kEven = 1.1;                           // a contrast that is not worth a picture
-constexpr double kMissed = 1e-3;                        // of what is typical, where points may miss something
-constexpr int kLooks = 16;                              // along a side of the texture, for what is typical
+/// Pieces of all triangles of a mesh: where they hold each part of the texture, and where they are points of it only,
+/// because a triangle has more parts of the texture than that.
+constexpr double kPieces = 0x1p24, kCoarsePieces = 0x1p18;
+constexpr double kFewestPieces = 16;                // of a triangle
+constexpr double kCells = 0x1p20, kMostCells = 64;  // of all pictures; along a side of one
+constexpr double kEven = 1.1;                       // a contrast that is not worth a picture
+constexpr double kMissed = 1e-3;                    // of what is typical, where points may miss something
+constexpr int kLooks = 16;                          // along a side of the texture, for what is typical
 constexpr double kWhole = 1 - 1e-9;
 
 /// A corner of a piece: where in the triangle (how much there is of its second and third vertex), and where among the
@@ -97,6 +100,7 @@ double over_piece(const Polygon& piece, bool same, F&& value) noexcept {
 struct TrianglePictures::Footprint {
   std::array<Point2d, 3> uv, cell;  // of the corners
   double pieces;                    // about how many there are
+  double lines;                     // between columns and between rows of cells that cross it
   bool steps, coarse;
 
   [[nodiscard]] Corner corner(double second, double third) const noexcept {
@@ -114,11 +118,14 @@ struct TrianglePictures::Footprint {
   }
 };
 
-TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles)
+TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles,
+                                   std::size_t earlier)
     : texture_(texture),
       color_(color),
       lattice_(std::visit([](const auto& t) { return t.lattice(); }, texture)),
-      most_pieces_(std::max(kFewestPieces, kPieces / static_cast<double>(triangles))),
+      most_pieces_(
+          std::max(kFewestPieces, kPieces / (static_cast<double>(triangles) * static_cast<double>(earlier + 1)))),
+      coarse_pieces_(std::max(kFewestPieces, most_pieces_ * (kCoarsePieces / kPieces))),
       most_cells_(std::min(kMostCells, std::sqrt(kCells / static_cast<double>(triangles)))),
       typical_(0) {
   constexpr float kStep = 1.0F / kLooks;
@@ -134,19 +141,26 @@ double TrianglePictures::bright(const TexturePlace& at) const noexcept {
 }
 
 TrianglePictures::Footprint TrianglePictures::footprint(const std::array<TexturePlace, 3>& corners) const noexcept {
-  Footprint f{{}, {}, 0, lattice_->steps, false};
+  Footprint f{{}, {}, 0, 0, lattice_->steps, false};
   const std::array<double, 6>& m = lattice_->from_uv;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto u = static_cast<double>(corners[i].uv.x), v = static_cast<double>(corners[i].uv.y);
     f.uv[i] = {u, v}, f.cell[i] = {m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]};
   }
-  const auto [left, right] = std::minmax({f.cell[0].x, f.cell[1].x, f.cell[2].x});
-  const auto [top, bottom] = std::minmax({f.cell[0].y, f.cell[1].y, f.cell[2].y});
-  f.pieces = 0.5 * doubled_area(f.cell[0], f.cell[1], f.cell[2]) + (right - left) + (bottom - top) + 1;
+  auto [left, right] = std::minmax({f.cell[0].x, f.cell[1].x, f.cell[2].x});
+  auto [top, bottom] = std::minmax({f.cell[0].y, f.cell[1].y, f.cell[2].y});
+  // Counted from a whole cell nearby, the points between the corners are exact: rounding of coordinates near 10^30
+  // would part them by 10^14 cells.
+  const Point2d near{std::floor(left), std::floor(top)};
+  for (Point2d& cell : f.cell) cell = {cell.x - near.x, cell.y - near.y};
+  left -= near.x, right -= near.x, top -= near.y, bottom -= near.y;
+  f.lines = (right - left) + (bottom - top);
+  f.pieces = 0.5 * doubled_area(f.cell[0], f.cell[1], f.cell[2]) + f.lines + 1;
   if (f.pieces > most_pieces_) {
-    // Never more than so many lines across, however thin it is.
-    const double factor = std::max(std::sqrt(f.pieces / most_pieces_), (right - left + bottom - top) / most_pieces_);
+    // A line may cross a whole row of the picture's cells, and parts each of them.
+    const double factor = std::max(std::sqrt(f.pieces / coarse_pieces_), f.lines * most_cells_ / coarse_pieces_);
     for (Point2d& cell : f.cell) cell = {cell.x / factor, cell.y / factor};
+    f.lines /= factor;
     f.steps = f.coarse = true;
   }
   return f;
@@ -174,7 +188,8 @@ TriangleShine TrianglePictures::of(const std::array<TexturePlace, 3>& corners, d
   if (!lattice_) return {of_corners, nullptr};
   const Footprint f = footprint(corners);
   if (!std::isfinite(f.pieces)) return {of_corners + typical_, nullptr};
-  const double missed = f.coarse ? kMissed * typical_ : 0, side = std::min({std::sqrt(f.pieces), most_cells_, finest});
+  const double missed = f.coarse ? kMissed * typical_ : 0;
+  const double side = std::min({std::sqrt(f.pieces), most_cells_, finest, most_pieces_ / f.lines});
   if (!(side >= 2)) return {integral(f, 0, 0, 1) + missed, nullptr};
   const auto cells = static_cast<std::size_t>(side);
   std::vector<double> weights;

@@ -17,8 +17,9 @@ struct TriangleShine {
 
 class TrianglePictures {
  public:
-  /// Of a texture times a colour, on a mesh of so many triangles, which share the work and the memory that it may take.
-  TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles);
+  /// Pictures of a texture times a colour on a mesh, whose triangles share the work and the memory that the mesh may
+  /// take. `earlier`: how many meshes of the scene had pictures before; the n-th may take 1/n of the first's work.
+  TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t earlier);
 
   /// Of a triangle whose corners are looked up there, in its light's order; `finest`: the most cells along a side of
   /// its picture that points can be told apart in.
@@ -35,7 +36,7 @@ class TrianglePictures {
   const Texture& texture_;
   Spectrum color_;
   std::optional<TextureLattice> lattice_;
-  double most_pieces_, most_cells_, typical_;
+  double most_pieces_, coarse_pieces_, most_cells_, typical_;
 };
 
 }  // namespace equaltime

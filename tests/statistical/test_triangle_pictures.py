@@ -5,6 +5,7 @@ Seeds are fixed. All χ² tests of this file together have a false-alarm rate of
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -193,3 +194,14 @@ def test_a_spot_that_no_grid_of_points_would_see_is_lit() -> None:
         assert found.p([expected] * 3) > 1e-5
         assert found.p([1.3 * expected] * 3) < 1e-5, "the twin"
         assert (found.error < 0.05 * found.mean).all()
+
+
+@pytest.mark.parametrize("far", [1e5, 1e20, 3e30])
+@pytest.mark.parametrize("spread", [[0, 0, 0], [1, 1, 1], [1e12, 1e12, 1e12], [1e30, 0, 0], [1e30, 1, 1e4]])
+def test_texture_coordinates_far_from_0_take_no_longer(far: float, spread: list[float]) -> None:
+    """Points between three corners near 1e20 that are one point may still be 1e13 texels apart, by rounding."""
+    uvs = far + np.array(spread)[:, None] * UVS
+    subject = Subject("far", np.random.default_rng(1).random((16, 16, 3)), NEAR, uvs=uvs)
+    begin = time.process_time()
+    build(subject.add, camera=np.eye(4))
+    assert time.process_time() - begin < 5
