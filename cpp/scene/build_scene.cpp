@@ -1,4 +1,4 @@
-// build_scene: from the author's description to what paths meet. Everything is validated here, named by shape.
+// build_scene: from the description of a scene to what paths meet. Shapes are validated here, and named by number.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -6,6 +6,7 @@
 
 #include "scene/build_lights.h"
 #include "scene/build_meshes.h"
+#include "scene/check_description.h"
 #include "scene/coincident_lamps.h"
 #include "scene/emission.h"
 #include "scene/release.h"
@@ -310,6 +311,11 @@ Scene Builder::build(Intersection mode) {
 }  // namespace
 
 Scene build_scene(SceneDescription description, Intersection mode) {
+  check(description);
+  return build_checked_scene(std::move(description), mode);
+}
+
+Scene build_checked_scene(SceneDescription description, Intersection mode) {
   const FilmDescription& film = description.film;
   if (film.crop_width == 0 || film.crop_height == 0 || std::uint64_t{film.crop_x} + film.crop_width > film.width ||
       std::uint64_t{film.crop_y} + film.crop_height > film.height)

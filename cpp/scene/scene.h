@@ -152,6 +152,9 @@ struct Scene {
 /// Throws std::invalid_argument that names the shape and what is wrong: a vertex that is not finite, an index out of
 /// range.
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
+/// Like `build_scene`, for a description whose numbers have passed `check` or checks as strict, as those of Python's
+/// readers are.
+[[nodiscard]] Scene build_checked_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
 template <auto E, class Guard>
 EQUALTIME_INLINE MeetingOf<E> Scene::intersect(const Ray& ray, [[maybe_unused]] float time) const noexcept {

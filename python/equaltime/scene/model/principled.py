@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.bsdfs import BsdfPlugin
 from equaltime.scene.model.textures import ReflectanceTexture, UnitTexture
@@ -24,7 +24,7 @@ class Principled(BsdfPlugin):
     metallic: UnitTexture = 0.0
     spec_trans: UnitTexture = 0.0
     """How much is glass."""
-    eta: PositiveFloat | None = None
+    eta: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Index of refraction of the inside relative to the outside; instead of ``specular``."""
     specular: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
     """Reflection at normal incidence, 1 being 8 %; ignored where ``eta`` is given."""
