@@ -1,7 +1,11 @@
 #include "math/motion.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <memory>
+#include <new>
 #include <stdexcept>
 
 namespace equaltime {
@@ -41,6 +45,12 @@ Linear nearest_rotation(const Linear& m) noexcept {
 
 double norm(const Vec3d& stretch, const Vec3d& shear) noexcept {
   return std::sqrt(length_squared(stretch) + 2 * length_squared(shear));
+}
+
+/// Never 0.
+std::uint64_t new_id() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
 }
 
 template <class F>
@@ -85,7 +95,7 @@ Motion::Pose Motion::pose_of(const MotionKey& key, bool mirrored) {
   return {key.time, t.column(3), {q.w * unit, q.x * unit, q.y * unit, q.z * unit}, stretch, shear};
 }
 
-Motion::Motion(const std::vector<MotionKey>& keys) {
+Motion::Motion(const std::vector<MotionKey>& keys) : id_(new_id()) {
   if (keys.empty()) throw std::invalid_argument("a motion needs a key");
   const Transform& first = keys.front().to_world;
   mirrored_ = determinant({first.column(0), first.column(1), first.column(2)}) < 0;
@@ -109,6 +119,7 @@ Motion::Motion(const std::vector<MotionKey>& keys) {
 
 Motion Motion::between(const Space& own, const Space& world) const {
   Motion motion = *this;
+  motion.id_ = new_id();
   const double scale = world.scale / own.scale;
   for (Pose& pose : motion.poses_) {
     pose.position = (pose.position - world.origin) * world.scale;
@@ -130,6 +141,22 @@ Placement Motion::placed(const Vec3d& position, const Quaternion& turn, const Ve
 }
 
 Placement Motion::at(double time) const noexcept {
+  struct Kept {
+    std::uint64_t motion = 0;  // the id of none
+    double time = 0;
+    Placement placement{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
+  };
+  constexpr std::size_t kKept = 16;  // more instances than most rays come near
+  using Recent = std::array<Kept, kKept>;
+  // On the heap: a library that is loaded late has room for a few bytes a thread only.
+  thread_local const std::unique_ptr<Recent> recent(new (std::nothrow) Recent);
+  if (!recent) return computed_at(time);
+  Kept& kept = (*recent)[id_ % kKept];
+  if (kept.motion != id_ || kept.time != time) kept = {id_, time, computed_at(time)};
+  return kept.placement;
+}
+
+Placement Motion::computed_at(double time) const noexcept {
   const auto later = [](double now, const Pose& pose) { return now < pose.time; };
   const auto next =
       static_cast<std::size_t>(std::upper_bound(poses_.begin(), poses_.end(), time, later) - poses_.begin());

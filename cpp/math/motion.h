@@ -4,6 +4,7 @@
 // float64.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "math/bounds.h"
@@ -50,7 +51,8 @@ class Motion {
   };
   [[nodiscard]] Motion between(const Space& own, const Space& world) const;
 
-  /// Before the first key and after the last, these hold.
+  /// The placement at a time. Before the first key and after the last, these hold. Each thread keeps the placements
+  /// that it was last asked for: all rays of a path have one time.
   [[nodiscard]] Placement at(double time) const noexcept;
 
   /// Whether it does more than to move everything along.
@@ -80,9 +82,11 @@ class Motion {
   };
 
   [[nodiscard]] static Pose pose_of(const MotionKey& key, bool mirrored);
+  [[nodiscard]] Placement computed_at(double time) const noexcept;
   [[nodiscard]] Placement placed(const Vec3d& position, const Quaternion& turn, const Vec3d& stretch,
                                  const Vec3d& shear) const noexcept;
 
+  std::uint64_t id_;  // shared by motions that are equal
   std::vector<Pose> poses_;
   Vec3d pivot_;  // what is where the origin was when the keys were made
   bool mirrored_ = false;
