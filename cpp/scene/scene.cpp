@@ -85,7 +85,8 @@ std::size_t Scene::memory_bytes() const noexcept {
   bytes += held_by(accel.geometries()) + held(accel.groups());
   for (const Geometries& group : accel.groups()) bytes += held_by(group);
   bytes += held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) +
-           held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(emitters) + held(media);
+           held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(emitters) + held(media) +
+           held(materials) + held(textures);
   for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
   for (const Surface& surface : surfaces) bytes += held_by(surface);
   for (const Material& material : materials) bytes += held(material.bindings);
