@@ -9,7 +9,7 @@ namespace equaltime {
 namespace {
 
 template <Effects E>
-void render_block(const BlockTask& task, Film& film, RayCounter& probe, std::vector<NonFinite>& nonfinite) {
+void render_block(const BlockTask& task, Film& film, RayCounter& probe, SampleLog<NonFinite>& nonfinite) {
   render_samples(task, film, probe, nonfinite, [&](std::uint32_t x, std::uint32_t y, std::uint64_t i) {
     return sample_pixel<E>(task, x, y, i, film.replicates(), probe);
   });
@@ -43,8 +43,8 @@ constexpr Effects forking(Effects e) noexcept { return with(e, {&Effects::forks}
 
 /// What no scene calls for, but a strategy, left out.
 constexpr Effects kAllButForks = without(kAllEffects, {&Effects::forks});
-constexpr Effects kAllButMediaAndMotion =
-    without(kAllButForks, {&Effects::media, &Effects::phase_blends, &Effects::motion});
+constexpr Effects kAllButMedia = without(kAllButForks, {&Effects::media, &Effects::phase_blends});
+constexpr Effects kAllButMediaAndMotion = without(kAllButMedia, {&Effects::motion});
 /// All but what few scenes call for.
 constexpr Effects kCommonEffects =
     without(kAllButMediaAndMotion, {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens,
@@ -63,6 +63,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<with(kCommonEffects, {&Effects::masks, &Effects::media})>(),
       row<Effects{.smooth_normals = true, .environment = true, .motion = true}>(),
       row<with(kCommonEffects, {&Effects::motion})>(),
+      row<kAllButMedia>(),
       row<kAllButForks>(),
       row<forking(Effects{})>(),
       row<forking(kCommonEffects)>(),
