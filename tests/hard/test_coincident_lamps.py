@@ -84,6 +84,17 @@ def sphere(center: ArrayLike, radius: float, radiance: ArrayLike | None = None) 
     return add
 
 
+def tube(radiance: ArrayLike | None = None) -> Add:
+    base, end = (ASKEW @ [x, 0.0, -1.0] for x in (-1.0, 1.0))
+
+    def add(b: _core.SceneBuilder) -> None:
+        grey = b.add_diffuse([0.5] * 3)
+        glow = None if radiance is None else np.asarray(radiance).tolist()
+        b.add_cylinder(base.tolist(), end.tolist(), 0.9, flip_normals=False, front=grey, back=grey, radiance=glow)
+
+    return add
+
+
 def floor(b: _core.SceneBuilder) -> None:
     white = b.add_diffuse([1.0] * 3)
     up = affine((10, 0, 0), (0, 0, -10), (0, 10, 0), (0.0, -1.2, 0.0))
@@ -108,6 +119,7 @@ ALONE: dict[str, tuple[Add, Add]] = {
     "a mesh on a mesh": (mesh(moved(size=2.0)), mesh(moved(), RADIANCE)),
     "a mesh on the same mesh": (mesh(moved()), mesh(moved(), RADIANCE)),
     "a ball in a ball": (sphere(ASKEW @ [0.0, 0.0, -1.0], 1.0), sphere(ASKEW @ [0.0, 0.0, -1.0], 1.0, RADIANCE)),
+    "a tube in a tube": (tube(), tube(RADIANCE)),
 }
 """What each lamp lies in, and the lamp."""
 
