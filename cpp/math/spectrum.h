@@ -30,6 +30,7 @@ struct Spectrum {
   friend constexpr Spectrum operator*(float s, const Spectrum& a) noexcept { return a * s; }
 
   [[nodiscard]] constexpr bool is_black() const noexcept { return r == 0 && g == 0 && b == 0; }
+  [[nodiscard]] constexpr float sum() const noexcept { return r + g + b; }
   [[nodiscard]] constexpr float max_component() const noexcept { return std::max(r, std::max(g, b)); }
   /// Rec. 709, with Mitsuba's digits.
   [[nodiscard]] constexpr float luminance() const noexcept { return 0.212671F * r + 0.71516F * g + 0.072169F * b; }

@@ -84,7 +84,7 @@ TEST("every kernel that covers a scene gives the same bits") {
           ++covering;
           Film film(scene->film.crop_width, scene->film.crop_height, 2);
           RayCounter probe;
-          std::vector<NonFinite> nonfinite;
+          SampleLog<NonFinite> nonfinite;
           row.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
           CHECK(same_bits(film.moments(), reference));
         }

@@ -10,6 +10,7 @@ namespace {
 class CheckedCounter {
  public:
   static constexpr bool listens = false;
+  static constexpr bool allocates = false;
 
   explicit CheckedCounter(RayCounter& counter) noexcept : counter_(counter) {}
 
@@ -45,7 +46,7 @@ class CheckedCounter {
 }  // namespace
 
 void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& counter,
-                    std::vector<NonFinite>& nonfinite, std::vector<FaultySample>& faulty) {
+                    SampleLog<NonFinite>& nonfinite, SampleLog<FaultySample>& faulty) {
   const HeldExceptions held;  // so that this thread's own settings come back
   CheckedCounter probe(counter);
   const auto sample = [&](std::uint32_t x, std::uint32_t y, std::uint64_t index) {
@@ -53,7 +54,7 @@ void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& 
     if (traps == Traps::stop) feenableexcept(kFaults);
     const Spectrum L = sample_pixel<kAllEffects>(task, x, y, index, film.replicates(), probe);
     if (traps == Traps::stop) fedisableexcept(kFaults);
-    if (const int faults = take_faults(); faults != 0) faulty.push_back({x, y, index, faults});
+    if (const int faults = take_faults(); faults != 0) faulty.add({x, y, index, faults});
     return L;
   };
   render_samples(task, film, counter, nonfinite, sample);

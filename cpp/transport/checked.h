@@ -4,7 +4,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "math/floating_point.h"
 #include "transport/kernels.h"
@@ -24,7 +23,7 @@ struct FaultySample {
 
 /// As the kernels that do not look; slower than these.
 void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& counter,
-                    std::vector<NonFinite>& nonfinite, std::vector<FaultySample>& faulty);
+                    SampleLog<NonFinite>& nonfinite, SampleLog<FaultySample>& faulty);
 
 /// In words, joined with commas.
 [[nodiscard]] std::string fault_names(int faults);

@@ -24,6 +24,7 @@ constexpr double kPixelsABlock = 2;    // of the pilot, on average
 class PilotProbe {
  public:
   static constexpr bool listens = true;
+  static constexpr bool allocates = false;
 
   template <auto E>
   [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {

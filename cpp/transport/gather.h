@@ -42,7 +42,7 @@ struct Arrival {
 /// Radiance that the surface itself sends back along the ray.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                const Arrival& ray, Probe& probe) noexcept {
+                                                const Arrival& ray, Probe& probe) noexcept(!Probe::allocates) {
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
@@ -68,7 +68,7 @@ template <Effects E>
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
                                                     const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
-                                                    int depth, Probe& probe) noexcept {
+                                                    int depth, Probe& probe) noexcept(!Probe::allocates) {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
   if (value.f.is_black()) return {};
@@ -94,7 +94,7 @@ template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
                                                      const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
                                                      const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
-                                                     Probe& probe) noexcept {
+                                                     Probe& probe) noexcept(!Probe::allocates) {
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "film/sample_log.h"
 #include "film/schedule.h"
 #include "transport/effects.h"
 #include "transport/probe.h"
@@ -35,9 +36,9 @@ struct BlockTask {
   std::uint64_t* pixel_rays = nullptr;       // if anybody asks, one for each of the film
 };
 
-/// Renders a block into the film; non-finite samples are kept out of it and appended to the list. Where the counter was
+/// Renders a block into the film; non-finite samples are kept out of it and logged. Where the counter was
 /// told to give a path up, the block is left unfinished.
-using Kernel = void (*)(const BlockTask&, Film&, RayCounter&, std::vector<NonFinite>&);
+using Kernel = void (*)(const BlockTask&, Film&, RayCounter&, SampleLog<NonFinite>&);
 /// The same samples without a film, keeping their rays.
 using RecordingKernel = void (*)(const BlockTask&, std::uint32_t replicates, RayRecorder&);
 

@@ -4,6 +4,8 @@
 // drops a sample, never draws a number whose meaning depends on the order of calls.
 #pragma once
 
+#include <limits>
+
 #include "transport/forks.h"
 #include "transport/hidden.h"
 #include "transport/uncommon.h"
@@ -14,7 +16,7 @@ namespace equaltime {
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum trace_branch(const Scene& scene, const Settings& settings,
                                                      const Ray& camera_ray, NumbersOf<E> sampler, Forks<E>& forks,
-                                                     Probe& probe) noexcept {
+                                                     Probe& probe) noexcept(!Probe::allocates) {
   Ray ray = camera_ray;
   Spectrum L, beta(1);
   float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
@@ -104,7 +106,10 @@ template <Effects E, class Probe>
     if (E.masks && depth >= settings.max_depth) return L;
     beta *= scattered->weight;
     radiance_scale *= scattered->radiance_scale;
-    if (beta.is_black()) return L;
+    if (!(0 < beta.sum() && beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
+      if (beta.is_black()) return L;
+      if (!beta.is_finite()) return L + beta;  // a non-finite sample, whose path no roulette would end
+    }
     if (depth >= settings.roulette_depth) {
       float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
                                             [&]() noexcept { return albedo<E>(*it, *bsdf); });
@@ -124,7 +129,7 @@ template <Effects E, class Probe>
 /// All of a path.
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
-                                  const Sampler& sampler, Forks<E> forks, Probe& probe) noexcept {
+                                  const Sampler& sampler, Forks<E> forks, Probe& probe) noexcept(!Probe::allocates) {
   Spectrum L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);
   if constexpr (E.forks)
     while (forks.take(L)) L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);

@@ -16,7 +16,8 @@ inline constexpr std::uint32_t kLongPath = 1024;
 
 class RayCounter {
  public:
-  static constexpr bool listens = false;  // to events (transport/events.h): then it has a `note` for each
+  static constexpr bool listens = false;    // to events (transport/events.h): then it has a `note` for each
+  static constexpr bool allocates = false;  // memory as it counts: then the estimator may throw std::bad_alloc
 
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
@@ -66,6 +67,7 @@ struct RecordedRay {
 class RayRecorder {
  public:
   static constexpr bool listens = false;
+  static constexpr bool allocates = true;
 
   template <auto E>
   [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) {

@@ -24,19 +24,22 @@ constexpr double kMostSeconds = 1e9;  // a clock holds nine times that; whoever 
 constexpr std::uint64_t kPassSamples = 16;
 /// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
 constexpr std::uint64_t kPassPaths = 4096;
-constexpr std::size_t kLogged = 64;
 
-/// What a worker adds to: a block of the film, its rays, and what is counted and logged. To be put back as it was where
-/// a path is given up.
+/// A copy of a block of the film and of its ray counts, to be put back where a path is given up or an exception ends
+/// the block.
 class BlockBefore {
  public:
   void keep(const PixelBlock& block, Film& film, const std::uint64_t* rays) {
     moments_.clear(), rays_.clear();
+    const std::size_t pixels = std::size_t{block.x1 - block.x0} * (block.y1 - block.y0);
+    moments_.reserve(pixels * film.replicates());
+    if (rays) rays_.reserve(pixels);
     each(block, film, [&](PixelMoments& moments) { moments_.push_back(moments); });
     for (std::uint32_t y = block.y0; rays && y < block.y1; ++y)
       rays_.insert(rays_.end(), rays + row(film, y) + block.x0, rays + row(film, y) + block.x1);
   }
   void put_back(const PixelBlock& block, Film& film, std::uint64_t* rays) const {
+    if (moments_.empty()) return;  // `keep` found no memory: nothing was changed
     auto moments = moments_.begin();
     each(block, film, [&](PixelMoments& now) { now = *moments++; });
     auto before = rays_.begin();
@@ -56,12 +59,6 @@ class BlockBefore {
   std::vector<PixelMoments> moments_;
   std::vector<std::uint64_t> rays_;
 };
-
-template <class T>
-void log(std::vector<T>& to, const std::vector<T>& from) {
-  for (const T& entry : from)
-    if (to.size() < kLogged) to.push_back(entry);
-}
 
 /// What a strategy calls for, whatever the scene.
 Effects effects_of(const Settings& settings) noexcept { return {.forks = settings.roulette == Roulette::efficiency}; }
@@ -84,6 +81,14 @@ Effects both(Effects a, const Effects& b) noexcept {
 }
 
 }  // namespace
+
+/// What one worker has of a pass of its own.
+struct Renderer::Worker {
+  RayCounter probe;
+  BlockBefore before;
+  SampleLog<NonFinite> nonfinite;
+  SampleLog<FaultySample> faulty;
+};
 
 /// When to stop between blocks: shared by the workers of one call of `advance`.
 struct Renderer::Stop {
@@ -210,50 +215,76 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
   counters_ = so_far;
 }
 
+bool Renderer::render_block(const BlockTask& task, Worker& worker) {
+  std::uint64_t* rays = task.pixel_rays;
+  const Counters counters = worker.probe.counters;
+  const std::size_t logged = worker.nonfinite.size(), faults_logged = worker.faulty.size();
+  const auto undo = [&]() noexcept {
+    worker.before.put_back(task.block, film_, rays);
+    worker.probe.counters = counters;
+    worker.nonfinite.shrink(logged);
+    worker.faulty.shrink(faults_logged);
+  };
+  try {
+    worker.before.keep(task.block, film_, rays);
+    if (options_.traps == Traps::ignore)
+      kernel_.render(task, film_, worker.probe, worker.nonfinite);
+    else
+      render_checked(task, options_.traps, film_, worker.probe, worker.nonfinite, worker.faulty);
+  } catch (...) {
+    undo();
+    throw;
+  }
+  if (worker.probe.gave_up) undo();
+  return !worker.probe.gave_up;
+}
+
 void Renderer::run_pass(Stop& stop) {
-  const std::vector<std::size_t> again = std::exchange(again_, {});
+  std::vector<std::size_t> unfinished;
+  unfinished.reserve(again_.size() + blocks_.size() - at_.next_block);  // a block that fails must not need memory
+  const std::vector<std::size_t> again = std::exchange(again_, std::move(unfinished));
   const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
   std::atomic<std::size_t> next{0};
   std::atomic<unsigned> at_work{0};
   std::mutex merge;
-  std::uint64_t* rays = options_.pixel_rays ? pixel_rays_.data() : nullptr;
+  std::exception_ptr failure;
   const std::function<bool()> stops = [&stop] { return stop.now(); };
   const auto take_blocks = [&] {
     const Present here(at_work);
-    RayCounter probe;
-    probe.stop = &stops;
-    BlockBefore before;
-    std::vector<NonFinite> nonfinite;
-    std::vector<FaultySample> faulty;
+    Worker worker;
+    worker.probe.stop = &stops;
     for (bool first = true; !stop.now() && (first || !stop.pauses()); first = false) {
       const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
       if (n >= tasks) break;
       const std::size_t i = n < again.size() ? again[n] : at_.next_block + n - again.size();
-      const BlockTask task{*scene_, settings_, options_.seed, blocks_[i], at_.done, at_.target, &schedule_, rays};
-      const Counters counters = probe.counters;
-      const std::size_t logged = nonfinite.size();
-      before.keep(task.block, film_, rays);
-      if (options_.traps == Traps::ignore)
-        kernel_.render(task, film_, probe, nonfinite);
-      else
-        render_checked(task, options_.traps, film_, probe, nonfinite, faulty);
-      if (!probe.gave_up) continue;
-      before.put_back(task.block, film_, rays);
-      probe.counters = counters;
-      nonfinite.resize(logged);
+      const BlockTask task{*scene_,  settings_,  options_.seed, blocks_[i],
+                           at_.done, at_.target, &schedule_,    options_.pixel_rays ? pixel_rays_.data() : nullptr};
+      std::exception_ptr error;
+      try {
+        if (render_block(task, worker)) continue;
+      } catch (...) {
+        error = std::current_exception();
+        stop.requested = true;
+      }
       const std::lock_guard lock(merge);
       again_.push_back(i);
+      if (error) failure = error;
     }
     const std::lock_guard lock(merge);
-    counters_ += probe.counters;
-    log(nonfinite_, nonfinite);
-    log(faulty_, faulty);
+    counters_ += worker.probe.counters;
+    nonfinite_.add(worker.nonfinite);
+    faulty_.add(worker.faulty);
   };
   const auto work = [&](unsigned) {
     take_blocks();
     stop.wait_for(at_work);
   };
-  on_threads(threads_, work);
+  try {
+    on_threads(threads_, work);
+  } catch (...) {  // of oneTBB, which may find no memory for its tasks; what the workers finished counts all the same
+    failure = std::current_exception();
+  }
+  if (failure && !stop.error) stop.error = failure;
   const std::size_t begun = std::min(next.load(), tasks);
   for (std::size_t n = begun; n < again.size(); ++n) again_.push_back(again[n]);
   std::sort(again_.begin(), again_.end());

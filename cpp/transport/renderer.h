@@ -29,9 +29,10 @@ class Renderer {
 
   /// Brings every pixel to `samples`. Ends early, between blocks, when `seconds` have passed or `poll` (called about
   /// every 50 ms by the calling thread) returns false or throws, which is thrown on; the next call takes up where this
-  /// one ended. A path of a thousand segments is not waited for: its block begins anew then. After `pause` seconds it
-  /// ends early too, but every worker has finished a block then, so that a caller who goes on comes to the end. Returns
-  /// whether every pixel has its samples.
+  /// one ended. An exception of a worker, such as std::bad_alloc, ends it alike, with no sample lost or counted twice.
+  /// A path of a thousand segments is not waited for: its block begins anew then. After `pause` seconds it ends early
+  /// too, but every worker has finished a block then, so that a caller who goes on comes to the end. Returns whether
+  /// every pixel has its samples.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
                std::optional<double> pause = {});
 
@@ -56,9 +57,9 @@ class Renderer {
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
-  [[nodiscard]] const std::vector<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
+  [[nodiscard]] const SampleLog<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
   /// Samples that raised floating-point faults, the first of each worker and pass; none where faults are ignored.
-  [[nodiscard]] const std::vector<FaultySample>& faulty() const noexcept { return faulty_; }
+  [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
   /// Rays of every pixel since this was made, row-major; empty unless they are counted.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const KernelRow& kernel() const noexcept { return kernel_; }
@@ -68,7 +69,11 @@ class Renderer {
 
  private:
   struct Stop;
+  struct Worker;
   void run_pass(Stop& stop);
+  /// Adds a task's samples to the film. Returns false where a path was given up; then, and after an exception, the
+  /// block, the counters and the logs are as they were.
+  bool render_block(const BlockTask& task, Worker& worker);
   /// Whether every pixel of the block has what the schedule gives it at this average.
   [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
 
@@ -84,8 +89,8 @@ class Renderer {
   std::vector<std::uint64_t> pixel_rays_;
   Position at_;
   Counters counters_;
-  std::vector<NonFinite> nonfinite_;
-  std::vector<FaultySample> faulty_;
+  SampleLog<NonFinite> nonfinite_;
+  SampleLog<FaultySample> faulty_;
   std::vector<std::size_t> again_;  // blocks before the next that were given up, in ascending order
 };
 

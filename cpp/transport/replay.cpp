@@ -30,6 +30,7 @@ std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float
 class PathTracer {
  public:
   static constexpr bool listens = true;
+  static constexpr bool allocates = true;
 
   PathTracer(const Scene& scene, const Settings& settings, Replay& replay)
       : scene_(scene), settings_(settings), replay_(replay) {}

@@ -34,7 +34,7 @@ EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, s
 /// where a path was given up.
 template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& probe,
-                                     std::vector<NonFinite>& nonfinite, Sample&& sample) {
+                                     SampleLog<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
   const std::uint32_t replicates = film.replicates();
   static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
@@ -53,7 +53,7 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
           film.at(static_cast<std::uint32_t>(i % replicates), x, y).add(L, scale);
         } else {
           ++probe.counters.nonfinite;
-          nonfinite.push_back({x, y, i});
+          nonfinite.add({x, y, i});
         }
       }
       if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;

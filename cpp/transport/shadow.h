@@ -16,7 +16,7 @@ namespace equaltime {
 /// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE float unblocked(const Scene& scene, const Interaction& vertex, bool above,
-                                               const LightSample& light, Probe& probe) noexcept {
+                                               const LightSample& light, Probe& probe) noexcept(!Probe::allocates) {
   return probe.template occluded<E>(scene, shadow_ray(vertex, above, light)) ? 0.0F : 1.0F;
 }
 

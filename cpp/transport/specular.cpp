@@ -41,6 +41,7 @@ template <Leaves leaves>
 class ChainProbe {
  public:
   static constexpr bool listens = true;
+  static constexpr bool allocates = false;
 
   template <auto E>
   [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {

@@ -49,6 +49,7 @@ class SplitParts {
 class SplitProbe {
  public:
   static constexpr bool listens = false;
+  static constexpr bool allocates = false;
 
   explicit SplitProbe(const SplitParts& parts) noexcept : parts_(parts) {}
 

@@ -20,7 +20,8 @@ struct Vertex {
 template <Effects E, class Probe>
 [[nodiscard]] Vertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
                                     const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
-                                    std::uint32_t bounce, int depth, VertexNumbers u, Probe& probe) noexcept {
+                                    std::uint32_t bounce, int depth, VertexNumbers u,
+                                    Probe& probe) noexcept(!Probe::allocates) {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
   if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
@@ -62,7 +63,7 @@ template <Effects E, class Probe>
 [[nodiscard, gnu::noinline]] Vertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
                                                     const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
                                                     std::uint32_t bounce, int depth, VertexNumbers u,
-                                                    Probe& probe) noexcept {
+                                                    Probe& probe) noexcept(!Probe::allocates) {
   if (settings.technique == Technique::mixture)
     return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u, probe);
   return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u.light_point, probe),

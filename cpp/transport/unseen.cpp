@@ -16,6 +16,7 @@ constexpr std::size_t kChunk = 64;  // pixels that a worker takes at once
 class UnshadowedProbe {
  public:
   static constexpr bool listens = false;
+  static constexpr bool allocates = false;
 
   template <auto E>
   [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {

@@ -185,7 +185,7 @@ requires(E.media) class PathSurroundings<E> {
 /// `above` tells on which side of the vertex the light is.
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
-                                   const LightSample& light, int crossings, Probe& probe) noexcept {
+                                   const LightSample& light, int crossings, Probe& probe) noexcept(!Probe::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // within media it also counts how far surfaces are, to more digits than Embree tells
   const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());

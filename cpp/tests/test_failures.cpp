@@ -1,0 +1,128 @@
+// What goes wrong on the way: memory runs out at any allocation, or a material gives numbers that are none.
+#include <atomic>
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include "tests/check.h"
+#include "tests/scenes.h"
+#include "transport/limit.h"
+#include "transport/replay.h"
+
+namespace {
+
+/// Allocations of at least `least` bytes that still succeed; none fails while it is negative.
+std::atomic<long> left{-1};
+std::atomic<std::size_t> least{0};
+
+void* allocate(std::size_t size) {
+  if (size >= least && left >= 0 && left.fetch_sub(1) == 0) throw std::bad_alloc();
+  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+using namespace scenes;
+
+constexpr std::uint64_t kSamples = 18;
+constexpr RenderOptions kMany{.seed = 3, .threads = 3, .tile = 8};
+
+Settings settings() {
+  Settings s;
+  s.max_depth = 4;
+  return s;
+}
+
+/// Whether `work` ends with std::bad_alloc if its allocation number `n`, of at least `bytes`, fails.
+template <class Work>
+bool runs_out(long n, std::size_t bytes, const Work& work) {
+  least = bytes, left = n;
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    left = -1;
+    return true;
+  }
+  left = -1;
+  return false;
+}
+
+TEST("after memory ran out in a worker, a render goes on to the same bits") {
+  const auto scene = built(full_room());
+  const Moments whole = rendered(scene, kSamples, settings(), {.seed = 3, .threads = 1, .tile = 64});
+  constexpr std::size_t kBlock = 64 * sizeof(PixelMoments);  // what a worker keeps of a block, and nothing smaller
+  int failed = 0;
+  for (long n = 0; n < 3; ++n) {
+    Renderer renderer(scene, settings(), kMany);
+    failed += runs_out(n, kBlock, [&] { renderer.advance(kSamples); });
+    Renderer other(scene, settings(), kMany);  // as from a checkpoint
+    other.film().moments() = renderer.film().moments();
+    other.take_up(renderer.counters(), renderer.position());
+    for (Renderer* next : {&renderer, &other}) {
+      CHECK(next->advance(kSamples));
+      CHECK(same_bits(next->film().moments(), whole));
+      CHECK(next->counters().paths == kSamples * next->film().width() * next->film().height());
+    }
+  }
+  CHECK(failed >= 1);
+}
+
+TEST("a replay and a recording that find no memory throw") {
+  const auto scene = built(full_room());
+  const auto trace = [&] { (void)replay(*scene, settings(), 0, 12, 20, 0, 2); };
+  trace();  // what is prepared once is there
+  long allocations = 0;
+  while (runs_out(allocations, 0, trace)) ++allocations;
+  CHECK(allocations >= 2);
+
+  const auto measure = [&] {
+    (void)measure_limit(scene, settings(), {.threads = 1}, {.samples = 1, .pairs = 1, .memory_bytes = 1 << 20}, {});
+  };
+  constexpr std::size_t kRays = 16 * sizeof(RecordedRay);
+  CHECK(runs_out(0, kRays, measure));
+  CHECK(runs_out(20, kRays, measure));
+}
+
+/// A closed box of mirrors, lit from within, one of which reflects a number that is none.
+std::shared_ptr<const Scene> with_a_bad_mirror() {
+  SceneDescription d = room();
+  d.bsdfs = {DiffuseDescription{{1, 1, 1}}};
+  d.shapes = {SphereDescription{{0, 1, 0}, 10, true, {0, {}, Vec3d{1, 1, 1}}}};
+  Scene scene = build_scene(std::move(d));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  scene.materials[0].bsdf = Diffuse(DiffuseDescription{{nan, 1, 1}});
+  return std::make_shared<const Scene>(std::move(scene));
+}
+
+TEST("a path whose throughput is not a number ends, and is a sample that is not finite") {
+  for (const Roulette roulette : {Roulette::throughput, Roulette::albedo, Roulette::none}) {
+    Settings endless;
+    endless.roulette = roulette;
+    Renderer renderer(with_a_bad_mirror(), endless, {.threads = 2});
+    renderer.advance(1);
+    const Counters& counters = renderer.counters();
+    CHECK(counters.nonfinite == counters.paths);
+    CHECK(counters.rays <= 2 * counters.paths);
+  }
+}
+
+TEST("samples that are not finite are counted one by one, and logged up to a limit") {
+  Renderer renderer(with_a_bad_mirror(), settings(), {.threads = 2});
+  renderer.advance(32);
+  CHECK(renderer.counters().nonfinite == std::uint64_t{32} * renderer.film().width() * renderer.film().height());
+  CHECK(renderer.nonfinite().size() == 64);
+}
+
+}  // namespace
+
+int main() { return check::run(); }
