@@ -85,6 +85,11 @@ class Peer(Value):
     sampler: str | None = None
     command: str | None = None
     """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
+    limit: Seconds | None = None
+    """Seconds that one render may take before the renderer is ended; if not given, 20 times the experiment's budget and
+    60 more, or an hour where sample counts are given."""
+
+    _duration = field_validator("limit", mode="before")(lambda value: _seconds(value))
 
 
 class StrategyEntry(Value):

@@ -39,7 +39,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     problems: list[Problem] = []
     for number, entry in enumerate(experiment.strategies):
         try:
-            subjects.append(_named(_subject(entry, experiment.folder)))
+            subjects.append(_named(_subject(entry, experiment)))
         except ExperimentError as error:
             problems += [Problem(f"strategies[{number}].{p.place}", p.message) for p in error.problems]
     if problems:
@@ -54,13 +54,13 @@ def close_subjects(subjects: Sequence[Subject]) -> None:
             close()
 
 
-def _subject(entry: StrategyEntry, folder: Path) -> Subject:
+def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     if entry.strategy is not None:
         return CoreSubject(entry.label, entry.strategy)
     if entry.peer is not None:
         from equaltime.cost.peers import peer_subject
 
-        return peer_subject(entry.label, entry.peer, folder)
+        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
 

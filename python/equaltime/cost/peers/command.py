@@ -21,6 +21,10 @@ The command is taken apart as a shell would (quotes work) and run without one. T
 The pixel filter must be a box. What the command writes to stdout may end in a JSON object, as that of ``equaltime
 render --json`` does: then its ``seconds`` and ``cpu_seconds`` are the times of rendering alone, and its ``spp`` is the
 count that was taken. Else the time is that of the whole process, with all that it loads.
+
+A command that takes longer than 20 times the experiment's budget and 60 seconds is ended, with all that it started, and
+the experiment stops with an error. ``peer.limit = "30min"`` sets another limit. It is an hour for an experiment that
+gives sample counts.
 """
 
 from __future__ import annotations
@@ -45,6 +49,7 @@ from numpy.typing import NDArray
 
 from equaltime import images
 from equaltime.cost.peers.common import checked_image, render_seed, uneven_samples, with_box_filter
+from equaltime.cost.peers.limits import DEFAULT_LIMIT, limited
 from equaltime.cost.peers.process import end, ending, tail
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import ImageError, PeerError
@@ -68,6 +73,8 @@ class CommandPeer:
     command: str
     folder: Path = Path()
     """Where the command is run."""
+    limit: float = DEFAULT_LIMIT
+    """Seconds that one run of the command may take; one that takes longer is ended."""
     renderer: RendererKind = field(default="command", init=False)
     biased: bool = field(default=False, init=False)
     _arguments: list[str] = field(init=False, repr=False)
@@ -173,12 +180,16 @@ class CommandPeer:
                     start_new_session=True,
                 )
             try:
-                _, status, usage = os.wait4(process.pid, 0)
+                with limited(process, self.limit, self.label):
+                    _, status, usage = os.wait4(process.pid, 0)
+                    process.returncode = os.waitstatus_to_exitcode(status)
+            except PeerError as error:
+                words = f"\n  {shlex.join(arguments)}{tail(stderr) or tail(stdout)}"
+                raise PeerError(f"{error}{words}") from error
             except BaseException:
                 end(process)
                 raise
             wall = perf_counter() - begin
-            process.returncode = os.waitstatus_to_exitcode(status)
             if process.returncode != 0:
                 raise PeerError(
                     f"{self.label}: the command ended with {ending(process.returncode)}: {shlex.join(arguments)}"

@@ -17,6 +17,7 @@ import numpy as np
 
 from equaltime.cost.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
 from equaltime.cost.peers.common import checked_image, render_seed
+from equaltime.cost.peers.limits import DEFAULT_LIMIT
 from equaltime.cost.peers.process import Worker
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import PeerError
@@ -53,6 +54,8 @@ class MitsubaPeer:
     """From where on roulette may end a path; the scene's (5, if it does not say) if not given."""
     python: str = sys.executable
     """A Python that has Mitsuba and equaltime."""
+    limit: float = DEFAULT_LIMIT
+    """Seconds that one answer may take: starting, loading, or one render; a process that takes longer is ended."""
     renderer: RendererKind = field(default="mitsuba", init=False)
     biased: bool = field(default=False, init=False)
     version: str = field(default="", init=False)
@@ -132,7 +135,8 @@ class MitsubaPeer:
         if self._worker is not None and self._worker.running and threads == self._threads:
             return 0.0
         self.close()
-        self._worker = Worker([self.python, "-m", "equaltime.cost.peers.mitsuba_worker"], f"{self.label} (Mitsuba)")
+        command = [self.python, "-m", "equaltime.cost.peers.mitsuba_worker"]
+        self._worker = Worker(command, f"{self.label} (Mitsuba)", self.limit)
         self._threads = threads
         started = self._ask("start", variant=self.variant, threads=threads)
         self.version = started["version"]
