@@ -49,3 +49,16 @@ def test_what_is_wrong_in_an_own_file_is_told_with_its_place(
 ) -> None:
     with pytest.raises(et.EqualtimeError, match=message.replace(".", r"\.")):
         make_subjects(read_experiment(experiment(tmp_path, code, name)))
+
+
+@pytest.mark.parametrize("calls", ["helper()", "pass"])
+def test_the_traceback_of_an_own_file_is_logged_from_that_file_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, calls: str
+) -> None:
+    code = f"def helper():\n    return 1 / 0\ndef Mine(label):\n    helper()\n{calls}\n"
+    with pytest.raises(et.ExperimentError, match=r"own\.py:2: ZeroDivisionError"):
+        make_subjects(read_experiment(experiment(tmp_path, code)))
+    (record,) = caplog.records
+    assert record.exc_text is not None
+    places = [line.split(", ")[0] for line in record.exc_text.splitlines() if line.startswith("  File ")]
+    assert places == [f'  File "{tmp_path / "own.py"}"'] * 2

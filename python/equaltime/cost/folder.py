@@ -9,6 +9,7 @@
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
                      its pixels have different numbers of samples (H, W); if the experiment wants them,
                      SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
+    failure.txt      traceback of an unexpected error that ended the last try, when it was one of many experiments
 """
 
 from __future__ import annotations
@@ -80,6 +81,11 @@ class Folder:
     def directions(self) -> Path:
         """Where sampling sends rays."""
         return self.path / "images" / "directions.npz"
+
+    @property
+    def failure(self) -> Path:
+        """Where the traceback of an unexpected error is kept."""
+        return self.path / "failure.txt"
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Make the folder that of the experiment with this ``identity``, or see that it already is.

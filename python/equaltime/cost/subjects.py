@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import logging
 import sys
 import traceback
 from collections.abc import Sequence
@@ -18,6 +19,8 @@ from equaltime.errors import ExperimentError, Problem
 from equaltime.scene import Scene
 
 __all__ = ["close_subjects", "make_subjects", "scenes_of"]
+
+_LOG = logging.getLogger(__name__)
 
 
 def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
@@ -81,7 +84,10 @@ def _own(label: str, place: str) -> Subject:
     make: Any = getattr(_module(Path(file)), name, None)
     if make is None:
         raise ExperimentError((Problem("python", f"{file} has no '{name}'"),))
-    subject: Subject = make(label)
+    try:
+        subject: Subject = make(label)
+    except Exception as error:
+        raise _told(Path(file), error) from error
     return subject
 
 
@@ -99,7 +105,16 @@ def _module(file: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
-        place = f"{file}:{lines[-1]}" if lines else str(file)
-        raise ExperimentError((Problem(place, f"{type(error).__name__}: {error}"),)) from error
+        raise _told(file, error) from error
     return module
+
+
+def _told(file: Path, error: Exception) -> ExperimentError:
+    """Log the traceback of an error in a user's file, from that file on; return the error with its line."""
+    frames, first = [*traceback.walk_tb(error.__traceback__)], error.__traceback__
+    lines = [line for frame, line in frames if frame.f_code.co_filename == str(file)]
+    while lines and first is not None and first.tb_frame.f_code.co_filename != str(file):
+        first = first.tb_next
+    _LOG.error("%s failed", file, exc_info=(type(error), error, first))
+    place = f"{file}:{lines[-1]}" if lines else str(file)
+    return ExperimentError((Problem(place, f"{type(error).__name__}: {error}"),))
