@@ -74,6 +74,35 @@ def test_an_image_that_another_thread_writes_is_left_alone(tmp_path: Path, monke
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.exr", "b.exr"]
 
 
+def test_two_files_that_one_thread_writes_at_a_time_do_not_wait_for_each_other(tmp_path: Path) -> None:
+    nested = """
+import sys
+from pathlib import Path
+from equaltime.disk import replacing
+path = Path(sys.argv[1])
+with replacing(path) as outer:
+    outer.write_bytes(b"outer")
+    with replacing(path) as inner:
+        inner.write_bytes(b"inner")
+    assert path.read_bytes() == b"inner"
+"""
+    subprocess.run([sys.executable, "-c", nested, str(tmp_path / "a")], check=True, timeout=60)
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("a", b"outer")]
+
+
+def test_a_new_name_is_never_that_of_another_file(tmp_path: Path) -> None:
+    new, there = tmp_path / "new", tmp_path / "there"
+    there.symlink_to("nowhere")
+    with disk.beside(there) as file:
+        file.write_bytes(b"whole")
+        with pytest.raises(FileExistsError):
+            disk.give_new_name(file, there)
+        disk.give_new_name(file, new)
+    assert there.is_symlink()
+    assert new.read_bytes() == b"whole"
+    assert not parts(tmp_path)
+
+
 def test_what_cannot_be_judged_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     others = {".equaltime-another-machine-17-7f.part", ".equaltime-17-7f.part", ".equaltime-17.part", "mine.part"}
     for name in others:
