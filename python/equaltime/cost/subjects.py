@@ -36,15 +36,17 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     """Return what the strategies of an experiment stand for, in their order; raises ExperimentError with all problems.
 
-    Whether a peer is there at all is seen when it gets ready for a scene.
+    Names that no record can hold are problems, with their place in the experiment's file. Whether a peer is there at
+    all is seen when it gets ready for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
     for number, entry in enumerate(experiment.strategies):
         try:
-            subjects.append(_named(_subject(entry, experiment)))
+            subjects.append(_checked(_subject(entry, experiment), entry.label))
         except ExperimentError as error:
-            problems += [Problem(f"strategies[{number}].{p.place}", p.message) for p in error.problems]
+            place = entry.place or f"strategies[{number}]"
+            problems += [Problem(f"{place}.{p.place}", p.message) for p in error.problems]
     if problems:
         raise ExperimentError(tuple(problems))
     return tuple(subjects)
@@ -68,11 +70,15 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     return _own(entry.label, entry.python)
 
 
-def _named(subject: Subject) -> Subject:
-    """Return a subject whose name a record can hold; raises ExperimentError for another."""
-    if not isinstance(subject.name, str) or len(subject.name.splitlines()) != 1:
-        text = f"the name of a subject must be text of one line, found {subject.name!r}"
+def _checked(subject: Subject, label: str) -> Subject:
+    """Return a subject with names that records can hold and tell apart; raises ExperimentError for another."""
+    name, own_label = getattr(subject, "name", None), getattr(subject, "label", None)
+    if not isinstance(name, str) or not name or not name.isprintable():
+        text = f"the name of a subject must be text of one line without control characters, found {name!r}"
         raise ExperimentError((Problem("name", text),))
+    if own_label != label:
+        text = f"the label of a subject must be the one that it was made with, '{label}', found {own_label!r}"
+        raise ExperimentError((Problem("label", text),))
     return subject
 
 
@@ -117,4 +123,4 @@ def _told(file: Path, error: Exception) -> ExperimentError:
         first = first.tb_next
     _LOG.error("%s failed", file, exc_info=(type(error), error, first))
     place = f"{file}:{lines[-1]}" if lines else str(file)
-    return ExperimentError((Problem(place, f"{type(error).__name__}: {error}"),))
+    return ExperimentError((Problem("python", f"{place}: {type(error).__name__}: {error}"),))
