@@ -4,6 +4,7 @@
 
     records.csv      one row for each checkpoint of each run (`record`)
     experiment.json  what is compared; what a continuation must agree with
+    experiment.lock  empty; locked by the process that runs the experiment
     provenance.json  machines and builds by the keys that records have; references; agreements; sessions; own_depths
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
@@ -14,8 +15,10 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -87,8 +90,36 @@ class Folder:
         """Where the traceback of an unexpected error is kept."""
         return self.path / "failure.txt"
 
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Make the folder, and keep other processes from running an experiment in it; one at a time may `claim` it.
+
+        Raises
+        ------
+        ExperimentError
+            If another process runs one, or there are files that could be mistaken for ours.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._refuse_foreign()
+            lock = os.open(self.path / "experiment.lock", os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise _refused(self.path, error.strerror or str(error)) from error
+        try:
+            self._lock(lock)
+            yield
+        finally:
+            os.close(lock)
+
+    def _lock(self, descriptor: int) -> None:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            why = "another process runs its experiment; wait until that ends, or use another folder"
+            raise _refused(self.path, why) from error
+
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Make the folder that of the experiment with this ``identity``, or see that it already is.
+        """Make the folder that of the experiment with this ``identity``, or see that it already is; it must be locked.
 
         Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
         stays in the records. Whatever has the name of something there must be the same, and so must all else.
@@ -96,29 +127,29 @@ class Folder:
         Raises
         ------
         ExperimentError
-            If it holds another experiment, saying in what they differ, or files that could be mistaken for ours.
+            If it holds another experiment, saying in what they differ.
         """
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
             if self.experiment.exists():
                 before = _read_json(self.experiment)
                 joined = _joined(before.get("identity") or {}, json.loads(json.dumps(identity)))
                 self._compare(before.get("identity"), joined)
                 if joined != before.get("identity"):
                     self._write(self.experiment, {**before, "identity": joined})
-            elif found := [name for name in _OURS if (self.path / name).exists()]:
-                message = (
-                    f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
-                )
-                raise ExperimentError((Problem(str(self.path), message),))
             else:
                 text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
                 self._write(self.experiment, {"identity": identity, "experiment": text})
         except OSError as error:
-            raise ExperimentError((Problem(str(self.path), error.strerror or str(error)),)) from error
+            raise _refused(self.path, error.strerror or str(error)) from error
+
+    def _refuse_foreign(self) -> None:
+        found = [name for name in _OURS if (self.path / name).exists()]
+        if found and not self.experiment.exists():
+            why = f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
+            raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Add facts to the provenance."""
+        """Add facts to the provenance; the folder must be locked."""
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
@@ -158,6 +189,10 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     path.parent.mkdir(parents=True, exist_ok=True)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
+
+
+def _refused(folder: Path, why: str) -> ExperimentError:
+    return ExperimentError((Problem(str(folder), why),))
 
 
 def machine_facts() -> dict[str, Any]:

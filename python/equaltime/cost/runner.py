@@ -78,7 +78,8 @@ def run(
     Raises
     ------
     ExperimentError
-        If a scene cannot be read, or the folder belongs to another experiment, build or machine.
+        If a scene cannot be read, or the folder belongs to another experiment, build or machine, or another process
+        runs an experiment in it.
     SceneError, StrategyError, RenderError
         If something cannot be rendered.
     """
@@ -87,11 +88,12 @@ def run(
     subjects = make_subjects(experiment)
     threads = experiment.threads or len(os.sched_getaffinity(0))
     place = Folder(folder)
-    place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
     try:
-        with Recorder(place.records) as recorder:
-            place.tidy()
-            _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
+        with place.locked():
+            place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
+            with Recorder(place.records) as recorder:
+                place.tidy()
+                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
     finally:
         close_subjects(subjects)
 
