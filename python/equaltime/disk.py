@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import re
 import stat
@@ -12,6 +11,8 @@ from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from urllib.parse import quote
+
+from equaltime.locks import lock, try_lock
 
 __all__ = ["beside", "give_new_name", "replacing", "tidy", "to_disk"]
 
@@ -105,7 +106,7 @@ def _locked(path: Path) -> int:
     while True:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
         with suppress(OSError):  # where there are no locks, nobody takes it
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            lock(descriptor)
         if _is(path, descriptor):
             return descriptor
         os.close(descriptor)
@@ -122,7 +123,7 @@ def _is(path: Path, descriptor: int) -> bool:
 def _remove_if_left(part: Path) -> None:
     descriptor = os.open(part, os.O_RDWR)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # OSError if somebody writes it
+        try_lock(descriptor)  # OSError if somebody writes it
         if _is(part, descriptor):  # and not another by now, since this one was finished
             part.unlink()
     finally:

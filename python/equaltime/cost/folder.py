@@ -15,7 +15,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
@@ -31,6 +30,7 @@ from equaltime import disk
 from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
+from equaltime.locks import try_lock
 
 __all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
@@ -113,10 +113,12 @@ class Folder:
 
     def _lock(self, descriptor: int) -> None:
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try_lock(descriptor)
         except BlockingIOError as error:
             why = "another process runs its experiment; wait until that ends, or use another folder"
             raise _refused(self.path, why) from error
+        except OSError as error:  # such as a network folder without locks
+            raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Make the folder that of the experiment with this ``identity``, or see that it already is; it must be locked.

@@ -29,6 +29,7 @@ from equaltime.cost.single_run import SingleRun, now
 from equaltime.cost.subject import Checkpoint, Subject
 from equaltime.cost.subjects import close_subjects, make_subjects, scenes_of
 from equaltime.errors import ExperimentError, PeerError, Problem
+from equaltime.machine import worker_threads
 from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
@@ -86,7 +87,7 @@ def run(
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
-    threads = experiment.threads or len(os.sched_getaffinity(0))
+    threads = worker_threads(experiment.threads)
     place = Folder(folder)
     try:
         with place.locked():

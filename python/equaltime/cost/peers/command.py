@@ -53,6 +53,7 @@ from equaltime.cost.peers.limits import DEFAULT_LIMIT, limited
 from equaltime.cost.peers.process import end, ending, tail
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import ImageError, PeerError
+from equaltime.machine import allowed_processors, worker_threads
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 
@@ -152,7 +153,7 @@ class CommandPeer:
             "height": str(height),
             "max_depth": str(scene.max_depth),
             "python": sys.executable,
-            "threads": str(self._threads or os.cpu_count()),
+            "threads": str(worker_threads(self._threads)),
         }
         if "{json}" in self.command:
             integrator = {"type": "path", "max_depth": scene.max_depth}
@@ -240,7 +241,7 @@ def _json_object(text: str) -> Mapping[str, Any]:
 @contextmanager
 def _confined(threads: int) -> Iterator[None]:
     """Let processes that are started in here run on so many processors at most, 0 for all, where the system can."""
-    allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+    allowed = allowed_processors()
     confine = 0 < threads < len(allowed)
     try:
         if confine:
