@@ -231,6 +231,40 @@ def test_folders_and_files_whose_names_no_image_library_reads_are_refused_at_onc
     assert "not UTF-8" in refusal(["compare", output, output], capsys)
 
 
+def test_a_scene_file_whose_name_is_not_utf_8_is_rendered_twice(scene: Path, tmp_path: Path) -> None:
+    """Its name stands in the preview, by which a second render knows that it may replace the first."""
+    named = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.toml"))
+    scene.rename(named)
+    for _ in range(2):
+        assert main(["render", str(named), "-o", str(tmp_path / "out.exr"), "--spp", "2", "-q"]) == 0
+    assert images.read_attributes(tmp_path / "out.png")["equaltime:scene"] == f"{tmp_path}/\\udcff.toml"
+
+
+C_LOCALE = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        *([[command, "--help"], f"Usage: equaltime {command}"] for command in ("cost", "quote", "render")),
+        (["quote", "caf\u00e9.toml", "--error", "50%"], "this quote took"),
+        (["render", "caf\u00e9.toml", "-o", "caf\u00e9.exr", "--spp", "2"], r"wrote caf\udcc3\udca9.exr"),
+        (["cost", "caf\u00e9.toml", "-o", "out", "--quick"], "error: "),
+        (["info", "no\u00e9.toml"], r"error: no\udcc3\udca9.toml: "),
+    ],
+)
+def test_the_c_locale_shows_escapes_for_what_ascii_lacks(
+    scene: Path, tmp_path: Path, words: list[str], shown: str
+) -> None:
+    scene.rename(tmp_path / "caf\u00e9.toml")
+    command = [sys.executable, "-m", "equaltime", *words]
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, **C_LOCALE}, capture_output=True, timeout=300)
+    said = (done.stdout + done.stderr).decode("ascii")
+    assert shown in " ".join(said.split())
+    assert "Traceback" not in said
+    assert done.returncode == (2 if shown.startswith("error") else 0), said
+
+
 @pytest.mark.parametrize("between", [0.1, 0.02])
 def test_an_impatient_second_ctrl_c_loses_nothing(scene: Path, tmp_path: Path, between: float) -> None:
     output = tmp_path / "out.exr"
