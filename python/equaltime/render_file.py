@@ -65,6 +65,7 @@ from equaltime.moments import DTYPE, PARTS
 from equaltime.packing import channel_names, packed, packed_moments, packed_shape, unpacked, unpacked_moments
 from equaltime.render_record import checked
 from equaltime.scene.known import shortened
+from equaltime.strict_json import json_text
 
 __all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture", "read_record"]
 
@@ -115,7 +116,7 @@ class RenderFile:
         record = json.dumps({**self.record, "format": FORMAT}, allow_nan=False)
         guard = {"record": _digest(record), **{name: _digest(part.pixels) for name, part in parts.items()}}
         parts["beauty"].attributes.update(
-            {"Software": SOFTWARE, "ImageDescription": description, _RECORD: record, _SHA256: json.dumps(guard)}
+            {"Software": SOFTWARE, "ImageDescription": description, _RECORD: record, _SHA256: json_text(guard)}
         )
         images.write(path, "openexr", list(parts.values()), self.window)
 

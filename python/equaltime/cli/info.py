@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -17,6 +16,7 @@ from equaltime.errors import ImageError
 from equaltime.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
+from equaltime.strict_json import json_text
 
 __all__ = ["info"]
 
@@ -53,7 +53,7 @@ def info(
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:
-        print(json.dumps(facts, indent=2))
+        print(json_text(facts, indent=2))
         return 0
     table = Table(show_header=False, box=None)
     for name, value in facts.items():
@@ -81,7 +81,7 @@ def _of_render(path: Path, as_json: bool) -> int:
     if not record:
         raise ImageError(f"{path}: was not rendered by equaltime")
     if as_json:
-        print(json.dumps(record, indent=2))
+        print(json_text(record, indent=2))
         return 0
     table = Table(show_header=False, box=None)
     for name in _OF_RENDERS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time as clock
 from contextlib import ExitStack
@@ -53,6 +52,7 @@ from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Traps
 from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 from equaltime.tev import Viewer
 
 __all__ = ["render"]
@@ -246,7 +246,7 @@ def _tell_end(
     if viewer is not None and viewer.problem is not None:
         print_warning(viewer.problem)
     if told is not None:
-        print(json.dumps(_record(result, writing, files) | told, indent=2))
+        print(json_text(_record(result, writing, files) | told, indent=2))
     elif not quiet:
         print_lines([*_summary(result, writing, files), *left_by_interrupt(result, scene)])
 

@@ -31,6 +31,7 @@ from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
 from equaltime.locks import try_lock
+from equaltime.strict_json import json_text
 
 __all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
@@ -134,7 +135,7 @@ class Folder:
         try:
             if self.experiment.exists():
                 before = _read_json(self.experiment)
-                joined = _joined(before.get("identity") or {}, json.loads(json.dumps(identity)))
+                joined = _joined(before.get("identity") or {}, json.loads(json_text(identity)))
                 self._compare(before.get("identity"), joined)
                 if joined != before.get("identity"):
                     self._write(self.experiment, {**before, "identity": joined})
@@ -176,13 +177,13 @@ class Folder:
         differing = [key for key in {**before, **now} if before.get(key) != now.get(key) and not key.startswith(added)]
         if differing:
             message = "{} is {} there, and {} now; use another folder, or remove this one"
-            texts = (message.format(key, *(json.dumps(side.get(key)) for side in (before, now))) for key in differing)
+            texts = (message.format(key, *(json_text(side.get(key)) for side in (before, now))) for key in differing)
             place = f"{self.path}: has records of another experiment"
             raise ExperimentError(tuple(Problem(place, text) for text in texts))
 
     def _write(self, path: Path, content: Mapping[str, Any]) -> None:
         with replacing(path) as file:
-            file.write(json.dumps(content, indent=2, ensure_ascii=False, default=str).encode())
+            file.write(json_text(content, indent=2, ensure_ascii=False, default=str).encode())
 
 
 @contextmanager
@@ -206,7 +207,7 @@ def machine_facts() -> dict[str, Any]:
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
     """Return a short key that other facts do not have."""
-    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
+    return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 
 def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:

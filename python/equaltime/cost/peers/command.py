@@ -56,6 +56,7 @@ from equaltime.errors import ImageError, PeerError
 from equaltime.machine import allowed_processors, worker_threads
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.strict_json import json_text
 
 __all__ = ["WORDS", "CommandPeer"]
 
@@ -163,7 +164,7 @@ class CommandPeer:
                 plain = mitsuba_dict(scene.model, scene.assets) | {"integrator": integrator}
             except ValueError as error:
                 raise PeerError(f"{self.label}: {error}") from error
-            (folder / "scene.json").write_text(json.dumps(plain))
+            (folder / "scene.json").write_text(json_text(plain))
         filled = [_WORD.sub(lambda match: values[match[1]], part) for part in self._arguments]
         return filled, Path(values["out"] + suffix)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import hashlib
-import json
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -23,6 +22,7 @@ from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import PeerError
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.strict_json import json_text
 
 __all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]
 
@@ -98,12 +98,12 @@ class MitsubaPeer:
         except ValueError as error:
             raise PeerError(f"{self.label}: {error}") from error
         plain["sensor"]["film"]["rfilter"] = {"type": "box"}
-        text = json.dumps([plain, integrator])
+        text = json_text([plain, integrator])
         self._scene, self._key = scene, hashlib.sha256(text.encode()).hexdigest()
         if self._key not in self._setup:
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "scene.json"
-                file.write_text(json.dumps(plain))
+                file.write_text(json_text(plain))
                 loaded = self._ask("load", key=self._key, file=str(file), integrator=integrator, sampler=self.sampler)
             _, compiled = self._render(0, _TO_WARM_UP)
             self._setup[self._key] = starting + loaded["seconds"] + compiled

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from equaltime.errors import PeerError
 from equaltime.machine import worker_threads
 from equaltime.scene.mitsuba_dict import with_transforms
+from equaltime.strict_json import json_text
 
 __all__ = ["MitsubaWorker", "samples_per_pass", "serve"]
 
@@ -150,7 +151,7 @@ def serve(worker: MitsubaWorker) -> None:
             answer = {"error": str(error)}
         except Exception as error:  # whatever goes wrong in Mitsuba is told, with its name
             answer = {"error": f"{type(error).__name__}: {error}"}
-        answers.write(json.dumps(answer) + "\n")
+        answers.write(json_text(answer) + "\n")
         answers.flush()
 
 

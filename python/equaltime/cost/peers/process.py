@@ -13,6 +13,7 @@ from typing import IO, Any
 
 from equaltime.cost.peers.limits import limited, send_to_all
 from equaltime.errors import PeerError
+from equaltime.strict_json import json_text
 
 __all__ = ["Worker", "end", "ending", "tail"]
 
@@ -66,7 +67,7 @@ class Worker:
         """
         try:
             with limited(self._process, self._limit, self._who):
-                line = self._exchange(json.dumps({"do": do, **question}))
+                line = self._exchange(json_text({"do": do, **question}))
         except PeerError as error:
             raise PeerError(f"{error}{tail(self._stderr)}") from error
         if not line:
