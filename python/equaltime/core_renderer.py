@@ -152,4 +152,4 @@ def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
     present = memory_bytes()
     if needed > present:
         message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
-        raise SceneError((Problem("", message + f"this process may have {present / 1e9:.3g} GB"),))
+        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))

@@ -94,7 +94,7 @@ def test_a_film_that_a_container_does_not_hold_is_refused(monkeypatch: pytest.Mo
     monkeypatch.setattr(core_renderer, "memory_bytes", lambda: 1000)
     scene = et.load(CORNELL).with_(size=(6, 6))
     for measured in (lambda: et.render(scene, 1), lambda: bench.measure([scene])):
-        with pytest.raises(et.SceneError, match=r"needs .* GB of memory; this process may have 1e-06 GB"):
+        with pytest.raises(et.SceneError, match=r"needs .* GB of memory; this machine has 1e-06 GB"):
             measured()
 
 
