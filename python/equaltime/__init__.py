@@ -27,6 +27,7 @@ from equaltime.error_estimate import Estimate
 from equaltime.errors import (
     EffectError,
     EqualtimeError,
+    EqualtimeWarning,
     ExperimentError,
     FaultySample,
     ImageError,
@@ -54,6 +55,7 @@ from equaltime.tev import Viewer
 __all__ = [
     "EffectError",
     "EqualtimeError",
+    "EqualtimeWarning",
     "Estimate",
     "ExperimentError",
     "FaultySample",
