@@ -35,6 +35,7 @@ sources                      of a merged render: seed, samples, seconds and buil
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             what ended the render; the rule by which it was to end at an error
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
+radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
 position                     where the passes stand: [samples, samples of the running pass, next block]
 seconds, phases              rendering time, and of each phase, s
