@@ -84,7 +84,7 @@ class Measurement:
     triangles: int
     memory_bytes: int
     """Of the scene in the core, without the film."""
-    seconds: Mapping[str, float]
+    seconds: Mapping[str, float] = field(hash=False)
     """``load``: reading the files, ``build``: making the core's scene."""
 
     def as_dict(self) -> dict[str, Any]:
@@ -105,8 +105,8 @@ class Report:
     """A benchmark: its measurements, and the machine and the build that they hold for."""
 
     scenes: tuple[Measurement, ...]
-    machine: Mapping[str, Any]
-    build: Mapping[str, Any]
+    machine: Mapping[str, Any] = field(hash=False)
+    build: Mapping[str, Any] = field(hash=False)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON data."""
@@ -126,7 +126,7 @@ class _Case:
     settings: _core.Settings
     threads: int
     samples: int
-    results: list[Mapping[str, Any]] = field(default_factory=list)
+    results: list[Mapping[str, Any]] = field(default_factory=list, hash=False)
 
     def repeat(self, number: int) -> None:
         """Time a render and the replay of its rays; which comes first alternates."""

@@ -50,7 +50,7 @@ def uninterrupted(result: Result) -> Result:
 class Stats:
     """What a render cost, and which code did it."""
 
-    phases: Mapping[str, float]
+    phases: Mapping[str, float] = field(hash=False)
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
     where something was left out, and ``stop_pilot`` where a pilot chose the count; ``save`` and ``outputs`` (those
     beside the image) where there are any."""
@@ -65,7 +65,7 @@ class Stats:
     threads: int
     effects: tuple[str, ...] = ()
     """What the scene called for."""
-    build: Mapping[str, Any] | None = None
+    build: Mapping[str, Any] | None = field(default=None, hash=False)
     """How the core was built, and with which Embree."""
 
     @property
@@ -101,7 +101,7 @@ class Origin:
     """The effects that were left out, as `equaltime.effects.leave_out` takes them; biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """What was replaced in the scene because it cannot be rendered, if anything was."""
-    sources: tuple[Mapping[str, Any], ...] = ()
+    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """What was merged: of each seed its sample counts, seconds and build; empty for a render that was not merged."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
