@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from equaltime.locks import lock, try_lock
 
-__all__ = ["beside", "give_new_name", "replacing", "tidy", "to_disk"]
+__all__ = ["beside", "give_new_name", "make_folder", "replacing", "tidy", "to_disk"]
 
 _NUMBERS = count()
 """Numbers of the files that this process writes, so that two at a time in one folder are two."""
@@ -44,6 +44,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         to_disk(temporary)  # a machine that stops after the renaming must find the whole file
         os.replace(temporary, path)
+        _name_to_disk(path)
 
 
 def give_new_name(temporary: Path, path: Path) -> None:
@@ -55,6 +56,21 @@ def give_new_name(temporary: Path, path: Path) -> None:
     except OSError:
         path.unlink()
         raise
+    _name_to_disk(path)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, and those that it is in, whose names are on the disk when this returns."""
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    path.mkdir(parents=True, exist_ok=True)
+    for folder in missing:
+        _name_to_disk(folder)
+
+
+def _name_to_disk(path: Path) -> None:
+    """Wait until a new name is on the disk. A folder that refuses is no error: the file is there in any case."""
+    with suppress(OSError):
+        to_disk(path.parent)
 
 
 @contextmanager

@@ -101,7 +101,7 @@ class Folder:
             If another process runs one, or there are files that could be mistaken for ours.
         """
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
+            disk.make_folder(self.path)
             self._refuse_foreign()
             lock = os.open(self.path / "experiment.lock", os.O_RDWR | os.O_CREAT, 0o666)
         except OSError as error:
@@ -189,7 +189,7 @@ class Folder:
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
 
