@@ -1,10 +1,12 @@
 """Bad input on the real command line: one clear error with its place, nothing overwritten, nothing left behind."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -188,11 +190,34 @@ def test_the_package_runs_as_a_module() -> None:
     assert run("--version", stdout=subprocess.PIPE).stdout == f"equaltime {et.__version__}\n"
 
 
-def test_a_full_disk_under_the_output_is_said_in_one_line(scene: Path) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_under_the_output_is_said_in_one_line(scene: Path, unbuffered: str) -> None:
     for command in (["info", str(scene)], ["info", str(scene), "--json"]):
         with Path("/dev/full").open("w") as full:
-            ended = run(*command, stdout=full)
+            ended = run(*command, stdout=full, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
         assert (ended.returncode, ended.stderr) == (1, "error: standard output: No space left on device\n")
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_has_gone_is_no_error(scene: Path, unbuffered: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as pipe:
+        ended = run("schema", stdout=pipe, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
+    assert (ended.returncode, ended.stderr) == (1, "")
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.EPIPE])
+def test_what_the_system_refuses_elsewhere_is_not_blamed_on_the_output(
+    scene: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(import_module("equaltime.cli.info"), "load_file", refuse)
+    assert main(["info", str(scene)]) == 1
+    print("the output is open", flush=True)
+    assert capfd.readouterr() == ("the output is open\n", f"error: {os.strerror(number)}\n")
 
 
 def test_names_and_signs_that_the_terminal_cannot_show_are_escaped(scene: Path, tmp_path: Path) -> None:
