@@ -20,6 +20,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
+from equaltime.black_picture import EqualtimeWarning
 from equaltime.compare import compare
 from equaltime.cost import cost
 from equaltime.effects import PriceList, effects
@@ -27,7 +28,6 @@ from equaltime.error_estimate import Estimate
 from equaltime.errors import (
     EffectError,
     EqualtimeError,
-    EqualtimeWarning,
     ExperimentError,
     FaultySample,
     ImageError,

@@ -6,16 +6,20 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from equaltime.errors import EqualtimeWarning, SceneError
+from equaltime.errors import SceneError
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding, lint
 from equaltime.scene.model import Aov, Depth, Integrator
 
-__all__ = ["black_picture", "unwarned", "warn_if_black"]
+__all__ = ["EqualtimeWarning", "black_picture", "unwarned", "warn_if_black"]
 
 _REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
 """Findings of lint that make a picture black."""
+
+
+class EqualtimeWarning(UserWarning):
+    """A result may not be what was meant, such as a picture that is black everywhere."""
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:

@@ -13,8 +13,6 @@
         │   ├── NonFiniteSample  it was NaN or infinite
         │   └── FaultySample     it raised a floating-point fault, and these are looked for
         └── PeerError       another renderer is missing, failed, or gave no image that can be compared
-
-A result that may not be what was meant is no error: `EqualtimeWarning` tells of it (`warnings`).
 """
 
 from __future__ import annotations
@@ -27,7 +25,6 @@ from typing import ClassVar, Self
 __all__ = [
     "EffectError",
     "EqualtimeError",
-    "EqualtimeWarning",
     "ExperimentError",
     "FaultySample",
     "ImageError",
@@ -43,10 +40,6 @@ __all__ = [
 
 class EqualtimeError(Exception):
     """Base of all errors raised on purpose; its text is meant for people."""
-
-
-class EqualtimeWarning(UserWarning):
-    """A result may not be what was meant, such as a picture that is black everywhere."""
 
 
 @dataclass(frozen=True)
