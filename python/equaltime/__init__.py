@@ -20,6 +20,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
+from equaltime.black_picture import EqualtimeWarning
 from equaltime.compare import compare
 from equaltime.cost import cost
 from equaltime.effects import PriceList, effects
@@ -54,6 +55,7 @@ from equaltime.tev import Viewer
 __all__ = [
     "EffectError",
     "EqualtimeError",
+    "EqualtimeWarning",
     "Estimate",
     "ExperimentError",
     "FaultySample",

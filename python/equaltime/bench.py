@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from equaltime import _core
-from equaltime.core_renderer import core_settings
-from equaltime.errors import Problem, SceneError
+from equaltime.core_renderer import check_memory, core_settings
+from equaltime.machine import processors, worker_threads
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
@@ -84,7 +84,7 @@ class Measurement:
     triangles: int
     memory_bytes: int
     """Of the scene in the core, without the film."""
-    seconds: Mapping[str, float]
+    seconds: Mapping[str, float] = field(hash=False)
     """``load``: reading the files, ``build``: making the core's scene."""
 
     def as_dict(self) -> dict[str, Any]:
@@ -105,8 +105,8 @@ class Report:
     """A benchmark: its measurements, and the machine and the build that they hold for."""
 
     scenes: tuple[Measurement, ...]
-    machine: Mapping[str, Any]
-    build: Mapping[str, Any]
+    machine: Mapping[str, Any] = field(hash=False)
+    build: Mapping[str, Any] = field(hash=False)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON data."""
@@ -126,7 +126,7 @@ class _Case:
     settings: _core.Settings
     threads: int
     samples: int
-    results: list[Mapping[str, Any]] = field(default_factory=list)
+    results: list[Mapping[str, Any]] = field(default_factory=list, hash=False)
 
     def repeat(self, number: int) -> None:
         """Time a render and the replay of its rays; which comes first alternates."""
@@ -204,22 +204,13 @@ def measure(
 
 def _cases(name: str, scene: Scene, strategy: Strategy, threads: Sequence[int], spp: int | None) -> list[_Case]:
     """Build the scene and choose how many samples a repeat takes, the same for all numbers of threads."""
-    _check_memory(scene)
-    settings = core_settings(scene, strategy)
+    check_memory(scene, _BYTES_PER_PIXEL)
+    settings, threads = core_settings(scene, strategy), [worker_threads(count) for count in threads]
     if spp is None:
         pilot = _core.measure_limit(scene.core, settings, threads=threads[0], samples=_PILOT_SAMPLES, pairs=1)
         per_sample = pilot["pairs"][0]["render_seconds"] / _PILOT_SAMPLES
         spp = min(max(round(_REPEAT_SECONDS / per_sample), 1), _MOST_SAMPLES)
     return [_Case(name, scene, settings, count, spp) for count in threads]
-
-
-def _check_memory(scene: Scene) -> None:
-    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
-    _, _, width, height = scene.model.sensor.film.crop
-    needed, present = width * height * _BYTES_PER_PIXEL, machine()["memory_bytes"]
-    if needed > present:
-        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
-        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))
 
 
 def _summary(case: _Case, base: _Case, strategy: Strategy) -> Measurement:
@@ -250,7 +241,7 @@ def machine() -> dict[str, Any]:
     """Describe this machine: processor, how many of them we may use, memory, system, and how busy it is."""
     return {
         "cpu": _processor(),
-        "processors": len(os.sched_getaffinity(0)),
+        "processors": processors(),
         "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
         "system": platform.platform(),
         "load_average": os.getloadavg()[0],

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -50,7 +50,7 @@ class Compared:
     """One image and how far it is from what it was compared with."""
 
     path: Path
-    metrics: Mapping[str, Measured]
+    metrics: Mapping[str, Measured] = field(hash=False)
     """By name, see `equaltime.cost.metrics`: of this very image, with the noise of the other subtracted if known. Where
     that noise is too much to tell, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None

@@ -14,7 +14,7 @@ from equaltime import _core
 from equaltime._core import build_info
 from equaltime.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
-from equaltime.memory import memory_bytes
+from equaltime.machine import memory_bytes, worker_threads
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -24,6 +24,7 @@ __all__ = [
     "AdaptiveRenderer",
     "bad_sample",
     "build_info",
+    "check_memory",
     "core_settings",
     "make_renderer",
     "split_light",
@@ -32,17 +33,17 @@ __all__ = [
 
 REPLICATES = 2
 """Independent parts of a render, whose difference tells its error."""
-_BYTES_PER_MOMENTS = 40
-_BYTES_PER_RESULT_PIXEL = 100
+_BYTES_PER_PIXEL = REPLICATES * 40 + 100
+"""Of a film with its moments, and of its result."""
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
-    _check_memory(scene)
+    check_memory(scene, _BYTES_PER_PIXEL)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
     try:
-        return make(scene.core, settings, seed=seed, threads=threads, replicates=REPLICATES, **options)
+        return make(scene.core, settings, seed=seed, threads=worker_threads(threads), replicates=REPLICATES, **options)
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
@@ -104,7 +105,7 @@ def split_light(
     By all kinds of parts, or by the lengths of paths alone, which takes a third of the memory or less.
     """
     settings = core_settings(scene, strategy)
-    return _core.split_light(scene.core, settings, seed, threads, samples, REPLICATES, only_lengths)
+    return _core.split_light(scene.core, settings, seed, worker_threads(threads), samples, REPLICATES, only_lengths)
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
@@ -144,10 +145,10 @@ def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
     return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
 
 
-def _check_memory(scene: Scene) -> None:
-    """Refuse a film that this machine cannot hold: the system would rather end the process than say so."""
+def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
+    """Refuse a film that is larger than the memory: the system would rather end the process than say so."""
     _, _, width, height = scene.model.sensor.film.crop
-    needed = width * height * (REPLICATES * _BYTES_PER_MOMENTS + _BYTES_PER_RESULT_PIXEL)
+    needed = width * height * bytes_per_pixel
     present = memory_bytes()
     if needed > present:
         message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import re
 import stat
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from urllib.parse import quote
 
-__all__ = ["replacing", "tidy", "to_disk"]
+from equaltime.locks import lock, try_lock
+
+__all__ = ["beside", "give_new_name", "make_folder", "replacing", "tidy", "to_disk"]
+
+_NUMBERS = count()
+"""Numbers of the files that this process writes, so that two at a time in one folder are two."""
 
 
 def to_disk(path: Path) -> None:
@@ -31,23 +35,58 @@ def replacing(path: Path) -> Iterator[Path]:
 
     A link stays, and what it leads to is replaced, and keeps its mode. Pipes, sockets and devices are not replaced.
     Raises `OSError`; what was there before is left alone then.
+    """
+    path = Path(os.path.realpath(path))
+    mode = _mode(path)
+    with beside(path) as temporary:
+        if mode is not None:
+            temporary.chmod(mode)
+        yield temporary
+        to_disk(temporary)  # a machine that stops after the renaming must find the whole file
+        os.replace(temporary, path)
+        _name_to_disk(path)
+
+
+def give_new_name(temporary: Path, path: Path) -> None:
+    """Rename a file of `beside` to ``path``; raises `FileExistsError` if that is the name of something already."""
+    to_disk(temporary)
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))  # nobody else can take the name from here on
+    try:
+        os.replace(temporary, path)
+    except OSError:
+        path.unlink()
+        raise
+    _name_to_disk(path)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, and those that it is in, whose names are on the disk when this returns."""
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    path.mkdir(parents=True, exist_ok=True)
+    for folder in missing:
+        _name_to_disk(folder)
+
+
+def _name_to_disk(path: Path) -> None:
+    """Wait until a new name is on the disk. A folder that refuses is no error: the file is there in any case."""
+    with suppress(OSError):
+        to_disk(path.parent)
+
+
+@contextmanager
+def beside(path: Path) -> Iterator[Path]:
+    """Give an empty file in the folder of ``path``, and remove it at the end if it was not renamed.
 
     A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
     the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
     has the machine's name, and only files of the same machine are looked at.
     """
-    path = Path(os.path.realpath(path))
-    mode = _mode(path)
     tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
-    temporary = path.with_name(f"{_machine()}-{os.getpid()}-{threading.get_ident():x}.part")
+    temporary = path.with_name(f"{_machine()}-{os.getpid()}-{next(_NUMBERS):x}.part")
     descriptor = _locked(temporary)
     try:
-        if mode is not None:
-            os.fchmod(descriptor, mode)
         yield temporary
-        to_disk(temporary)  # a machine that stops after the renaming must find the whole file
-        os.replace(temporary, path)
     finally:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)
@@ -83,7 +122,7 @@ def _locked(path: Path) -> int:
     while True:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
         with suppress(OSError):  # where there are no locks, nobody takes it
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            lock(descriptor)
         if _is(path, descriptor):
             return descriptor
         os.close(descriptor)
@@ -100,7 +139,7 @@ def _is(path: Path, descriptor: int) -> bool:
 def _remove_if_left(part: Path) -> None:
     descriptor = os.open(part, os.O_RDWR)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # OSError if somebody writes it
+        try_lock(descriptor)  # OSError if somebody writes it
         if _is(part, descriptor):  # and not another by now, since this one was finished
             part.unlink()
     finally:

@@ -126,7 +126,7 @@ UNKNOWN = Estimate(math.nan, 0.0, math.inf)
 """An error of which nothing is known, but that no error is below 0."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PixelStatistics:
     """What is known of every pixel: enough for the image, its standard error and its error."""
 
@@ -286,7 +286,7 @@ def load_quantiles() -> None:
     import scipy.special  # noqa: F401
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ErrorParts:
     """Each pixel's part of error², (H, W), by three references."""
 

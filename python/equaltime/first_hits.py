@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.machine import worker_threads
 from equaltime.scene import Scene
 from equaltime.scene.model import OUTPUTS, Aov, Depth, Orthographic, Perspective, Spherical
 from equaltime.scene.motion import center, pose
@@ -75,7 +76,7 @@ def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array, t
     for i in range(SIDE * SIDE):
         places = corners + (np.array([i % SIDE, i // SIDE]) + 0.5) / SIDE
         origins, directions, reach = _rays(scene, places)
-        hits = scene.core.intersect(origins, directions, only=needed, threads=threads)
+        hits = scene.core.intersect(origins, directions, only=needed, threads=worker_threads(threads))
         hits |= {
             name: _uv_step(hits, *_rays(scene, places + step)[:2]) for name, step in STEPS.items() if name in kinds
         }

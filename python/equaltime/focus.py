@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from equaltime.film import focused_light
+from equaltime.machine import worker_threads
 
 __all__ = ["Focus"]
 
@@ -41,7 +42,7 @@ class Focus:
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
         """Return that of the core's scene, by a few thousand paths."""
-        vertices, radiance, solid_angle = focused_light(scene, settings, seed, threads, _PATHS)
+        vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 
     @classmethod

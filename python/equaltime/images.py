@@ -28,6 +28,7 @@ __all__ = [
     "Picture",
     "Window",
     "check_writable",
+    "escaped",
     "linear_rgb",
     "read",
     "read_attributes",
@@ -135,6 +136,11 @@ def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
     write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
 
 
+def escaped(text: str) -> str:
+    """Return a text as an image can hold it: bytes of a file's name that are not UTF-8 are written as escapes."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8."""
@@ -157,7 +163,7 @@ class Part:
             spec.full_width, spec.full_height = window.full_width, window.full_height
         for name, value in self.attributes.items():
             if isinstance(value, str):
-                spec.attribute(name, value)
+                spec.attribute(name, escaped(value))
             else:
                 spec.attribute(name, f"float[{len(value)}]", value)
         return spec

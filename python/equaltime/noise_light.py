@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -67,7 +67,7 @@ class NoiseLight:
     """What would be left if indirect light alone had any."""
     common: Estimate
     """Twice the covariance of indirect light and the rest; the three sum to 1."""
-    kinds: Mapping[str, Mapping[str, Estimate]]
+    kinds: Mapping[str, Mapping[str, Estimate]] = field(hash=False)
     """Shares by kind: length of the path, way to find light, last BSDF, light; of each kind they sum to 1."""
     size: tuple[int, int]
     """Width and height of what was measured, in pixels."""

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ class Rectangle:
 class Places:
     """Which part of error² comes from which pixels; shares are fractions of error², in doubt."""
 
-    noisiest: Mapping[float, Estimate]
+    noisiest: Mapping[float, Estimate] = field(hash=False)
     """Of the pixels with the noisiest neighbours: by the fraction of all pixels that they are (`FRACTIONS`)."""
     rectangle: Rectangle
     single: Estimate

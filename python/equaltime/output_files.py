@@ -61,7 +61,11 @@ def _is_same(theirs: str, ours: str | None) -> bool:
     """Tell whether a scene file is ours; what a record of before calls by a name alone may have been anywhere."""
     if ours is None:
         return False
-    return theirs == ours if os.path.isabs(theirs) else os.path.basename(theirs) == os.path.basename(ours)
+    return (
+        theirs in (ours, images.escaped(ours))
+        if os.path.isabs(theirs)
+        else os.path.basename(theirs) == os.path.basename(ours)
+    )
 
 
 def _attributes(path: Path) -> Mapping[str, str]:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.budget import FIRST_LOOK, Limits
@@ -65,7 +65,7 @@ class Quote:
     """Bytes that the process will have at its peak, the scene and all libraries with it, from the first sample on until
     the image is saved."""
     law: Law
-    prices: Mapping[float, Estimate]
+    prices: Mapping[float, Estimate] = field(hash=False)
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
     """What the pilot took to render, and telling what limits it."""

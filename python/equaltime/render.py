@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from equaltime.arguments import Backend, as_scene, check_arguments
+from equaltime.black_picture import warn_if_black
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.error_estimate import Estimate, PixelStatistics
@@ -155,6 +156,11 @@ def render(
         or if a pilot meets too little light to choose a count.
     ValueError
         If an argument is out of range, or of another type.
+
+    Warns
+    -----
+    EqualtimeWarning
+        If the picture is black everywhere and its error is 0, or the camera is inside a closed surface.
     """
     check_arguments(
         spp,
@@ -174,7 +180,7 @@ def render(
     if backend == "embreex":
         if any(x is not None for x in (resume, checkpoint, within, show)) or without or threads or traps != "ignore":
             raise StrategyError(_CROSS_CHECK_ALONE)
-        return _render_cross_check(loaded, limits, chosen, seed)
+        return warn_if_black(_render_cross_check(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:
         check_spares({Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of it")
     resumed = None if resume is None else Checkpoint.read(resume)
@@ -220,7 +226,8 @@ def render(
             watch.ended()
         if show is not None:
             show.show(result.image)
-        return _with_outputs(result, loaded, rendered, by, seed, threads, checkpoint)
+        result = _with_outputs(result, loaded, rendered, by, seed, threads, checkpoint)
+        return warn_if_black(result, loaded, stacklevel=2)
     except KeyboardInterrupt:  # the image is finished
         return replace(result, stopped_by="interrupt")
 

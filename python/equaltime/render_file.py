@@ -35,6 +35,7 @@ sources                      of a merged render: seed, samples, seconds and buil
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             what ended the render; the rule by which it was to end at an error
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
+radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
 position                     where the passes stand: [samples, samples of the running pass, next block]
 seconds, phases              rendering time, and of each phase, s
@@ -65,6 +66,7 @@ from equaltime.moments import DTYPE, PARTS
 from equaltime.packing import channel_names, packed, packed_moments, packed_shape, unpacked, unpacked_moments
 from equaltime.render_record import checked
 from equaltime.scene.known import shortened
+from equaltime.strict_json import json_text
 
 __all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture", "read_record"]
 
@@ -115,7 +117,7 @@ class RenderFile:
         record = json.dumps({**self.record, "format": FORMAT}, allow_nan=False)
         guard = {"record": _digest(record), **{name: _digest(part.pixels) for name, part in parts.items()}}
         parts["beauty"].attributes.update(
-            {"Software": SOFTWARE, "ImageDescription": description, _RECORD: record, _SHA256: json.dumps(guard)}
+            {"Software": SOFTWARE, "ImageDescription": description, _RECORD: record, _SHA256: json_text(guard)}
         )
         images.write(path, "openexr", list(parts.values()), self.window)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ class Replay:
     """What the sample adds to its pixel: what the vertices add, in their order, times the filter's weight."""
     end: str
     """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``roulette``."""
-    vertices: tuple[Mapping[str, Any], ...]
+    vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
     """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
     medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
     ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the

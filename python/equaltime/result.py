@@ -21,6 +21,7 @@ from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.output_files import keep_work
 from equaltime.render_file import FORMAT, RenderFile
+from equaltime.scene.lint.lights import FAR_APART
 from equaltime.stated import paths_up_to, stated
 from equaltime.stopping import Stop, StoppedBy
 from equaltime.unseen import Unseen, stated_error
@@ -49,7 +50,7 @@ def uninterrupted(result: Result) -> Result:
 class Stats:
     """What a render cost, and which code did it."""
 
-    phases: Mapping[str, float]
+    phases: Mapping[str, float] = field(hash=False)
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
     where something was left out, and ``stop_pilot`` where a pilot chose the count; ``save`` and ``outputs`` (those
     beside the image) where there are any."""
@@ -64,7 +65,7 @@ class Stats:
     threads: int
     effects: tuple[str, ...] = ()
     """What the scene called for."""
-    build: Mapping[str, Any] | None = None
+    build: Mapping[str, Any] | None = field(default=None, hash=False)
     """How the core was built, and with which Embree."""
 
     @property
@@ -100,7 +101,7 @@ class Origin:
     """The effects that were left out, as `equaltime.effects.leave_out` takes them; biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """What was replaced in the scene because it cannot be rendered, if anything was."""
-    sources: tuple[Mapping[str, Any], ...] = ()
+    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """What was merged: of each seed its sample counts, seconds and build; empty for a render that was not merged."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
@@ -184,6 +185,21 @@ class Result:
         return float(self.samples.mean())
 
     @property
+    def radiance_range(self) -> float:
+        """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
+
+        Beyond 1e12, light of dim emitters may be missing: see `lint`'s ``radiance-range``.
+        """
+        least = float(np.min(self.image, where=self.image > 0.0, initial=np.inf))
+        return float(self.image.max()) / least if least < np.inf else 1.0
+
+    @property
+    def far_apart(self) -> str:
+        """A sentence part on radiances that are too far apart for all light to be found; empty if they are not."""
+        ratio = self.radiance_range
+        return f"radiances {ratio:.2g} times apart, more than {FAR_APART:.0e}" if ratio > FAR_APART else ""
+
+    @property
     def record(self) -> dict[str, Any]:
         """The provenance as JSON data: what `save` stores in the EXR, and ``--json`` prints."""
         height, width = self.samples.shape
@@ -200,6 +216,7 @@ class Result:
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
+            **({"radiance_range": self.radiance_range} if self.far_apart else {}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
@@ -264,7 +281,8 @@ class Result:
         number, asked = stated(self.origin), self.origin.scene_max_depth
         asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
         error = f"{number.noun} {self.error}{number.of_paths}{asks}"
-        return f"{width}x{height}, {self.spp:g} spp, {error}, stopped by {self.stopped_by}"
+        apart = f", {self.far_apart}" if self.far_apart else ""
+        return f"{width}x{height}, {self.spp:g} spp, {error}{apart}, stopped by {self.stopped_by}"
 
     def __repr__(self) -> str:
         return f"Result({self._summary()})"

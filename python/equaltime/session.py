@@ -19,7 +19,7 @@ from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import ImageError, RenderError
 from equaltime.images import Window
 from equaltime.interrupts import held_back, put_off
-from equaltime.memory import resident_bytes
+from equaltime.machine import resident_bytes
 from equaltime.noise_places import Places, noise_places
 from equaltime.passes import Passes
 from equaltime.probe import Probe

@@ -27,6 +27,7 @@ from equaltime.error_estimate import Estimate, PixelStatistics, error_and_bright
 from equaltime.film import box_sum, unshadowed
 from equaltime.focus import Focus
 from equaltime.lamps import Lamps
+from equaltime.machine import worker_threads
 from equaltime.neighbourhoods import RADIUS, window_around
 from equaltime.tails import averaged_out
 
@@ -69,6 +70,7 @@ class Unseen:
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
         """Return what may be hidden from a render of the core's scene with the core's settings."""
+        threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
         def lamps() -> Lamps:

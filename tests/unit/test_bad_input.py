@@ -1,10 +1,12 @@
 """Bad input on the real command line: one clear error with its place, nothing overwritten, nothing left behind."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -188,11 +190,34 @@ def test_the_package_runs_as_a_module() -> None:
     assert run("--version", stdout=subprocess.PIPE).stdout == f"equaltime {et.__version__}\n"
 
 
-def test_a_full_disk_under_the_output_is_said_in_one_line(scene: Path) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_under_the_output_is_said_in_one_line(scene: Path, unbuffered: str) -> None:
     for command in (["info", str(scene)], ["info", str(scene), "--json"]):
         with Path("/dev/full").open("w") as full:
-            ended = run(*command, stdout=full)
+            ended = run(*command, stdout=full, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
         assert (ended.returncode, ended.stderr) == (1, "error: standard output: No space left on device\n")
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_has_gone_is_no_error(scene: Path, unbuffered: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as pipe:
+        ended = run("schema", stdout=pipe, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
+    assert (ended.returncode, ended.stderr) == (1, "")
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.EPIPE])
+def test_what_the_system_refuses_elsewhere_is_not_blamed_on_the_output(
+    scene: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(import_module("equaltime.cli.info"), "load_file", refuse)
+    assert main(["info", str(scene)]) == 1
+    print("the output is open", flush=True)
+    assert capfd.readouterr() == ("the output is open\n", f"error: {os.strerror(number)}\n")
 
 
 def test_names_and_signs_that_the_terminal_cannot_show_are_escaped(scene: Path, tmp_path: Path) -> None:
@@ -229,6 +254,40 @@ def test_folders_and_files_whose_names_no_image_library_reads_are_refused_at_onc
     assert main(["render", str(scene), "-o", output, "--spp", "2", "-q"]) == 0
     assert "not UTF-8" in refusal(["render", str(scene), "-o", output, "--resume", "--spp", "4"], capsys)
     assert "not UTF-8" in refusal(["compare", output, output], capsys)
+
+
+def test_a_scene_file_whose_name_is_not_utf_8_is_rendered_twice(scene: Path, tmp_path: Path) -> None:
+    """Its name stands in the preview, by which a second render knows that it may replace the first."""
+    named = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.toml"))
+    scene.rename(named)
+    for _ in range(2):
+        assert main(["render", str(named), "-o", str(tmp_path / "out.exr"), "--spp", "2", "-q"]) == 0
+    assert images.read_attributes(tmp_path / "out.png")["equaltime:scene"] == f"{tmp_path}/\\udcff.toml"
+
+
+C_LOCALE = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        *([[command, "--help"], f"Usage: equaltime {command}"] for command in ("cost", "quote", "render")),
+        (["quote", "caf\u00e9.toml", "--error", "50%"], "this quote took"),
+        (["render", "caf\u00e9.toml", "-o", "caf\u00e9.exr", "--spp", "2"], r"wrote caf\udcc3\udca9.exr"),
+        (["cost", "caf\u00e9.toml", "-o", "out", "--quick"], "error: "),
+        (["info", "no\u00e9.toml"], r"error: no\udcc3\udca9.toml: "),
+    ],
+)
+def test_the_c_locale_shows_escapes_for_what_ascii_lacks(
+    scene: Path, tmp_path: Path, words: list[str], shown: str
+) -> None:
+    scene.rename(tmp_path / "caf\u00e9.toml")
+    command = [sys.executable, "-m", "equaltime", *words]
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, **C_LOCALE}, capture_output=True, timeout=300)
+    said = (done.stdout + done.stderr).decode("ascii")
+    assert shown in " ".join(said.split())
+    assert "Traceback" not in said
+    assert done.returncode == (2 if shown.startswith("error") else 0), said
 
 
 @pytest.mark.parametrize("between", [0.1, 0.02])

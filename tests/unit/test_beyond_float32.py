@@ -10,7 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime.error_estimate import PixelStatistics, image_error
-from equaltime.memory import memory_bytes
+from equaltime.machine import memory_bytes
 
 
 def _scene(radiance: float) -> et.Scene:

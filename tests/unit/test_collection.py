@@ -128,6 +128,26 @@ def test_an_experiment_that_fails_does_not_keep_the_others_from_running(
     assert "x2-a/report.html" not in {link["href"] for link in page.all("a")}
 
 
+def test_the_traceback_of_an_unexpected_error_is_kept_until_the_next_try(
+    source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise KeyError("\ud800")
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patched:
+        patched.setattr(single_run, "measure", fails)
+        assert main(["cost", str(source), "-o", str(out)]) == 1
+    kept = out / "own" / "failure.txt"
+    assert f"error: own: KeyError: '\\ud800' (traceback in {kept})" in capsys.readouterr().err
+    text = kept.read_text("utf-8")
+    assert text.startswith("Traceback")
+    assert "in fails" in text
+    assert text.endswith("KeyError: '\\ud800'\n")
+    assert run_all(source, out)[0].state == "done"
+    assert not kept.exists()
+
+
 def test_a_peer_that_is_not_installed_leaves_its_experiment_out(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from equaltime import disk, images
+from equaltime.cost.folder import replacing
 
 _KILLED = """
 import os, signal, sys
@@ -72,6 +73,86 @@ def test_an_image_that_another_thread_writes_is_left_alone(tmp_path: Path, monke
     monkeypatch.setattr(disk, "to_disk", meanwhile)
     images.write_exr(tmp_path / "a.exr", pixels)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.exr", "b.exr"]
+
+
+def test_two_files_that_one_thread_writes_at_a_time_do_not_wait_for_each_other(tmp_path: Path) -> None:
+    nested = """
+import sys
+from pathlib import Path
+from equaltime.disk import replacing
+path = Path(sys.argv[1])
+with replacing(path) as outer:
+    outer.write_bytes(b"outer")
+    with replacing(path) as inner:
+        inner.write_bytes(b"inner")
+    assert path.read_bytes() == b"inner"
+"""
+    subprocess.run([sys.executable, "-c", nested, str(tmp_path / "a")], check=True, timeout=60)
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("a", b"outer")]
+
+
+@pytest.fixture
+def synced(monkeypatch: pytest.MonkeyPatch) -> list[Path | str]:
+    """The files and folders that were brought to the disk so far, and ``renamed`` in between."""
+    events, sync, rename = list[Path | str](), os.fsync, os.replace
+
+    def noted_sync(descriptor: int) -> None:
+        events.append(Path(f"/proc/self/fd/{descriptor}").resolve())
+        sync(descriptor)
+
+    def noted_rename(old: Path, new: Path) -> None:
+        rename(old, new)
+        events.append("renamed")
+
+    monkeypatch.setattr(os, "fsync", noted_sync)
+    monkeypatch.setattr(os, "replace", noted_rename)
+    return events
+
+
+def test_the_name_of_a_file_is_on_the_disk_like_its_content(tmp_path: Path, synced: list[Path | str]) -> None:
+    with disk.replacing(tmp_path / "a") as file:
+        pass
+    assert synced == [file, "renamed", tmp_path]
+    synced.clear()
+    with disk.beside(tmp_path / "b") as file:
+        disk.give_new_name(file, tmp_path / "b")
+    assert synced == [file, "renamed", tmp_path]
+
+
+def test_the_names_of_new_folders_are_on_the_disk(tmp_path: Path, synced: list[Path | str]) -> None:
+    with replacing(tmp_path / "out" / "images" / "box" / "a.npy"):
+        pass
+    out = tmp_path / "out"
+    assert set(synced) >= {tmp_path, out, out / "images", out / "images" / "box"}
+    assert synced[-1] == out / "images" / "box"
+
+
+def test_a_folder_that_cannot_be_brought_to_the_disk_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sync = disk.to_disk
+
+    def files_alone(path: Path) -> None:
+        if path.is_dir():
+            raise OSError
+        sync(path)
+
+    monkeypatch.setattr(disk, "to_disk", files_alone)
+    write(tmp_path / "a")
+    assert (tmp_path / "a").read_bytes() == b"whole"
+
+
+def test_a_new_name_is_never_that_of_another_file(tmp_path: Path) -> None:
+    new, there = tmp_path / "new", tmp_path / "there"
+    there.symlink_to("nowhere")
+    with disk.beside(there) as file:
+        file.write_bytes(b"whole")
+        with pytest.raises(FileExistsError):
+            disk.give_new_name(file, there)
+        disk.give_new_name(file, new)
+    assert there.is_symlink()
+    assert new.read_bytes() == b"whole"
+    assert not parts(tmp_path)
 
 
 def test_what_cannot_be_judged_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

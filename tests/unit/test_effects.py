@@ -222,6 +222,7 @@ def test_a_lens_an_environment_and_long_paths_are_left_out_together() -> None:
     assert strategy.biased
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_slide_is_a_texture_and_left_out_it_is_its_mean() -> None:
     lamp = {"type": "spot", "intensity": rgb(4, 2, 1), "to_world": [{"translate": [0, 0, -3]}]}
     whole = scene(lamp=lamp | {"texture": SQUARES})

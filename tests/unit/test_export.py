@@ -12,6 +12,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
+from equaltime.scene.export.convert import FORMATS
 from equaltime.scene.export.files import Folder, write_ply
 
 TRIANGLE = b"""ply
@@ -137,6 +138,25 @@ def test_what_is_there_is_not_overwritten_and_unknown_kinds_are_refused(with_mes
     with pytest.raises(et.SceneError, match="the file has changed"):
         loaded.write(with_mesh / "new.toml")
     assert not (with_mesh / "new.toml").exists()
+
+
+def test_a_scene_that_cannot_be_written_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}})
+    with monkeypatch.context() as patched:
+        patched.setitem(FORMATS, ".toml", lambda _: "a name that UTF-8 does not hold: \ud800")
+        with pytest.raises(et.SceneError, match=r"new\.toml: .*surrogates not allowed"):
+            scene.write(tmp_path / "new.toml")
+    assert not list(tmp_path.iterdir())
+    assert scene.write(tmp_path / "new.toml") == (tmp_path / "new.toml",)
+
+
+def test_a_name_that_is_taken_without_looking_so_is_not_overwritten(tmp_path: Path) -> None:
+    """A link to nowhere does not exist for who asks, like a file that is made between the question and the renaming."""
+    target = tmp_path / "mesh.ply"
+    target.symlink_to("nowhere")
+    assert Folder(tmp_path).put("mesh.ply", lambda file: file.write_bytes(b"ours")) == tmp_path / "mesh-2.ply"
+    assert target.is_symlink()
+    assert {file.name for file in tmp_path.iterdir()} == {"mesh.ply", "mesh-2.ply"}
 
 
 def test_a_mesh_that_is_written_has_the_same_numbers(tmp_path: Path) -> None:

@@ -131,6 +131,21 @@ def test_the_animated_file_plays_at_true_speed(tmp_path: Path) -> None:
     assert abs(int(levels[100, 0]) - int(levels[-100, 0])) < 6  # both have ended
 
 
+def test_an_animated_file_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, folder = filmed(tmp_path), tmp_path / "figures"
+    (name,) = write_animation(folder, "box", scene, 0)
+    before = (tmp_path / name).read_bytes()
+
+    def unfinished(_: object, file: Path, *__: object, **___: object) -> None:
+        file.write_bytes(b"half")
+        raise OSError
+
+    monkeypatch.setattr(Image.Image, "save", unfinished)
+    with pytest.raises(OSError):
+        write_animation(folder, "box", scene, 0)
+    assert [(file.name, file.read_bytes()) for file in folder.iterdir()] == [(Path(name).name, before)]
+
+
 def test_moments_too_close_for_a_browser_are_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TIMES, "naive", (0.301, 0.302, 1.195, 1.2))
     (name,) = write_animation(tmp_path / "figures", "box", filmed(tmp_path), 0)

@@ -194,6 +194,7 @@ def test_a_pilot_that_meets_no_light_says_what_to_do(monkeypatch: pytest.MonkeyP
     assert (limited.stopped_by, limited.spp, chosen(limited).spp) == ("spp", 4.0, None)
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_where_there_is_no_noise_any_count_is_enough() -> None:
     black = et.load_dict(DARK).with_(size=(8, 8))
     result = et.render(black, error=0.05, stop="fixed")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import equaltime as et
-from equaltime import preview
+from equaltime import interrupts, preview
+from equaltime.cli.signals import interruptible
 from equaltime.interrupts import held_back, put_off
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -69,6 +73,37 @@ def test_a_signal_that_nothing_of_python_hears_keeps_what_it_does() -> None:
             assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize("install", [1, 2, 3, 4])
+def test_a_signal_between_two_installations_leaves_no_handler_behind(
+    monkeypatch: pytest.MonkeyPatch, install: int
+) -> None:
+    """The first two calls of signal.signal install the handlers of a command, the last two restore those before."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {signal.SIGINT: signal.getsignal(signal.SIGINT), signal.SIGTERM: signal.SIG_IGN}
+    really_before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    set_handler, calls = signal.signal, list[int]()
+
+    def set_and_send(number: signal.Signals, handler: Any) -> Any:
+        replaced = set_handler(number, handler)
+        calls.append(number)
+        if len(calls) == install:
+            signal.raise_signal(signal.SIGTERM if install > 2 else number)
+        return replaced
+
+    try:
+        with monkeypatch.context() as patched, suppress(KeyboardInterrupt):
+            patched.setattr(interrupts, "_held_at", -math.inf)  # or a test before this one has the signal held back
+            patched.setattr(signal, "signal", set_and_send)
+            with interruptible():
+                pass
+        assert {number: signal.getsignal(number) for number in numbers} == before
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        for number, handler in {**before, signal.SIGTERM: really_before}.items():
+            set_handler(number, handler)
 
 
 def test_another_thread_holds_nothing_back_and_needs_not() -> None:

@@ -71,6 +71,7 @@ def test_a_medium_is_named_with_its_place_as_a_reason() -> None:
     assert str(reason) == "ball.interior: medium 'homogeneous'"
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_the_medium_of_the_camera_is_where_paths_begin() -> None:
     assert ball(None, medium=fog()).core.effects()["media"]
     assert (et.render(ball(None, medium=fog()), spp=2).image == 0.0).all(), "no sky is seen through fog without end"

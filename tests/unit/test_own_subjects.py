@@ -8,6 +8,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cost.experiment_reader import read_experiment
+from equaltime.cost.making import make_experiment
 from equaltime.cost.subjects import make_subjects
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"
@@ -29,11 +30,29 @@ def test_the_shipped_subjects_can_be_made() -> None:
         assert all(subject.renderer == "command" for subject in subjects)
 
 
-@pytest.mark.parametrize("name", ["two\nlines", "", 5])
+@pytest.mark.parametrize("name", ["two\nlines", "", 5, "a\0b", "bell\a", "\ud800", "line\u2028line", "\x85"])
 def test_a_name_that_no_record_can_hold_is_refused_before_anything_is_rendered(tmp_path: Path, name: object) -> None:
     code = f"class Mine:\n    def __init__(self, label): self.label, self.name = label, {name!r}\n"
-    with pytest.raises(et.EqualtimeError, match=r"strategies\[0\]\.name: the name of a subject must be text of one"):
+    file = experiment(tmp_path, code)
+    with pytest.raises(et.EqualtimeError) as caught:
+        make_subjects(read_experiment(file))
+    assert str(caught.value).startswith(f"{file}:2: strategies[0].name: the name of a subject must be text of one")
+    with pytest.raises(et.EqualtimeError, match="must be text of one line"):
+        et.cost(file, tmp_path / "out", quick=True)
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_subjects_cannot_have_one_label(tmp_path: Path) -> None:
+    code = "class Mine:\n    def __init__(self, label): self.label, self.name = 'best', 'mine'\n"
+    with pytest.raises(et.EqualtimeError, match=r"strategies\[0\]\.label: .* 'own', found 'best'"):
         make_subjects(read_experiment(experiment(tmp_path, code)))
+
+
+def test_a_place_in_a_file_outlasts_changes_and_makes_no_difference(tmp_path: Path) -> None:
+    read = read_experiment(experiment(tmp_path, ""))
+    chosen = make_experiment(read, strategies=["best", "own"], repeats=2)
+    assert [entry.place[-15:] for entry in chosen.strategies] == [": strategies[1]", ": strategies[0]"]
+    assert read.strategies == tuple(entry.at("elsewhere") for entry in read.strategies)
 
 
 @pytest.mark.parametrize(
@@ -49,3 +68,16 @@ def test_what_is_wrong_in_an_own_file_is_told_with_its_place(
 ) -> None:
     with pytest.raises(et.EqualtimeError, match=message.replace(".", r"\.")):
         make_subjects(read_experiment(experiment(tmp_path, code, name)))
+
+
+@pytest.mark.parametrize("calls", ["helper()", "pass"])
+def test_the_traceback_of_an_own_file_is_logged_from_that_file_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, calls: str
+) -> None:
+    code = f"def helper():\n    return 1 / 0\ndef Mine(label):\n    helper()\n{calls}\n"
+    with pytest.raises(et.ExperimentError, match=r"own\.py:2: ZeroDivisionError"):
+        make_subjects(read_experiment(experiment(tmp_path, code)))
+    (record,) = caplog.records
+    assert record.exc_text is not None
+    places = [line.split(", ")[0] for line in record.exc_text.splitlines() if line.startswith("  File ")]
+    assert places == [f'  File "{tmp_path / "own.py"}"'] * 2

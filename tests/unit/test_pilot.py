@@ -91,6 +91,7 @@ def reasons(scene: et.Scene, **options: float) -> list[str]:
     return found
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_render_without_a_quote_says_why(scene: et.Scene) -> None:
     dark = et.load_dict(copy.deepcopy(DARK)).with_(size=(8, 8))
     assert reasons(dark, spp=16, error=0.05) == ["the pilot saw no noise: the image is surely black"]

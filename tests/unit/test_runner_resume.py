@@ -14,8 +14,9 @@ import pytest
 from equaltime.cost import runner, single_run
 from equaltime.cost.analysis import summarise
 from equaltime.cost.experiment import Experiment
+from equaltime.cost.folder import Folder
 from equaltime.cost.record import load
-from equaltime.cost.runner import run
+from equaltime.cost.runner import RunProgress, run
 from equaltime.errors import ExperimentError
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -145,7 +146,7 @@ sys.path.insert(0, sys.argv[2])
 from equaltime.cost import single_run
 single_run.flip = lambda image, truth: 0.5
 from test_runner_resume import experiment
-from equaltime.cost.runner import run
+from equaltime.cost.runner import RunProgress, run
 run(experiment(repeats=int(sys.argv[3])), Path(sys.argv[1]), lambda p: print(p.phase, flush=True))
 """
 
@@ -189,3 +190,43 @@ def test_an_experiment_survives_kills(folder: Path) -> None:
 @pytest.mark.slow
 def test_an_experiment_survives_many_kills(folder: Path) -> None:
     kill_and_finish(folder, kills=40, repeats=300)
+
+
+def test_an_experiment_that_is_running_keeps_its_identity(folder: Path) -> None:
+    """Another process adds a strategy to it meanwhile."""
+    begun, failures = Folder(folder).experiment, list[str]()
+
+    def meanwhile(told: RunProgress) -> None:
+        identity = begun.read_bytes()
+        with pytest.raises(ExperimentError) as caught:
+            run(experiment(strategies=["bsdf", "best", "mis"]), folder)
+        failures.append(str(caught.value))
+        assert begun.read_bytes() == identity
+
+    run(experiment(), folder, meanwhile)
+    assert set(failures) == {
+        f"{folder}: another process runs its experiment; wait until that ends, or use another folder"
+    }
+    run(experiment(strategies=["bsdf", "best", "mis"]), folder)
+
+
+def test_the_provenance_is_written_by_the_process_that_has_the_lock(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note, noted = Folder.note, list[str]()
+
+    def noted_under_lock(self: Folder, section: str, *rest: Any) -> None:
+        with pytest.raises(ExperimentError, match="another process"), self.locked():
+            pass
+        noted.append(section)
+        note(self, section, *rest)
+
+    monkeypatch.setattr(Folder, "note", noted_under_lock)
+    run(experiment(), folder)
+    assert set(noted) == {"machines", "builds", "own_depths", "references", "sessions"}
+
+
+def test_a_process_that_was_killed_before_its_first_record_is_continued(folder: Path) -> None:
+    with Folder(folder).locked():
+        pass
+    run(experiment(), folder)

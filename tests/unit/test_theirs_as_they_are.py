@@ -74,6 +74,7 @@ def test_a_scene_of_nothing_is_still_refused() -> None:
 
 
 @pytest.mark.parametrize("kind", ["path", "volpath"])
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_paths_of_no_segment_see_nothing(kind: str) -> None:
     lamp = {"type": "rectangle", "to_world": [{"translate": [0, 0, 3]}], "emitter": {"type": "area"}}
     loaded = read(integrator={"type": kind, "max_depth": 0}, sky=SKY, lamp=lamp)

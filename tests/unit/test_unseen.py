@@ -72,6 +72,7 @@ def test_a_black_image_has_no_error_if_nothing_can_be_hidden_and_any_otherwise()
     assert image_error(black, hidden=Unseen(everywhere)).high == image_error(black).high == math.inf
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_render_of_nothing_but_darkness_ends() -> None:
     scene = et.load_dict({"type": "scene", "ball": {"type": "sphere"}}).with_(size=(8, 8))
     found = et.render(scene, error=0.05, time=20.0)

@@ -7,7 +7,6 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 from __future__ import annotations
 
 import functools
-import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -32,6 +31,7 @@ from equaltime.cli.replay import replay
 from equaltime.cli.schema import schema
 from equaltime.cli.selftest import selftest
 from equaltime.cli.signals import interruptible
+from equaltime.cli.standard_output import named_output, tell_os_error
 from equaltime.errors import EqualtimeError, RenderError
 from equaltime.startup import ready
 
@@ -51,8 +51,8 @@ app = typer.Typer(
 )
 
 
-def _interruptible(command: Callable[..., int]) -> Callable[..., int]:
-    """Let Ctrl-C say so: Typer would end without a word."""
+def _ending_in_words(command: Callable[..., int]) -> Callable[..., int]:
+    """Let Ctrl-C and broken pipes say so: Typer would end without a word."""
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
@@ -61,12 +61,14 @@ def _interruptible(command: Callable[..., int]) -> Callable[..., int]:
         except KeyboardInterrupt:
             print_error("interrupted")
             return 130
+        except OSError as error:
+            return tell_os_error(error)
 
     return run
 
 
 for _command in COMMANDS:
-    app.command(no_args_is_help=False)(_interruptible(_command))
+    app.command(no_args_is_help=False)(_ending_in_words(_command))
 
 
 @app.callback(invoke_without_command=True)
@@ -91,9 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
         ready()
-        with interruptible():
-            code = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
-        print(end="", flush=True)
+        with named_output(), interruptible():
+            code: int = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
         return code
     except KeyboardInterrupt:
         print_error("interrupted")
@@ -111,12 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error("not enough memory")
         return 1
     except OSError as error:
-        # the disk is full, or the reader has gone (``| head``), which is its right
-        if not isinstance(error, BrokenPipeError):
-            print_error(f"{error.filename or 'standard output'}: {error.strerror or error}")
-        # Python flushes stdout at exit, and would complain again
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        return tell_os_error(error)
     finally:
         # Python ends as if killed by Ctrl-C if one ever passed through an exec of text, as in a late import, though it
         # was caught: the next exec makes it forget.

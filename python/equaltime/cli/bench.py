@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +20,7 @@ from equaltime.cli.options import MaxDepth, Substitute
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 
 __all__ = ["bench", "share_bar"]
 
@@ -92,7 +92,7 @@ def bench(
     with share_bar() as progress:
         report = measure(loaded, threads, repeats, spp, chosen, progress)
     if as_json:
-        print(json.dumps(report.as_dict(), indent=2))
+        print(json_text(report.as_dict(), indent=2))
     else:
         _print(report)
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +14,7 @@ from equaltime.compare import Compared, Comparison
 from equaltime.compare import compare as compare_files
 from equaltime.cost.metrics import Measured
 from equaltime.cost.statistics import Interval
+from equaltime.strict_json import json_text
 
 __all__ = ["compare"]
 
@@ -40,7 +40,7 @@ def compare(
     """
     found = compare_files(a, b, reference)
     if as_json:
-        print(json.dumps(found.as_dict(), indent=2))
+        print(json_text(found.as_dict(), indent=2))
     else:
         _print(found)
     return 0

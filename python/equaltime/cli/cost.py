@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,6 +18,7 @@ from equaltime.cli.messages import print_error
 from equaltime.cli.options import Substitute
 from equaltime.cost.collection import Changes
 from equaltime.cost.making import split_strategies
+from equaltime.strict_json import json_text
 
 __all__ = ["cost"]
 
@@ -128,7 +128,8 @@ def cost(
 
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
-      { label = "any", peer = { command = "render {scene} {spp} {seed} {out}" } }]`
+      { label = "any", peer = { command = "render {scene} {spp} {seed} {out}", limit = "5min" } }]`;
+      without `limit`, a peer whose render takes longer than 20 times the budget and 60 s is ended
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;
@@ -161,7 +162,7 @@ def cost(
         print_error(f"interrupted; {recorded(output)}")
         return 130
     if as_json:
-        print(json.dumps(as_data(summary), indent=2, allow_nan=False))
+        print(json_text(as_data(summary), indent=2))
     else:
         print_summary(summary, output)
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from equaltime.cli.cost_output import as_data, recorded
@@ -11,6 +10,7 @@ from equaltime.cli.messages import print_error
 from equaltime.cost.collection import Changes, run_all
 from equaltime.cost.making import check_installed
 from equaltime.cost.report.index import Card
+from equaltime.strict_json import json_text
 
 __all__ = ["cost_folder"]
 
@@ -32,7 +32,7 @@ def cost_folder(source: Path, output: Path, changes: Changes, command: str, as_j
         print_error(f"interrupted; {recorded(output)}")
         return 130
     if as_json:
-        print(json.dumps(as_data(cards), indent=2, allow_nan=False))
+        print(json_text(as_data(cards), indent=2))
     else:
         print(f"wrote {output / 'index.html'}")
     return 1 if any(card.state == "failed" for card in cards) else 0

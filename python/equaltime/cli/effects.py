@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -24,6 +23,7 @@ from equaltime.errors import ImageError
 from equaltime.output_files import check_spares
 from equaltime.scene import load_file
 from equaltime.stated import other_depth
+from equaltime.strict_json import json_text
 
 __all__ = ["effects"]
 
@@ -76,7 +76,7 @@ def effects(
     with share_bar() as progress:
         found = measure_effects(loaded, quick, size, strategy, seed, threads, progress)
     if as_json:
-        print(json.dumps(found.as_dict(), indent=2))
+        print(json_text(found.as_dict(), indent=2))
     else:
         _print(found)
     if output is not None:

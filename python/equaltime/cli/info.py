@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -17,6 +16,7 @@ from equaltime.errors import ImageError
 from equaltime.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
+from equaltime.strict_json import json_text
 
 __all__ = ["info"]
 
@@ -24,7 +24,19 @@ FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Of what is told how many of each plugin there are."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
-    *("sources", "spp", "stopped_by", "error", "seconds", "paths", "rays", "shadow_rays", "threads", "kernel"),
+    *(
+        "sources",
+        "spp",
+        "stopped_by",
+        "error",
+        "radiance_range",
+        "seconds",
+        "paths",
+        "rays",
+        "shadow_rays",
+        "threads",
+        "kernel",
+    ),
     *("effects", "substitutions", "software", "build"),
 )
 """What is told of a saved render: keys of its record."""
@@ -53,7 +65,7 @@ def info(
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:
-        print(json.dumps(facts, indent=2))
+        print(json_text(facts, indent=2))
         return 0
     table = Table(show_header=False, box=None)
     for name, value in facts.items():
@@ -81,7 +93,7 @@ def _of_render(path: Path, as_json: bool) -> int:
     if not record:
         raise ImageError(f"{path}: was not rendered by equaltime")
     if as_json:
-        print(json.dumps(record, indent=2))
+        print(json_text(record, indent=2))
         return 0
     table = Table(show_header=False, box=None)
     for name in _OF_RENDERS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from equaltime.cli.options import Define, SceneFile, Substitute
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards
+from equaltime.strict_json import json_text
 
 __all__ = ["lint", "print_hazards", "summary"]
 
@@ -34,21 +34,22 @@ def lint(
     warnings = sum(finding.severity == "warning" for finding in findings)
     if as_json:
         data = {"scene": str(scene), "warnings": warnings, "notes": len(findings) - warnings}
-        print(json.dumps({**data, "findings": [finding.as_dict() for finding in findings]}, indent=2))
+        print(json_text({**data, "findings": [finding.as_dict() for finding in findings]}, indent=2))
     else:
         print("\n\n".join([*map(_told, findings), summary(findings) or "nothing found"]))
     return 1 if warnings else 0
 
 
-def print_hazards(scene: Scene) -> None:
-    """Print one line of what a quick look at the scene finds, if anything."""
+def print_hazards(scene: Scene) -> bool:
+    """Print one line of what a quick look at the scene finds, if anything; tell whether there is a warning in it."""
     try:
         findings = [finding for finding in hazards(scene, fast=True) if finding.check != "mended-files"]
     except ValueError:
-        return  # what cannot be rendered is told when it is built
+        return False  # what cannot be rendered is told when it is built
     if told := summary(findings):
         more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
         print(f"lint: {told}; see {more}", file=sys.stderr)
+    return any(finding.severity == "warning" for finding in findings)
 
 
 def summary(findings: Sequence[Finding]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,7 @@ from equaltime.cli.outcome import doubts, headline, wrote
 from equaltime.merge import merge as merge_files
 from equaltime.output_files import check_replaceable, check_spares
 from equaltime.result import check_output
+from equaltime.strict_json import json_text
 
 __all__ = ["merge"]
 
@@ -50,7 +50,7 @@ def merge(
         check_replaceable((output, picture), result.origin.scene, result.origin.digest)
     written = result.save(output, small)
     if as_json:
-        print(json.dumps({**result.record, "files": [str(path) for path in written]}, indent=2))
+        print(json_text({**result.record, "files": [str(path) for path in written]}, indent=2))
         return 0
     print_lines([headline(result), wrote(written), *doubts(result)])
     return 0

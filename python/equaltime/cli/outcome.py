@@ -96,6 +96,11 @@ def doubts(result: Result) -> list[str]:
         lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {result.samples.size} pixels have no sample")
+    if result.far_apart:
+        lines.append(
+            f"the image has {result.far_apart}: light of dim emitters may be missing where they alone shine; "
+            "render them by themselves, or pick lights alike (--strategy best,lights=uniform)"
+        )
     return lines
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from typing import Annotated
 
@@ -33,6 +32,7 @@ from equaltime.pilot import Quote
 from equaltime.quote import quote as quote_scene
 from equaltime.scene import load_file
 from equaltime.stated import Stated, stated
+from equaltime.strict_json import json_text
 
 __all__ = ["quote"]
 
@@ -85,7 +85,7 @@ def quote(
     with progress_bar(as_json) as progress:
         found = quote_scene(loaded, error, time, strategy, seed, threads, progress, why)
     if as_json:
-        print(json.dumps(found.as_dict(), indent=2))
+        print(json_text(found.as_dict(), indent=2))
     else:
         _print(found, why)
     return 0

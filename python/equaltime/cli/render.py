@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time as clock
 from contextlib import ExitStack
@@ -12,6 +11,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.arguments import Backend
+from equaltime.black_picture import black_picture, unwarned
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
@@ -53,6 +53,7 @@ from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Traps
 from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 from equaltime.tev import Viewer
 
 __all__ = ["render"]
@@ -169,13 +170,13 @@ def render(
     """
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
-    chosen = Strategy.parse(strategy)
+    chosen, warned = Strategy.parse(strategy), False
     picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     check_spares({output, picture}, loaded.files, "the scene is made of this file")
     if not quiet:
         print_warnings(loaded)
-        print_hazards(loaded)
+        warned = print_hazards(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     if not overwrite:
@@ -190,7 +191,7 @@ def render(
     # an impatient second Ctrl-C must not cost what the first one kept: from the last sample to the last word
     with ExitStack() as ending:
         try:
-            with progress_bar(quiet) as progress:
+            with progress_bar(quiet) as progress, unwarned():  # a black picture is told below, in a line
                 result = render_scene(
                     loaded,
                     spp,
@@ -226,6 +227,8 @@ def render(
             return 1
         writing = clock.perf_counter() - begin
         _tell_end(result, loaded, writing, files, viewer, quiet, told if as_json else None)
+        if not (quiet or warned) and (black := black_picture(result, loaded)):
+            print_warning(black)
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
@@ -246,7 +249,7 @@ def _tell_end(
     if viewer is not None and viewer.problem is not None:
         print_warning(viewer.problem)
     if told is not None:
-        print(json.dumps(_record(result, writing, files) | told, indent=2))
+        print(json_text(_record(result, writing, files) | told, indent=2))
     elif not quiet:
         print_lines([*_summary(result, writing, files), *left_by_interrupt(result, scene)])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, Final
 
@@ -16,6 +15,7 @@ from equaltime.replay import replay as replay_sample
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 
 __all__ = ["replay"]
 
@@ -60,7 +60,7 @@ def replay(
         path = replay_sample(loaded, pixel, sample, strategy=chosen, seed=seed, without=without or ())
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
-    print(json.dumps(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))
+    print(json_text(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))
     return 0
 
 

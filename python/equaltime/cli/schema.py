@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-
 from equaltime.scene.schema import scene_schema
+from equaltime.strict_json import json_text
 
 __all__ = ["schema"]
 
@@ -16,5 +15,5 @@ def schema() -> int:
 
     For instance: `equaltime schema > scene.schema.json`, and on the first line of a scene `#:schema scene.schema.json`
     """
-    print(json.dumps(scene_schema(), indent=1))
+    print(json_text(scene_schema(), indent=1))
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Annotated, get_args
 
@@ -17,6 +16,7 @@ from equaltime.selftest import CaseReport, SelfTest
 from equaltime.selftest import selftest as run
 from equaltime.selftest.judge import Outcome
 from equaltime.selftest.subjects import PeerName
+from equaltime.strict_json import json_text
 
 __all__ = ["selftest"]
 
@@ -51,7 +51,7 @@ def selftest(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     if as_json:
-        print(json.dumps(report.as_dict(), indent=2))
+        print(json_text(report.as_dict(), indent=2))
     else:
         _print(report)
     return 0 if report.passed else 1

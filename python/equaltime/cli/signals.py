@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import time
 from collections.abc import Iterator
@@ -30,10 +31,13 @@ def interruptible() -> Iterator[None]:
             raised = now
             raise KeyboardInterrupt
 
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
+        for number in before:  # inside the try: the first handler may raise before the second is installed
+            signal.signal(number, interrupt)
         yield
     finally:
+        raised = math.inf  # `interrupt` raises nothing from here on, so that both handlers are restored
         over()
         for number, handler in before.items():
             if signal.getsignal(number) is interrupt:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -106,15 +107,28 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
     """Run one experiment, and say what became of it."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
+    failure = Folder(folder).failure
     try:
+        failure.unlink(missing_ok=True)
         run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
+    except (EqualtimeError, OSError) as error:
+        return replace(card, state="failed", problem=str(error))
     except Exception as error:  # whatever it is, it must not cost the others
-        expected = isinstance(error, EqualtimeError | OSError)
-        if not expected:
-            _LOG.exception("%s failed", card.name)
-        kind = "" if expected else f"{type(error).__name__}: "
-        return replace(card, state="failed", problem=f"{kind}{error}")
+        _LOG.exception("%s failed", card.name)
+        kept = _keep_traceback(failure)
+        return replace(card, state="failed", problem=f"{type(error).__name__}: {error}{kept}")
+
+
+def _keep_traceback(path: Path) -> str:
+    """Write the traceback of the error that is being handled; return where it is, in brackets, if that worked."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(traceback.format_exc(), encoding="utf-8", errors="backslashreplace")
+    except OSError as error:
+        _LOG.warning("%s cannot be written: %s", path, error.strerror or error)
+        return ""
+    return f" (traceback in {path})"
 
 
 def _named(name: str, progress: ProgressCallback | None) -> ProgressCallback | None:

@@ -7,6 +7,7 @@ checked when it is made, and every problem is told together, by its path of keys
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,6 +15,7 @@ from pydantic import (
     AfterValidator,
     Field,
     ModelWrapValidatorHandler,
+    PrivateAttr,
     ValidationError,
     field_validator,
     model_validator,
@@ -85,6 +87,18 @@ class Peer(Value):
     sampler: str | None = None
     command: str | None = None
     """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
+    limit: Seconds | None = None
+    """Seconds that one render may take before the renderer is ended; if not given, 20 times the experiment's budget and
+    60 more, or an hour where sample counts are given."""
+
+    _duration = field_validator("limit", mode="before")(lambda value: _seconds(value))
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """Where an entry stands; two entries that differ in this alone are equal."""
+
+    place: str = field(default="", compare=False)
 
 
 class StrategyEntry(Value):
@@ -96,6 +110,18 @@ class StrategyEntry(Value):
     peer: Peer | None = None
     python: str | None = None
     """``FILE.py:NAME``, called with the label, gives an `equaltime.cost.subject.Subject`."""
+    _origin: _Origin = PrivateAttr(default_factory=_Origin)
+
+    @property
+    def place(self) -> str:
+        """``FILE:LINE: strategies[N]`` if the entry was read from a file, else empty."""
+        return self._origin.place
+
+    def at(self, place: str) -> Self:
+        """Return the entry with the place where it stands in its file."""
+        entry = self.model_copy()
+        entry._origin = _Origin(place)
+        return entry
 
     @field_validator("strategy", mode="before")
     @classmethod

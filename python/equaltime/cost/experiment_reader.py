@@ -61,10 +61,12 @@ def read_experiment(path: Path) -> Experiment:
         raise ExperimentError((Problem(f"{path}:{number}", message),)) from error
     except (ValueError, RecursionError) as error:
         raise ExperimentError((Problem(str(path), f"not well-formed TOML: {error}"),)) from error
+    lines = line_numbers(text)
     try:
-        return Experiment.model_validate(_located(table, path.parent))
+        experiment = Experiment.model_validate(_located(table, path.parent))
+        places = (_place(path, f"strategies[{number}]", lines) for number in range(len(experiment.strategies)))
+        return experiment.replace(strategies=tuple(map(StrategyEntry.at, experiment.strategies, places)))
     except ExperimentError as error:
-        lines = line_numbers(text)
         raise ExperimentError(tuple(Problem(_place(path, p.place, lines), p.message) for p in error.problems)) from None
 
 

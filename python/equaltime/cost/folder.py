@@ -4,17 +4,20 @@
 
     records.csv      one row for each checkpoint of each run (`record`)
     experiment.json  what is compared; what a continuation must agree with
+    experiment.lock  empty; locked by the process that runs the experiment
     provenance.json  machines and builds by the keys that records have; references; agreements; sessions; own_depths
     references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
                      its pixels have different numbers of samples (H, W); if the experiment wants them,
                      SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
+    failure.txt      traceback of an unexpected error that ended the last try, when it was one of many experiments
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,6 +30,8 @@ from equaltime import disk
 from equaltime.bench import build_facts, machine
 from equaltime.cost.experiment_problems import file_name
 from equaltime.errors import ExperimentError, Problem
+from equaltime.locks import try_lock
+from equaltime.strict_json import json_text
 
 __all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
@@ -81,8 +86,43 @@ class Folder:
         """Where sampling sends rays."""
         return self.path / "images" / "directions.npz"
 
+    @property
+    def failure(self) -> Path:
+        """Where the traceback of an unexpected error is kept."""
+        return self.path / "failure.txt"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Make the folder, and keep other processes from running an experiment in it; one at a time may `claim` it.
+
+        Raises
+        ------
+        ExperimentError
+            If another process runs one, or there are files that could be mistaken for ours.
+        """
+        try:
+            disk.make_folder(self.path)
+            self._refuse_foreign()
+            lock = os.open(self.path / "experiment.lock", os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise _refused(self.path, error.strerror or str(error)) from error
+        try:
+            self._lock(lock)
+            yield
+        finally:
+            os.close(lock)
+
+    def _lock(self, descriptor: int) -> None:
+        try:
+            try_lock(descriptor)
+        except BlockingIOError as error:
+            why = "another process runs its experiment; wait until that ends, or use another folder"
+            raise _refused(self.path, why) from error
+        except OSError as error:  # such as a network folder without locks
+            raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
+
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Make the folder that of the experiment with this ``identity``, or see that it already is.
+        """Make the folder that of the experiment with this ``identity``, or see that it already is; it must be locked.
 
         Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
         stays in the records. Whatever has the name of something there must be the same, and so must all else.
@@ -90,29 +130,29 @@ class Folder:
         Raises
         ------
         ExperimentError
-            If it holds another experiment, saying in what they differ, or files that could be mistaken for ours.
+            If it holds another experiment, saying in what they differ.
         """
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
             if self.experiment.exists():
                 before = _read_json(self.experiment)
-                joined = _joined(before.get("identity") or {}, json.loads(json.dumps(identity)))
+                joined = _joined(before.get("identity") or {}, json.loads(json_text(identity)))
                 self._compare(before.get("identity"), joined)
                 if joined != before.get("identity"):
                     self._write(self.experiment, {**before, "identity": joined})
-            elif found := [name for name in _OURS if (self.path / name).exists()]:
-                message = (
-                    f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
-                )
-                raise ExperimentError((Problem(str(self.path), message),))
             else:
                 text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
                 self._write(self.experiment, {"identity": identity, "experiment": text})
         except OSError as error:
-            raise ExperimentError((Problem(str(self.path), error.strerror or str(error)),)) from error
+            raise _refused(self.path, error.strerror or str(error)) from error
+
+    def _refuse_foreign(self) -> None:
+        found = [name for name in _OURS if (self.path / name).exists()]
+        if found and not self.experiment.exists():
+            why = f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
+            raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Add facts to the provenance."""
+        """Add facts to the provenance; the folder must be locked."""
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
@@ -137,21 +177,25 @@ class Folder:
         differing = [key for key in {**before, **now} if before.get(key) != now.get(key) and not key.startswith(added)]
         if differing:
             message = "{} is {} there, and {} now; use another folder, or remove this one"
-            texts = (message.format(key, *(json.dumps(side.get(key)) for side in (before, now))) for key in differing)
+            texts = (message.format(key, *(json_text(side.get(key)) for side in (before, now))) for key in differing)
             place = f"{self.path}: has records of another experiment"
             raise ExperimentError(tuple(Problem(place, text) for text in texts))
 
     def _write(self, path: Path, content: Mapping[str, Any]) -> None:
         with replacing(path) as file:
-            file.write(json.dumps(content, indent=2, ensure_ascii=False, default=str).encode())
+            file.write(json_text(content, indent=2, ensure_ascii=False, default=str).encode())
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
+
+
+def _refused(folder: Path, why: str) -> ExperimentError:
+    return ExperimentError((Problem(str(folder), why),))
 
 
 def machine_facts() -> dict[str, Any]:
@@ -163,7 +207,7 @@ def machine_facts() -> dict[str, Any]:
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
     """Return a short key that other facts do not have."""
-    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
+    return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 
 def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import fcntl
 import io
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -20,6 +19,7 @@ from typing import Any, Self
 
 from equaltime.disk import to_disk
 from equaltime.errors import ExperimentError, Problem
+from equaltime.locks import try_lock
 
 __all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
 
@@ -191,7 +191,7 @@ class Recorder:
 
     def _recover(self) -> tuple[Row, ...]:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try_lock(self._file)
         except OSError as error:
             raise ExperimentError((Problem(str(self._path), "another process is writing to it"),)) from error
         content = _whole_lines(self._path)

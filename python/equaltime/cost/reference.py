@@ -32,6 +32,7 @@ from equaltime.moments import squared_deviations
 from equaltime.render_file import read_picture
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 
 __all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
 
@@ -183,7 +184,7 @@ def write(path: Path, known: KnownReference) -> None:
     arrays: dict[str, Any] = {"mean": reference.mean, "variance": reference.variance}
     if reference.halves is not None:
         arrays |= {"half_0": reference.halves[0], "half_1": reference.halves[1]}
-    facts = json.dumps({"version": _VERSION, **known.facts})
+    facts = json_text({"version": _VERSION, **known.facts})
     with replacing(path) as file:
         np.savez(file, facts=np.array(facts), **arrays)
 

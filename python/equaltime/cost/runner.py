@@ -29,6 +29,7 @@ from equaltime.cost.single_run import SingleRun, now
 from equaltime.cost.subject import Checkpoint, Subject
 from equaltime.cost.subjects import close_subjects, make_subjects, scenes_of
 from equaltime.errors import ExperimentError, PeerError, Problem
+from equaltime.machine import worker_threads
 from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
@@ -78,20 +79,22 @@ def run(
     Raises
     ------
     ExperimentError
-        If a scene cannot be read, or the folder belongs to another experiment, build or machine.
+        If a scene cannot be read, or the folder belongs to another experiment, build or machine, or another process
+        runs an experiment in it.
     SceneError, StrategyError, RenderError
         If something cannot be rendered.
     """
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
-    threads = experiment.threads or len(os.sched_getaffinity(0))
+    threads = worker_threads(experiment.threads)
     place = Folder(folder)
-    place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
     try:
-        with Recorder(place.records) as recorder:
-            place.tidy()
-            _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
+        with place.locked():
+            place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
+            with Recorder(place.records) as recorder:
+                place.tidy()
+                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
     finally:
         close_subjects(subjects)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import logging
 import sys
 import traceback
 from collections.abc import Sequence
@@ -19,6 +20,8 @@ from equaltime.scene import Scene
 
 __all__ = ["close_subjects", "make_subjects", "scenes_of"]
 
+_LOG = logging.getLogger(__name__)
+
 
 def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
     """Read the scenes; if a peer takes part they get a box filter, the only one that means the same to everybody."""
@@ -33,15 +36,17 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     """Return what the strategies of an experiment stand for, in their order; raises ExperimentError with all problems.
 
-    Whether a peer is there at all is seen when it gets ready for a scene.
+    Names that no record can hold are problems, with their place in the experiment's file. Whether a peer is there at
+    all is seen when it gets ready for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
     for number, entry in enumerate(experiment.strategies):
         try:
-            subjects.append(_named(_subject(entry, experiment.folder)))
+            subjects.append(_checked(_subject(entry, experiment), entry.label))
         except ExperimentError as error:
-            problems += [Problem(f"strategies[{number}].{p.place}", p.message) for p in error.problems]
+            place = entry.place or f"strategies[{number}]"
+            problems += [Problem(f"{place}.{p.place}", p.message) for p in error.problems]
     if problems:
         raise ExperimentError(tuple(problems))
     return tuple(subjects)
@@ -54,22 +59,26 @@ def close_subjects(subjects: Sequence[Subject]) -> None:
             close()
 
 
-def _subject(entry: StrategyEntry, folder: Path) -> Subject:
+def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     if entry.strategy is not None:
         return CoreSubject(entry.label, entry.strategy)
     if entry.peer is not None:
         from equaltime.cost.peers import peer_subject
 
-        return peer_subject(entry.label, entry.peer, folder)
+        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
 
 
-def _named(subject: Subject) -> Subject:
-    """Return a subject whose name a record can hold; raises ExperimentError for another."""
-    if not isinstance(subject.name, str) or len(subject.name.splitlines()) != 1:
-        text = f"the name of a subject must be text of one line, found {subject.name!r}"
+def _checked(subject: Subject, label: str) -> Subject:
+    """Return a subject with names that records can hold and tell apart; raises ExperimentError for another."""
+    name, own_label = getattr(subject, "name", None), getattr(subject, "label", None)
+    if not isinstance(name, str) or not name or not name.isprintable():
+        text = f"the name of a subject must be text of one line without control characters, found {name!r}"
         raise ExperimentError((Problem("name", text),))
+    if own_label != label:
+        text = f"the label of a subject must be the one that it was made with, '{label}', found {own_label!r}"
+        raise ExperimentError((Problem("label", text),))
     return subject
 
 
@@ -81,7 +90,10 @@ def _own(label: str, place: str) -> Subject:
     make: Any = getattr(_module(Path(file)), name, None)
     if make is None:
         raise ExperimentError((Problem("python", f"{file} has no '{name}'"),))
-    subject: Subject = make(label)
+    try:
+        subject: Subject = make(label)
+    except Exception as error:
+        raise _told(Path(file), error) from error
     return subject
 
 
@@ -99,7 +111,16 @@ def _module(file: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
-        place = f"{file}:{lines[-1]}" if lines else str(file)
-        raise ExperimentError((Problem(place, f"{type(error).__name__}: {error}"),)) from error
+        raise _told(file, error) from error
     return module
+
+
+def _told(file: Path, error: Exception) -> ExperimentError:
+    """Log the traceback of an error in a user's file, from that file on; return the error with its line."""
+    frames, first = [*traceback.walk_tb(error.__traceback__)], error.__traceback__
+    lines = [line for frame, line in frames if frame.f_code.co_filename == str(file)]
+    while lines and first is not None and first.tb_frame.f_code.co_filename != str(file):
+        first = first.tb_next
+    _LOG.error("%s failed", file, exc_info=(type(error), error, first))
+    place = f"{file}:{lines[-1]}" if lines else str(file)
+    return ExperimentError((Problem("python", f"{place}: {type(error).__name__}: {error}"),))

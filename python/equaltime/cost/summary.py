@@ -7,7 +7,7 @@ wall clock from a run's first sample, and every number that was estimated is an 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -49,9 +49,9 @@ class StrategyResult:
     """Named biased: it may converge to something else."""
     repeats: int
     curve: Curve
-    time_to: Mapping[float, Interval]
+    time_to: Mapping[float, Interval] = field(hash=False)
     """Target error → seconds; ``inf`` if it is never reached. Notes say what is extrapolated."""
-    ratio: Mapping[float, Interval]
+    ratio: Mapping[float, Interval] = field(hash=False)
     """Target error → the baseline's time over this one's: above 1 this one is faster."""
     efficiency: Interval
     """The baseline's squared error x time over this one's, in the median of repeats: what typical runs do, however
@@ -140,7 +140,7 @@ class Summary:
     scenes: tuple[SceneResult, ...]
     targets: tuple[float, ...]
     """Errors to which times are given, largest first."""
-    provenance: Mapping[str, Any]
+    provenance: Mapping[str, Any] = field(hash=False)
     """Machine, build, dates, counts of runs."""
     verdict: str
     """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""

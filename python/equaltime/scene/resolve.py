@@ -40,9 +40,9 @@ class Resolved:
     """The model, if it is valid, and all valid parts with the objects that they came from."""
 
     model: SceneModel | None
-    shapes: list[Object]
+    shapes: list[Object] = field(hash=False)
     """Where the shapes of the model came from, in their order."""
-    parts: list[tuple[Object, Plugin]]
+    parts: list[tuple[Object, Plugin]] = field(hash=False)
 
 
 @dataclass(slots=True)

@@ -12,6 +12,14 @@ __all__ = ["line_numbers", "malformed", "nearest"]
 _HEADER: Final = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_.\- \"']+?)\s*\]\]?\s*(#.*)?$")
 _ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
 _LIST: Final = re.compile(r".*=\s*\[\s*(#.*)?$")
+_LITERAL: Final = re.compile(
+    r"#[^\n]*"  # a comment
+    r'|"{3}(?:[^\\]|\\.)*?"{3,5}'  # strings over several lines, which may end in two quotes of their own
+    r"|'{3}.*?'{3,5}"
+    r'|"(?:[^"\\\n]|\\.)*"'  # strings on one line
+    r"|'[^'\n]*'",
+    re.DOTALL,
+)
 _ERROR_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
 
 
@@ -24,7 +32,7 @@ def line_numbers(text: str) -> dict[str, int]:
     lines: dict[str, int] = {}
     counts: dict[str, int] = {}
     table = within = ""
-    for number, line in enumerate(text.split("\n"), start=1):
+    for number, line in enumerate(_LITERAL.sub(_begun, text).split("\n"), start=1):
         if within:
             within = _list_entry(line, number, within, lines, counts)
         elif header := _HEADER.match(line):
@@ -58,9 +66,15 @@ def malformed(error: tomllib.TOMLDecodeError, text: str) -> tuple[int, str]:
     return number, f"not well-formed TOML: {_ERROR_LINE.sub('', str(error)).strip()}"
 
 
+def _begun(literal: re.Match[str]) -> str:
+    """Leave of a string over several lines its beginning alone: what looks like a key in it is none."""
+    text = literal[0]
+    return text[:3] + re.sub(r"[^\n]", " ", text[3:]) if text.startswith(('"""', "'''")) else text
+
+
 def _list_entry(line: str, number: int, path: str, lines: dict[str, int], counts: dict[str, int]) -> str:
     """Note the entry of the list at ``path`` that the line begins; return the path, or nothing if the list ends."""
-    begin = line.lstrip()[:1]
+    begin = line.lstrip(", \t\r")[:1]
     if begin == "]":
         return ""
     if begin and begin != "#":

@@ -36,7 +36,7 @@ class Case:
     """Independent renders; their spread gives the error."""
     peer_spp: int | None = None
     """A peer's, if others: where we promise bits, one render shows them, but means take many."""
-    define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+    define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
     """Ours."""
     size: tuple[int, int] | None = None

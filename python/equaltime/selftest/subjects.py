@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.black_picture import unwarned
 from equaltime.cost.peers import MitsubaPeer
 from equaltime.errors import EqualtimeError, PeerError
 from equaltime.render import render
@@ -45,7 +46,8 @@ class OurSubject:
 
     def _image(self, scene: Scene, case: Case, seed: int, threads: int | None = None) -> Image:
         threads = self._threads if threads is None else threads
-        result = render(scene, case.spp, strategy=case.strategy, seed=_FIRST_SEED + seed, threads=threads)
+        with unwarned():  # some are black, as they should be
+            result = render(scene, case.spp, strategy=case.strategy, seed=_FIRST_SEED + seed, threads=threads)
         return uninterrupted(result).image
 
     def _changed(self, scene: Scene, case: Case) -> Image:

@@ -7,22 +7,28 @@ from pathlib import Path
 from equaltime.cost.experiment import Peer
 from equaltime.cost.peers.command import CommandPeer
 from equaltime.cost.peers.common import with_box_filter
+from equaltime.cost.peers.limits import time_limit
 from equaltime.cost.peers.mitsuba import MitsubaPeer
 
 __all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
 
 
-def peer_subject(label: str, peer: Peer, folder: Path = Path()) -> MitsubaPeer | CommandPeer:
+def peer_subject(
+    label: str, peer: Peer, folder: Path = Path(), budget: float | None = None
+) -> MitsubaPeer | CommandPeer:
     """Return the subject that an experiment's entry describes; a command is run in ``folder``, that of its file.
 
-    Raises PeerError for a command that cannot work.
+    Its time limit follows from the ``budget`` of a run if the entry has none. Raises PeerError for a command that
+    cannot work.
     """
+    limit = time_limit(budget) if peer.limit is None else peer.limit
     if peer.command is not None:
-        return CommandPeer(label, peer.command, folder)
+        return CommandPeer(label, peer.command, folder, limit)
     default = MitsubaPeer(label)
     return MitsubaPeer(
         label,
         variant=peer.variant or default.variant,
         integrator=peer.integrator or default.integrator,
         sampler=peer.sampler or default.sampler,
+        limit=limit,
     )

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.black_picture import unwarned
 from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare
 from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT
@@ -113,8 +114,7 @@ def check(
 
     theirs = means((_one(peer, _FIRST_SEED + seed, _SPP) for seed in range(seeds)), 0)
     if ours is None:
-        results = (uninterrupted(render(small, _OUR_SPP, seed=seed, threads=threads)) for seed in range(seeds))
-        ours = means((result.image for result in results), seeds)
+        ours = means((_our_image(small, seed, threads) for seed in range(seeds)), seeds)
     _, _, width, height = small.model.sensor.film.crop
     note = str(getattr(peer, "reference_note", ""))
     return Gate(compare(theirs, ours), ours, level, (width, height), seeds, note)
@@ -207,6 +207,11 @@ def _small(scene: Scene) -> Scene:
     scale = min(1.0, _SIDE / max(width, height))
     size = (max(round(width * scale), _BLOCK), max(round(height * scale), _BLOCK))
     return with_box_filter(scene.with_(size=size))
+
+
+def _our_image(scene: Scene, seed: int, threads: int) -> NDArray[np.float32]:
+    with unwarned():
+        return uninterrupted(render(scene, _OUR_SPP, seed=seed, threads=threads)).image
 
 
 def _one(peer: Subject, seed: int, spp: int) -> NDArray[np.float32]:

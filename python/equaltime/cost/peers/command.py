@@ -21,6 +21,10 @@ The command is taken apart as a shell would (quotes work) and run without one. T
 The pixel filter must be a box. What the command writes to stdout may end in a JSON object, as that of ``equaltime
 render --json`` does: then its ``seconds`` and ``cpu_seconds`` are the times of rendering alone, and its ``spp`` is the
 count that was taken. Else the time is that of the whole process, with all that it loads.
+
+A command that takes longer than 20 times the experiment's budget and 60 seconds is ended, with all that it started, and
+the experiment stops with an error. ``peer.limit = "30min"`` sets another limit. It is an hour for an experiment that
+gives sample counts.
 """
 
 from __future__ import annotations
@@ -45,11 +49,14 @@ from numpy.typing import NDArray
 
 from equaltime import images
 from equaltime.cost.peers.common import checked_image, render_seed, uneven_samples, with_box_filter
+from equaltime.cost.peers.limits import DEFAULT_LIMIT, limited
 from equaltime.cost.peers.process import end, ending, tail
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import ImageError, PeerError
+from equaltime.machine import allowed_processors, worker_threads
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.strict_json import json_text
 
 __all__ = ["WORDS", "CommandPeer"]
 
@@ -68,6 +75,8 @@ class CommandPeer:
     command: str
     folder: Path = Path()
     """Where the command is run."""
+    limit: float = DEFAULT_LIMIT
+    """Seconds that one run of the command may take; one that takes longer is ended."""
     renderer: RendererKind = field(default="command", init=False)
     biased: bool = field(default=False, init=False)
     _arguments: list[str] = field(init=False, repr=False)
@@ -145,7 +154,7 @@ class CommandPeer:
             "height": str(height),
             "max_depth": str(scene.max_depth),
             "python": sys.executable,
-            "threads": str(self._threads or os.cpu_count()),
+            "threads": str(worker_threads(self._threads)),
         }
         if "{json}" in self.command:
             integrator = {"type": "path", "max_depth": scene.max_depth}
@@ -155,7 +164,7 @@ class CommandPeer:
                 plain = mitsuba_dict(scene.model, scene.assets) | {"integrator": integrator}
             except ValueError as error:
                 raise PeerError(f"{self.label}: {error}") from error
-            (folder / "scene.json").write_text(json.dumps(plain))
+            (folder / "scene.json").write_text(json_text(plain))
         filled = [_WORD.sub(lambda match: values[match[1]], part) for part in self._arguments]
         return filled, Path(values["out"] + suffix)
 
@@ -173,12 +182,16 @@ class CommandPeer:
                     start_new_session=True,
                 )
             try:
-                _, status, usage = os.wait4(process.pid, 0)
+                with limited(process, self.limit, self.label):
+                    _, status, usage = os.wait4(process.pid, 0)
+                    process.returncode = os.waitstatus_to_exitcode(status)
+            except PeerError as error:
+                words = f"\n  {shlex.join(arguments)}{tail(stderr) or tail(stdout)}"
+                raise PeerError(f"{error}{words}") from error
             except BaseException:
                 end(process)
                 raise
             wall = perf_counter() - begin
-            process.returncode = os.waitstatus_to_exitcode(status)
             if process.returncode != 0:
                 raise PeerError(
                     f"{self.label}: the command ended with {ending(process.returncode)}: {shlex.join(arguments)}"
@@ -229,7 +242,7 @@ def _json_object(text: str) -> Mapping[str, Any]:
 @contextmanager
 def _confined(threads: int) -> Iterator[None]:
     """Let processes that are started in here run on so many processors at most, 0 for all, where the system can."""
-    allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+    allowed = allowed_processors()
     confine = 0 < threads < len(allowed)
     try:
         if confine:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import hashlib
-import json
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -17,11 +16,13 @@ import numpy as np
 
 from equaltime.cost.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
 from equaltime.cost.peers.common import checked_image, render_seed
+from equaltime.cost.peers.limits import DEFAULT_LIMIT
 from equaltime.cost.peers.process import Worker
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import PeerError
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.strict_json import json_text
 
 __all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]
 
@@ -53,6 +54,8 @@ class MitsubaPeer:
     """From where on roulette may end a path; the scene's (5, if it does not say) if not given."""
     python: str = sys.executable
     """A Python that has Mitsuba and equaltime."""
+    limit: float = DEFAULT_LIMIT
+    """Seconds that one answer may take: starting, loading, or one render; a process that takes longer is ended."""
     renderer: RendererKind = field(default="mitsuba", init=False)
     biased: bool = field(default=False, init=False)
     version: str = field(default="", init=False)
@@ -95,12 +98,12 @@ class MitsubaPeer:
         except ValueError as error:
             raise PeerError(f"{self.label}: {error}") from error
         plain["sensor"]["film"]["rfilter"] = {"type": "box"}
-        text = json.dumps([plain, integrator])
+        text = json_text([plain, integrator])
         self._scene, self._key = scene, hashlib.sha256(text.encode()).hexdigest()
         if self._key not in self._setup:
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "scene.json"
-                file.write_text(json.dumps(plain))
+                file.write_text(json_text(plain))
                 loaded = self._ask("load", key=self._key, file=str(file), integrator=integrator, sampler=self.sampler)
             _, compiled = self._render(0, _TO_WARM_UP)
             self._setup[self._key] = starting + loaded["seconds"] + compiled
@@ -132,7 +135,8 @@ class MitsubaPeer:
         if self._worker is not None and self._worker.running and threads == self._threads:
             return 0.0
         self.close()
-        self._worker = Worker([self.python, "-m", "equaltime.cost.peers.mitsuba_worker"], f"{self.label} (Mitsuba)")
+        command = [self.python, "-m", "equaltime.cost.peers.mitsuba_worker"]
+        self._worker = Worker(command, f"{self.label} (Mitsuba)", self.limit)
         self._threads = threads
         started = self._ask("start", variant=self.variant, threads=threads)
         self.version = started["version"]

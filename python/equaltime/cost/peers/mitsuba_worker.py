@@ -22,7 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import PeerError
+from equaltime.machine import worker_threads
 from equaltime.scene.mitsuba_dict import with_transforms
+from equaltime.strict_json import json_text
 
 __all__ = ["MitsubaWorker", "samples_per_pass", "serve"]
 
@@ -79,7 +81,7 @@ class MitsubaWorker:
         except ImportError as error:
             raise PeerError(NO_LLVM.format(variant) if "LLVM" in str(error) else str(error)) from error
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
-        self._threads = threads or drjit.thread_count()
+        self._threads = worker_threads(threads)
         drjit.set_thread_count(self._threads)
         self._mitsuba, self._drjit, self._compiles = mitsuba, drjit, not variant.startswith("scalar")
         if self._compiles:
@@ -149,7 +151,7 @@ def serve(worker: MitsubaWorker) -> None:
             answer = {"error": str(error)}
         except Exception as error:  # whatever goes wrong in Mitsuba is told, with its name
             answer = {"error": f"{type(error).__name__}: {error}"}
-        answers.write(json.dumps(answer) + "\n")
+        answers.write(json_text(answer) + "\n")
         answers.flush()
 
 

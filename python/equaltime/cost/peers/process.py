@@ -11,7 +11,9 @@ import tempfile
 from collections.abc import Sequence
 from typing import IO, Any
 
+from equaltime.cost.peers.limits import limited, send_to_all
 from equaltime.errors import PeerError
+from equaltime.strict_json import json_text
 
 __all__ = ["Worker", "end", "ending", "tail"]
 
@@ -29,8 +31,7 @@ def tail(file: IO[bytes]) -> str:
 def end(process: subprocess.Popen[Any]) -> None:
     """End a process that leads a session of its own, with all that it started."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, kind)
+        send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(patience)
             return
@@ -42,8 +43,8 @@ class Worker:
     It has a session of its own, so that Ctrl-C reaches it only through `close`. When its input ends, so does it.
     """
 
-    def __init__(self, command: Sequence[str], who: str) -> None:
-        self._who = who
+    def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
+        self._who, self._limit = who, limit
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         self._process = subprocess.Popen(
             command,
@@ -60,15 +61,15 @@ class Worker:
         return self._process.poll() is None
 
     def ask(self, do: str, **question: Any) -> dict[str, Any]:
-        """Send a question and wait for its answer; raises PeerError if that is an error, or the process ended."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
+        """Send a question and return its answer.
+
+        Raises PeerError if the answer is an error, the process ended, or the time limit is over: that ends the process.
+        """
         try:
-            self._process.stdin.write(json.dumps({"do": do, **question}) + "\n")
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
-        except BrokenPipeError:
-            line = ""
+            with limited(self._process, self._limit, self._who):
+                line = self._exchange(json_text({"do": do, **question}))
+        except PeerError as error:
+            raise PeerError(f"{error}{tail(self._stderr)}") from error
         if not line:
             code = self._process.wait()
             raise PeerError(f"{self._who}: its process ended with {ending(code)}{tail(self._stderr)}")
@@ -76,6 +77,17 @@ class Worker:
         if "error" in answer:
             raise PeerError(f"{self._who}: {answer['error']}")
         return answer
+
+    def _exchange(self, question: str) -> str:
+        """Write a line and read one; empty if the process has ended."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        try:
+            self._process.stdin.write(question + "\n")
+            self._process.stdin.flush()
+            return self._process.stdout.readline()
+        except BrokenPipeError:
+            return ""
 
     def close(self) -> None:
         """End the process."""

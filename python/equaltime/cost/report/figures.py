@@ -10,6 +10,7 @@ import numpy as np
 
 from equaltime.cost.extras import optional
 from equaltime.cost.report.curves import INK, draw_curves
+from equaltime.cost.report.figure_files import write_figure
 from equaltime.cost.report.gallery import Window
 from equaltime.cost.report.looks import Look
 from equaltime.cost.report.pictures import Pictures, exposed
@@ -38,13 +39,7 @@ def write_figures(
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:
         drawn[f"{slug}-crops"] = draw_comparison(scene, pictures, crops)
-    folder.mkdir(parents=True, exist_ok=True)
-    names = []
-    for name, figure in drawn.items():
-        for suffix, metadata in ((".pdf", {"CreationDate": None}), (".png", {})):
-            figure.savefig(folder / f"{name}{suffix}", dpi=200, facecolor="white", metadata=metadata)
-            names.append(f"{folder.name}/{name}{suffix}")
-    return tuple(names)
+    return tuple(file for name, figure in drawn.items() for file in write_figure(figure, folder, name))
 
 
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:

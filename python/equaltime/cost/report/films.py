@@ -19,6 +19,7 @@ from equaltime.cost.report.looks import Look
 from equaltime.cost.report.pictures import exposed
 from equaltime.cost.report.words import percent, seconds
 from equaltime.cost.summary import SceneResult
+from equaltime.disk import replacing
 from equaltime.errors import EqualtimeError
 
 __all__ = ["FilmView", "Reel", "film_view", "write_animation"]
@@ -82,15 +83,17 @@ def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> 
     lasts = [*np.diff(times), _REST_MS / 1000.0]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{slug}-forming.webp"
-    pictures[0].save(
-        path,
-        save_all=True,
-        append_images=pictures[1:],
-        duration=[max(_LEAST_MS, round(1000.0 * float(last))) for last in lasts],
-        loop=0,
-        quality=_QUALITY,
-        method=2,
-    )
+    with replacing(path) as file:
+        pictures[0].save(
+            file,
+            "WEBP",
+            save_all=True,
+            append_images=pictures[1:],
+            duration=[max(_LEAST_MS, round(1000.0 * float(last))) for last in lasts],
+            loop=0,
+            quality=_QUALITY,
+            method=2,
+        )
     return (f"{folder.name}/{path.name}",)
 
 

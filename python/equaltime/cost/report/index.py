@@ -48,7 +48,7 @@ class _View:
     """An ``<svg>`` element, safe as it is."""
     shown: str = ""
     """What the chart shows."""
-    looks: Mapping[str, Look] = field(default_factory=dict)
+    looks: Mapping[str, Look] = field(default_factory=dict, hash=False)
     beside: Table | None = None
     facts: str = ""
 

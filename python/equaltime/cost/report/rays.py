@@ -15,6 +15,7 @@ from equaltime.cost.directions import WO, Rays, read_directions
 from equaltime.cost.extras import optional
 from equaltime.cost.report.charts import themed
 from equaltime.cost.report.curves import GRID, INK, MUTED
+from equaltime.cost.report.figure_files import write_figure
 from equaltime.cost.report.looks import LIGHT
 from equaltime.cost.report.words import percent
 from equaltime.cost.summary import Summary
@@ -69,13 +70,7 @@ def rays_view(summary: Summary, folder: Path) -> RaysView | None:
 
 def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
     """Write the pictures as PDF and PNG; return the names of the files."""
-    folder.mkdir(parents=True, exist_ok=True)
-    figure = draw_rays(directions, len(directions))
-    names = []
-    for suffix, metadata in ((".pdf", {"CreationDate": None}), (".png", {})):
-        figure.savefig(folder / f"directions{suffix}", dpi=200, facecolor="white", metadata=metadata)
-        names.append(f"{folder.name}/directions{suffix}")
-    return tuple(names)
+    return write_figure(draw_rays(directions, len(directions)), folder, "directions")
 
 
 def draw_rays(directions: Directions, columns: int) -> Figure:

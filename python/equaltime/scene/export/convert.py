@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from equaltime.disk import beside, give_new_name
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, relative
@@ -47,6 +48,7 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
         return relative(path, file.parent) + ("" if inside is None else f"#{inside}")
 
     text = FORMATS[file.suffix.lower()](scene_dict(model, name))
-    with file.open("x", encoding="utf-8", newline="\n") as output:
-        output.write(text)
+    with beside(file) as fresh:
+        fresh.write_text(text, encoding="utf-8", newline="\n")
+        give_new_name(fresh, file)
     return file, *folder.written

@@ -5,12 +5,16 @@ from __future__ import annotations
 import filecmp
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from equaltime.disk import beside, give_new_name
 
 __all__ = ["Folder", "relative", "write_ply"]
 
@@ -40,21 +44,23 @@ class Folder:
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
         """Return a file in here that `write` has written; one with the same content that is there already will do."""
         self.path.mkdir(parents=True, exist_ok=True)
-        fresh = self.path / f".{name}.part"
-        write(fresh)
-        try:
-            stem, suffix = Path(name).stem, Path(name).suffix
-            target, number = self.path / name, 1
-            while target.exists():
-                if filecmp.cmp(fresh, target, shallow=False):
+        with beside(self.path / name) as fresh:
+            write(fresh)
+            for target in self._names(name):
+                with suppress(FileExistsError):
+                    give_new_name(fresh, target)
+                    self.written.append(target)
                     return target
-                number += 1
-                target = self.path / f"{stem}-{number}{suffix}"
-            fresh.rename(target)
-        finally:
-            fresh.unlink(missing_ok=True)
-        self.written.append(target)
-        return target
+                if target.exists() and filecmp.cmp(fresh, target, shallow=False):
+                    return target
+        raise AssertionError("there is always another name")
+
+    def _names(self, name: str) -> Iterator[Path]:
+        """Yield the names for a file: its own, then numbered ones."""
+        yield self.path / name
+        stem, suffix = Path(name).stem, Path(name).suffix
+        for number in count(2):
+            yield self.path / f"{stem}-{number}{suffix}"
 
 
 def write_ply(

@@ -27,7 +27,7 @@ from equaltime.scene.model import (
     ThinDielectric,
 )
 
-__all__ = ["check_lights"]
+__all__ = ["FAR_APART", "check_lights"]
 
 AWAY = 1e-12
 """What lies before a light by less than this share of the scene's size, a few roundings, lies in its plane."""

@@ -1,0 +1,70 @@
+"""Warns of a picture that is black everywhere: its error is stated as 0 %, and it is rarely what was meant."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from equaltime.errors import SceneError
+from equaltime.result import Result
+from equaltime.scene import Scene
+from equaltime.scene.lint import Finding, lint
+from equaltime.scene.model import Aov, Depth, Integrator
+
+__all__ = ["EqualtimeWarning", "black_picture", "unwarned", "warn_if_black"]
+
+_REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
+"""Findings of lint that make a picture black."""
+
+
+class EqualtimeWarning(UserWarning):
+    """A result may not be what was meant, such as a picture that is black everywhere."""
+
+
+def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
+    """Return the result, after a warning if its picture is black everywhere; ``stacklevel`` is that of the caller."""
+    if message := black_picture(result, scene):
+        warnings.warn(message, EqualtimeWarning, stacklevel + 1)
+    return result
+
+
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Let renders inside warn of nothing."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", EqualtimeWarning)
+        yield
+
+
+def black_picture(result: Result, scene: Scene) -> str:
+    """Return what to tell of a picture that is black everywhere; empty for another, or if its error says enough.
+
+    The error says enough where it is not 0, unless the camera is inside a closed surface. A scene that asks for outputs
+    beside the image alone wants no light.
+    """
+    if result.image.any() or _wants_no_light(scene.model.integrator):
+        return ""
+    findings = _findings(scene)
+    if result.error.high != 0.0 and not any(finding.check == "camera-enclosed" for finding in findings):
+        return ""
+    told = f"the picture is black everywhere, with an error of {result.error}: no sample has met any light"
+    if not findings:
+        return f"{told}; look at where the camera is and what emits light"
+    return "; ".join([told, *map(_told, findings)])
+
+
+def _wants_no_light(integrator: Integrator) -> bool:
+    return isinstance(integrator, Depth) or (isinstance(integrator, Aov) and not integrator.integrators)
+
+
+def _findings(scene: Scene) -> list[Finding]:
+    """Return what lint finds that makes a picture black."""
+    with suppress(SceneError, ValueError):  # of a file that is gone
+        return [finding for finding in lint(scene, fast=True) if finding.check in _REASONS]
+    return []
+
+
+def _told(finding: Finding) -> str:
+    where = f" ({', '.join(finding.where)})" if finding.where else ""
+    return f"{finding.check}: {finding.what}{where}; you can {finding.advice}"

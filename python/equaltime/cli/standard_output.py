@@ -1,0 +1,62 @@
+"""Standard output whose errors say that they are its own: those of files and sockets may have no name either."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import IO, Any
+
+from equaltime.cli.messages import print_error
+
+__all__ = ["OutputError", "named_output", "tell_os_error"]
+
+
+class OutputError(OSError):
+    """Standard output takes nothing any more: the disk is full, or the reader has gone (``| head``)."""
+
+    def __init__(self, reason: OSError) -> None:
+        super().__init__(reason.errno, reason.strerror or str(reason), "standard output")
+        self.unread = isinstance(reason, BrokenPipeError)
+        """Whether the reader has gone, which is its right."""
+
+
+class _Named:
+    """A text stream whose errors in writing are `OutputError`."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        try:
+            return self._stream.write(text)
+        except OSError as error:
+            raise OutputError(error) from error
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            raise OutputError(error) from error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextmanager
+def named_output() -> Iterator[None]:
+    """Let failures to write to standard output be `OutputError`."""
+    with redirect_stdout(_Named(sys.stdout)):
+        yield
+        print(end="", flush=True)
+
+
+def tell_os_error(error: OSError) -> int:
+    """Print what the system refused, and where; return the exit code. After an `OutputError`, the output is closed."""
+    if isinstance(error, OutputError):
+        # Python flushes stdout at exit, and would complain again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if not (isinstance(error, OutputError) and error.unread):
+        print_error(f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error))
+    return 1

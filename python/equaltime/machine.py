@@ -1,0 +1,83 @@
+"""What this machine lets the process have: processors and memory, or fewer where a container limits them."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+__all__ = ["allowed_processors", "memory_bytes", "processors", "resident_bytes", "worker_threads"]
+
+_GROUPS = Path("/sys/fs/cgroup")
+_OWN = Path("/proc/self/cgroup")
+
+
+def worker_threads(wanted: int) -> int:
+    """Return how many threads work where ``wanted`` are asked for: 0 means one for each processor."""
+    return wanted or processors()
+
+
+def processors(groups: Path = _GROUPS) -> int:
+    """Return how many processors this process may use: those it may run on, or the share of time that a container has.
+
+    A share of 1.5 processors counts as 2.
+    """
+    present = len(allowed_processors()) or os.cpu_count() or 1
+    return min([present, *(max(1, math.ceil(share)) for share in _shares(groups))])
+
+
+def allowed_processors() -> set[int]:
+    """Return the processors that this process may run on; empty where the system does not tell."""
+    return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+
+
+def memory_bytes(groups: Path = _GROUPS) -> int:
+    """Return the bytes of memory that this process may have: the machine's, or fewer where a container limits it."""
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    names = ("memory.max", "memory.limit_in_bytes")
+    limits = (_numbers(folder / name) for folder in _folders("memory", groups) for name in names)
+    return min([present, *(limit[0] for limit in limits if limit)])
+
+
+def resident_bytes() -> int:
+    """Return what this process has in memory now; 0 where the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
+
+
+def _shares(groups: Path) -> Iterator[float]:
+    """Yield the processor time per time that each cgroup around this process may have at most."""
+    for folder in _folders("cpu", groups):
+        limit = _numbers(folder / "cpu.max") or [
+            *_numbers(folder / "cpu.cfs_quota_us"),
+            *_numbers(folder / "cpu.cfs_period_us"),
+        ]
+        if len(limit) == 2 and min(limit) > 0:
+            yield limit[0] / limit[1]
+
+
+def _folders(controller: str, groups: Path) -> Iterator[Path]:
+    """Yield the folders of the cgroups around this process, in versions 1 and 2, whether they are there or not."""
+    inner = [""]
+    try:
+        for line in _OWN.read_text().splitlines():
+            _, names, path = line.split(":", 2)
+            if not names or controller in names.split(","):
+                inner.append(path.lstrip("/"))
+    except (OSError, ValueError):
+        pass
+    for path in inner:
+        for step in (Path(path), *Path(path).parents):
+            yield groups / step
+            yield groups / controller / step
+
+
+def _numbers(file: Path) -> list[int]:
+    """Return the numbers in a file of a cgroup; none if there is no such file, or no limit (``max``)."""
+    try:
+        return [int(word) for word in file.read_text().split()]
+    except (OSError, ValueError):
+        return []

@@ -1,0 +1,34 @@
+"""JSON that every reader takes: what the package prints and writes has no NaN and no Infinity."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+__all__ = ["json_text"]
+
+
+def json_text(
+    data: object,
+    *,
+    indent: int | None = None,
+    sort_keys: bool = False,
+    ensure_ascii: bool = True,
+    default: Callable[[Any], object] | None = None,
+) -> str:
+    """Return data as JSON; a number that is not finite becomes null. The options are those of `json.dumps`."""
+    return json.dumps(
+        _finite(data), allow_nan=False, indent=indent, sort_keys=sort_keys, ensure_ascii=ensure_ascii, default=default
+    )
+
+
+def _finite(data: object) -> object:
+    if isinstance(data, float):
+        return data if math.isfinite(data) else None
+    if isinstance(data, Mapping):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return data
