@@ -186,6 +186,7 @@ def test_only_one_process_writes_at_a_time(path: Path) -> None:
         (",core,0,0,", ",core,2,0,", r"records\.csv:2: no record: biased cannot be '2'"),
         (",0 8 64 40,", ",0 8 64,", r"records\.csv:2: no record: crop cannot be '0 8 64'"),
         (",core,", ",", r"records\.csv:2: no record: it has 34 cells, not 35"),
+        ('"the ""best"""', '"the ""best" "x', r"records\.csv:2: no record"),
         (",64,48,", ",,48,", r"records\.csv:2: no record: width cannot be ''"),
         (",0,2147483647,1,4", ",0,2147483647,0,2", r"records\.csv:3: the same checkpoint of the same run as line 2"),
     ],

@@ -240,7 +240,7 @@ def _parse(content: bytes, path: Path) -> tuple[Row, ...]:
     for number, line in enumerate(lines[1:], start=2):
         try:
             row = _row(_split(line), columns)
-        except (KeyError, ValueError) as error:
+        except (KeyError, ValueError, csv.Error) as error:
             problems.append(Problem(f"{path}:{number}", f"no record: {error}"))
             continue
         if before := seen.get((row.key, row.checkpoint)):
@@ -258,7 +258,10 @@ def _split(line: str) -> list[str]:
 
 def _columns(line: str) -> tuple[str, ...]:
     """Return the columns that the first line of a file names; none if they are not those of records."""
-    found = tuple(_split(line))
+    try:
+        found = tuple(_split(line))
+    except csv.Error:
+        return ()
     return found if found in (COLUMNS, _BEFORE) else ()
 
 
