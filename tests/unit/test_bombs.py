@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import pytest
 
@@ -78,3 +80,29 @@ def test_copies_that_no_data_places(tmp_path: Path) -> None:
         "scene": 0,
     }
     assert "900000 copies without data" in _refused(tmp_path / "bomb.gltf", json.dumps(scene))
+
+
+def _doubled(leaf: Any, join: Callable[[Any], Any]) -> Any:
+    for _ in range(40):
+        leaf = join(leaf)
+    return leaf
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "a": bsdf, "b": bsdf}),
+        _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "bsdfs": [bsdf, bsdf]}),
+        {"type": "sphere", "center": _doubled([1.0], lambda numbers: [numbers, numbers])},
+        {"type": "sphere", "to_world": _doubled([1.0], lambda numbers: [numbers, numbers])},
+    ],
+    ids=["objects", "lists of objects", "numbers", "steps"],
+)
+def test_dictionaries_and_lists_that_share_parts(part: dict[str, Any]) -> None:
+    started = process_time()
+    with pytest.raises(
+        et.SceneError, match=r"dictionaries and lists are used again and again; the limit for this"
+    ) as e:
+        et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "part": part})
+    assert process_time() - started < SECONDS
+    assert len(str(e.value)) < 1000

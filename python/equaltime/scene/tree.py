@@ -12,10 +12,26 @@ from typing import NamedTuple
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.model import Kind
 
-__all__ = ["MAX_DEPTH", "MOST_INCLUDES", "Alias", "Child", "Node", "Object", "Place", "Reference", "Report", "Value"]
+__all__ = [
+    "FREE_ENTRIES",
+    "MAX_DEPTH",
+    "MOST_INCLUDES",
+    "USES_OF_EACH",
+    "Alias",
+    "Child",
+    "Node",
+    "Object",
+    "Place",
+    "Reference",
+    "Report",
+    "Value",
+]
 
 MAX_DEPTH = 64
 """How deep objects may be nested; real scenes need about five levels, a hostile file must not exhaust the stack."""
+FREE_ENTRIES = 4096
+USES_OF_EACH = 64
+"""What references and shared parts may make of a scene: so many objects, and so many for each of its own."""
 MOST_INCLUDES = 15
 """How deep files may include files, as in Mitsuba."""
 
