@@ -16,7 +16,7 @@ from equaltime.errors import Problem, SceneError
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
-from equaltime.scene.changes import changed, deep
+from equaltime.scene.changes import changed, deep, several
 from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
@@ -26,6 +26,7 @@ from equaltime.scene.extents import seen_whole
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
+from equaltime.scene.known import shortened
 from equaltime.scene.merged import unmerged
 from equaltime.scene.model import Plugin, SceneModel
 from equaltime.scene.motion import closed_shutter, still
@@ -191,16 +192,25 @@ class Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
         A new size without a crop renders the whole film. A new path length makes another problem, whose error says
-        nothing of the scene's own (`own_max_depth`). Raises SceneError for values that make no sense.
+        nothing of the scene's own (`own_max_depth`).
+
+        Raises
+        ------
+        SceneError
+            For values that make no sense.
+        ValueError
+            If a size or a crop has more or fewer of them.
         """
         model, film = self.model, self.model.sensor.film
         changes: dict[str, Any] = {}
         if size is not None:
-            changes |= {"width": size[0], "height": size[1]}
-            crop = crop or (0, 0, *size)
+            width, height = several("size", size, ("width", "height"))
+            changes |= {"width": width, "height": height}
+            crop = (0, 0, width, height) if crop is None else crop
         if crop is not None:
+            values = several("crop", crop, ("x", "y", "width", "height"))
             names = ("crop_offset_x", "crop_offset_y", "crop_width", "crop_height")
-            changes |= dict(zip(names, crop, strict=True))
+            changes |= dict(zip(names, values, strict=True))
         if changes:
             model = changed(model, sensor=changed(model.sensor, film=changed(film, **changes)))
         if max_depth is not None:
@@ -251,8 +261,12 @@ def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene
     ------
     SceneError
         With every problem that was found, each with its path of keys.
+    TypeError
+        If it is no dictionary.
 
     """
+    if not isinstance(scene, Mapping):
+        raise TypeError(f"expected a dictionary with 'type': 'scene', found {shortened(scene, 80)}")
     started = perf_counter()
     report, search = Report(), Search(Path.cwd())
     return _finish(read_dict(scene, report, search), report, None, search, started, substitute=substitute)
