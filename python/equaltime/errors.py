@@ -98,12 +98,17 @@ class RenderError(EqualtimeError):
 class BrightImage(RenderError):
     """A pixel is more than float32 can hold; ``result`` has infinity there, and all samples."""
 
-    def __init__(self, message: str, result: object = None) -> None:
-        self.result = result
-        super().__init__(message)
+    def __init__(self, pixel: str, value: float, result: object = None, kept: str = "") -> None:
+        self.pixel, self.value, self.result, self.kept = pixel, value, result, kept
+        where = f" (infinite in {kept}, which has all samples)" if kept else ""
+        super().__init__(f"{pixel} is {value:.3g}{where}, more than an image of float32 can hold")
 
     def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
-        return type(self), (str(self), self.result)
+        return type(self), (self.pixel, self.value, self.result, self.kept)
+
+    def with_result(self, result: object, kept: str = "") -> Self:
+        """Return the error with another result, and the file where that is kept if it is."""
+        return type(self)(self.pixel, self.value, result, kept)
 
 
 class SampleError(RenderError):

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
-from equaltime.errors import BrightImage
 from equaltime.float32 import as_float32, beyond_float32
 from equaltime.focus import Focus
 from equaltime.images import Window
@@ -321,6 +320,7 @@ def make_result(
         parts=parts,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
-    if (beyond := beyond_float32(pixels.mean, (origin.window.x, origin.window.y))) is not None:
-        raise BrightImage(f"{origin.scene}: {beyond}" if origin.scene else beyond, result)
+    beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")
+    if beyond is not None:
+        raise beyond.with_result(result)
     return result

@@ -226,7 +226,7 @@ class Session:
             )
         except BrightImage as error:
             found = cast(Result, error.result)
-            raise BrightImage(str(error), replace(found, moments=moments.copy())) from None
+            raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
         """Raise `SampleError`, with the result so far if there is to be one, if a sample went wrong."""

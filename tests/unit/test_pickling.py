@@ -29,7 +29,7 @@ CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
         ExperimentError((Problem("e.toml", "wrong"),)),
         NonFiniteSample((1, 2), 3, 4, None, ("equaltime", "replay", "a b.xml")),
         FaultySample((1, 2), 3, 4, None, (), "division by zero"),
-        BrightImage("pixel 0,0 is 1e39", None),
+        BrightImage("pixel 0,0", 1e39, None, "a.exr"),
     ],
 )
 def test_an_error_survives_pickling(error: EqualtimeError) -> None:

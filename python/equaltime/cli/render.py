@@ -225,9 +225,9 @@ def render(
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
         writing = clock.perf_counter() - begin
+        if isinstance(failure, BrightImage):
+            raise failure.with_result(result, str(output))
         _tell_end(result, loaded, writing, files, viewer, quiet, told if as_json else None)
-    if isinstance(failure, BrightImage):
-        raise RenderError(f"{failure}; the render is in {output}, with infinity there")
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)

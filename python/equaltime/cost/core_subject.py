@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from equaltime.core_renderer import bad_sample, core_settings, make_renderer
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import pixel_statistics
-from equaltime.errors import RenderError
 from equaltime.float32 import as_float32, beyond_float32
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -58,7 +57,7 @@ class CoreSubject:
         ------
         NonFiniteSample
             If a sample was not a number.
-        RenderError
+        BrightImage
             If float32 cannot hold the image.
         """
         assert self._scene is not None, "prepare comes first"
@@ -74,8 +73,9 @@ class CoreSubject:
             if renderer.nonfinite:
                 raise bad_sample(scene, self.strategy, seed, renderer)
             pixels = pixel_statistics(renderer.moments)
-            if (beyond := beyond_float32(pixels.mean, scene.model.sensor.film.crop[:2])) is not None:
-                raise RenderError(f"{scene.source or ''}: {self.label}: {beyond}".removeprefix(": "))
+            where = ": ".join(filter(None, (str(scene.source or ""), self.label)))
+            if (beyond := beyond_float32(pixels.mean, scene.model.sensor.film.crop[:2], where)) is not None:
+                raise beyond
             counters = renderer.counters
             yield Checkpoint(
                 spp=spp,

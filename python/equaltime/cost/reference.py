@@ -28,7 +28,7 @@ from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.cost.noisy_reference import Noise
 from equaltime.error_estimate import pixel_statistics
-from equaltime.errors import ExperimentError, ImageError, Problem, RenderError
+from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.float32 import beyond_float32
 from equaltime.moments import squared_deviations
 from equaltime.render_file import read_picture
@@ -113,12 +113,13 @@ def render(
 
     Raises
     ------
-    RenderError
+    NonFiniteSample, BrightImage
         If a sample is not a number, or float32 cannot hold the image.
     """
     strategy = with_roulette(Strategy.parse(REFERENCE_STRATEGY), scene)
     renderers = [make_renderer(scene, strategy, seed, threads) for seed in _SEEDS]
-    samples, begin, corner = _FIRST_SAMPLES, time.perf_counter(), scene.model.sensor.film.crop[:2]
+    samples, begin = _FIRST_SAMPLES, time.perf_counter()
+    corner, where = scene.model.sensor.film.crop[:2], ": ".join(filter(None, (str(scene.source or ""), "reference")))
 
     share = 0.0
 
@@ -132,8 +133,8 @@ def render(
             renderer.advance(samples, None, tell)
             if renderer.nonfinite:
                 raise bad_sample(scene, strategy, seed, renderer)
-            if (beyond := beyond_float32(pixel_statistics(renderer.moments).mean, corner)) is not None:
-                raise RenderError(f"{scene.source or 'the scene'}: the reference cannot be measured against: {beyond}")
+            if (beyond := beyond_float32(pixel_statistics(renderer.moments).mean, corner, where)) is not None:
+                raise beyond
         reference = _join([renderer.moments for renderer in renderers])
         found, passed = math.sqrt(max(reference.relmse, 0.0)), time.perf_counter() - begin
         share = min(1.0, (error / found) ** 2) if found > 0.0 else 1.0
