@@ -6,6 +6,7 @@ import filecmp
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -41,8 +42,8 @@ class Folder:
         """Return a file in here that `write` has written; one with the same content that is there already will do."""
         self.path.mkdir(parents=True, exist_ok=True)
         fresh = self.path / f".{name}.part"
-        write(fresh)
         try:
+            write(fresh)
             stem, suffix = Path(name).stem, Path(name).suffix
             target, number = self.path / name, 1
             while target.exists():
@@ -53,6 +54,8 @@ class Folder:
             fresh.rename(target)
         finally:
             fresh.unlink(missing_ok=True)
+            with suppress(OSError):  # it is not empty
+                self.path.rmdir()
         self.written.append(target)
         return target
 
