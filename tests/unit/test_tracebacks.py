@@ -32,3 +32,11 @@ def test_lint_of_a_mesh_that_is_scaled_to_infinity(tmp_path: Path) -> None:
     )
     with pytest.raises(et.SceneError, match="to infinity"):
         lint(et.load(path))
+
+
+def test_a_black_body_that_is_too_hot(tmp_path: Path) -> None:
+    path = tmp_path / "s.xml"
+    hot = '<spectrum type="blackbody" name="radiance"><float name="temperature" value="1e300"/></spectrum>'
+    path.write_text(f'<scene version="3.0.0">\n<emitter type="constant">\n{hot}</emitter></scene>')
+    with pytest.raises(et.SceneError, match=r"s\.xml:3: .*expected finite numbers in a spectrum"):
+        et.load(path)
