@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Final, cast
 
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
 __all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
+MOST_NAMES: Final = 256
+LONGEST_NAME: Final = 100
+"""Names to compare a word with, and letters of a word: comparing takes their product, and a scene may have many."""
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
     "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
@@ -63,6 +66,8 @@ def a(noun: str) -> str:
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that `word` most likely was meant to be, if one is near."""
     names = sorted(known)
+    if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
+        return None
     for candidate in (word, word.lower()):
         if found := difflib.get_close_matches(candidate, names, n=1, cutoff=0.6):
             return found[0]
