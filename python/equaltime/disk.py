@@ -48,6 +48,11 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         to_disk(temporary)  # a machine that stops after the renaming must find the whole file
         os.replace(temporary, path)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # a write knows no name, and NumPy's no number either
+        raise OSError(error.errno or errno.EIO, error.strerror or str(error), str(path)) from error
     finally:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)

@@ -210,7 +210,10 @@ class Recorder:
 
     def _write(self, line: bytes) -> None:
         size = os.fstat(self._file).st_size
-        written = os.write(self._file, line)
+        try:
+            written = os.write(self._file, line)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
         if written != len(line):  # a full disk takes what fits
             os.ftruncate(self._file, size)
             raise OSError(errno.ENOSPC, "no space left for a record", str(self._path))

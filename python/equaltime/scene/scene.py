@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any, Final
 
 from equaltime import _core
-from equaltime.errors import Problem, SceneError
+from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
@@ -153,7 +153,15 @@ class Scene:
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The core's scene, built at the first use; raises SceneError if the core cannot use it."""
+        """The core's scene, built at the first use.
+
+        Raises
+        ------
+        SceneError
+            If the core cannot use it.
+        RenderError
+            If there is not enough memory, or there are not enough threads, to build it.
+        """
         started = perf_counter()
         try:
             core = compile_scene(self.model, self.assets, _core.SceneBuilder())
@@ -162,6 +170,11 @@ class Scene:
             raise SceneError((Problem(str(place), str(error)),)) from error
         except ValueError as error:
             raise SceneError((self._problem(str(error)),)) from error
+        except RuntimeError as error:
+            if not str(error).startswith("Embree"):
+                raise
+            problem = f"not enough memory or threads to build the scene ({error})"
+            raise RenderError(f"{self.source}: {problem}" if self.source else problem) from error
         self.assets.release()
         self._seconds["build"] = perf_counter() - started
         return core
