@@ -11,6 +11,7 @@ import csv
 import errno
 import fcntl
 import io
+import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
@@ -103,6 +104,8 @@ _ADDED = {"doubt"}
 """Columns that files of earlier versions lack. A file keeps the columns that it began with."""
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
+_LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
+"""The least that these numbers may be; none may be infinite."""
 _FLAGS = {"0": False, "1": True}
 _READERS: dict[str, Callable[[str], Any]] = {
     "str": str,
@@ -271,7 +274,14 @@ def _columns(line: str) -> tuple[str, ...]:
 def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
     if len(cells) != len(columns):
         raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
-    return Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
+    row = Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
+    for name, least in _LEAST.items():
+        if not least <= getattr(row, name) < math.inf:
+            raise ValueError(f"{name} must be at least {least}, found {getattr(row, name)}")
+    x, y, width, height = row.crop
+    if min(x, y) < 0 or min(width, height) < 1 or x + width > row.width or y + height > row.height:
+        raise ValueError(f"crop must lie in the image of {row.width}x{row.height}, found {row.crop}")
+    return row
 
 
 def _value(name: str, cell: str) -> Any:
