@@ -26,6 +26,7 @@ from equaltime.cost import cost
 from equaltime.effects import PriceList, effects
 from equaltime.error_estimate import Estimate
 from equaltime.errors import (
+    BrightImage,
     EffectError,
     EqualtimeError,
     ExperimentError,
@@ -53,6 +54,7 @@ from equaltime.strategy import Strategy
 from equaltime.tev import Viewer
 
 __all__ = [
+    "BrightImage",
     "EffectError",
     "EqualtimeError",
     "EqualtimeWarning",

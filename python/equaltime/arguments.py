@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from equaltime.scene import Scene, load, load_dict
+from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.stopping import StopRule
 
@@ -84,7 +85,9 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, Mapping):
-        return load_dict(dict(scene))
+        return load_dict(scene)
+    if not isinstance(scene, str | os.PathLike):
+        raise TypeError(f"a scene is a Scene, the path of a file or a dictionary; found {shortened(scene, 80)}")
     return load(Path(scene))
 
 

@@ -118,7 +118,7 @@ def compare(a: File, b: File, reference: File | None = None) -> Comparison:
     ImageError
         If a file cannot be read, lacks a channel, has a pixel that is not finite, or is of another size.
     """
-    files = [_File.read(path) for path in (a, b, reference) if path is not None]
+    files = [_File.read(path) for path in ((a, b) if reference is None else (a, b, reference))]
     _check_sizes(files)
     truth = files[-1]
     subjects = files[:-1]

@@ -87,6 +87,11 @@ def beside(path: Path) -> Iterator[Path]:
     descriptor = _locked(temporary)
     try:
         yield temporary
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # a write knows no name, and NumPy's no number either
+        raise OSError(error.errno or errno.EIO, error.strerror or str(error), str(path)) from error
     finally:
         with suppress(OSError):  # the disk's own complaint counts
             temporary.unlink(missing_ok=True)

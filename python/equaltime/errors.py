@@ -9,6 +9,7 @@
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
     ├── ImageError          an image file cannot be read, written, taken up or merged
     └── RenderError
+        ├── BrightImage     a pixel is more than float32 can hold; carries the result
         ├── SampleError     a sample went wrong; carries what replays it
         │   ├── NonFiniteSample  it was NaN or infinite
         │   └── FaultySample     it raised a floating-point fault, and these are looked for
@@ -23,6 +24,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 __all__ = [
+    "BrightImage",
     "EffectError",
     "EqualtimeError",
     "ExperimentError",
@@ -91,6 +93,22 @@ class ImageError(EqualtimeError):
 
 class RenderError(EqualtimeError):
     """Rendering failed after it had begun."""
+
+
+class BrightImage(RenderError):
+    """A pixel is more than float32 can hold; ``result`` has infinity there, and all samples."""
+
+    def __init__(self, pixel: str, value: float, result: object = None, kept: str = "") -> None:
+        self.pixel, self.value, self.result, self.kept = pixel, value, result, kept
+        where = f" (infinite in {kept}, which has all samples)" if kept else ""
+        super().__init__(f"{pixel} is {value:.3g}{where}, more than an image of float32 can hold")
+
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
+        return type(self), (self.pixel, self.value, self.result, self.kept)
+
+    def with_result(self, result: object, kept: str = "") -> Self:
+        """Return the error with another result, and the file where that is kept if it is."""
+        return type(self)(self.pixel, self.value, result, kept)
 
 
 class SampleError(RenderError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
 
-__all__ = ["complaint", "excess", "opened", "read_part", "reason"]
+__all__ = ["complaint", "excess", "opened", "read_part", "reason", "started"]
 
 MOST_INFLATED: Final = 1032
 """By what factor zlib can compress at most, which is about what any format of images reaches."""
@@ -52,10 +52,23 @@ def utf8(path: str | os.PathLike[str]) -> str:
     return name
 
 
+def started(make: Callable[[], Any]) -> Any:
+    """Return what OpenImageIO makes; its first use fails without a word where it may have no threads, and only that."""
+    made = make()
+    return make() if made is None and not _complains() else made
+
+
+def _complains() -> bool:
+    try:
+        return bool(oiio.geterror(False))
+    except UnicodeDecodeError:  # it quotes a file
+        return True
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
-    source = oiio.ImageInput.open(utf8(path))
+    source = started(lambda: oiio.ImageInput.open(utf8(path)))
     if source is None:
         raise ImageError(f"{path}: {reason(oiio, path)}")
     try:

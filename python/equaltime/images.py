@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from equaltime.disk import replacing
 from equaltime.errors import ImageError
-from equaltime.image_files import complaint, excess, opened, reason, utf8
+from equaltime.image_files import complaint, excess, opened, reason, started, utf8
 
 __all__ = [
     "RGB",
@@ -172,9 +172,10 @@ class Part:
 def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
     """Write the parts as they are, whole or not at all; raises `ImageError`."""
     specs = tuple(part.spec(window) for part in parts)
-    output = oiio.ImageOutput.create(file_format)
+    output = started(lambda: oiio.ImageOutput.create(file_format))
     if output is None:
-        raise ImageError(f"{path}: {complaint(oiio)}")
+        said = complaint(oiio) or "OpenImageIO does not start, as where memory or threads are short"
+        raise ImageError(f"{path}: cannot write: {said}")
     try:
         with replacing(path) as temporary:
             done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])

@@ -30,7 +30,10 @@ __all__ = ["Progressive", "progressive"]
 
 
 class Progressive:
-    """A render that is going on; iterating gives its `Result` so far at the end of every pass."""
+    """A render that is going on; iterating gives its `Result` so far at the end of every pass.
+
+    One thread at a time may iterate; `cancel` may be called from any.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session

@@ -149,6 +149,8 @@ def render(
         If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written.
     NonFiniteSample
         If a sample was NaN or infinite: after its pass, with the result so far.
+    BrightImage
+        If a pixel is more than float32 can hold: with the result so far.
     FaultySample
         The same for a sample that raised a floating-point fault, if these are looked for.
     RenderError

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
-from equaltime.errors import RenderError
+from equaltime.float32 import as_float32, beyond_float32
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.output_files import keep_work
@@ -307,15 +307,20 @@ def make_result(
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
     The result shares ``moments`` with the caller.
+
+    Raises
+    ------
+    BrightImage
+        With the result, if float32 cannot hold the image.
     """
     begin = time.perf_counter()
-    image = _as_float32(pixels.mean, origin)
+    image = as_float32(pixels.mean)
     errors = standard_error(pixels)
     brightest = max((look.brightest for look in looks), default=0.0)
     error = stated_error(pixels, hidden, brightest=brightest).with_bias(bias)
     stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
     missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
-    return Result(
+    result = Result(
         image,
         errors,
         pixels.samples,
@@ -333,16 +338,7 @@ def make_result(
         parts=parts,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
-
-
-def _as_float32(mean: NDArray[np.float64], origin: Origin) -> NDArray[np.float32]:
-    """Return the image as files hold it; raises RenderError, with the first pixel, if a value is beyond float32."""
-    with np.errstate(over="ignore"):
-        image = mean.astype(np.float32)
-    beyond = np.argwhere(~np.isfinite(image))
-    if len(beyond):
-        y, x, channel = (int(number) for number in beyond[0])
-        place = f"{origin.scene}: " if origin.scene else ""
-        where = f"pixel {origin.window.x + x},{origin.window.y + y}"
-        raise RenderError(f"{place}{where} is {mean[y, x, channel]:.3g}, more than an image of float32 can hold")
-    return image
+    beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")
+    if beyond is not None:
+        raise beyond.with_result(result)
+    return result

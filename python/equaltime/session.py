@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
 from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
 from equaltime.error_estimate import Estimate, pixel_statistics
-from equaltime.errors import ImageError, RenderError
+from equaltime.errors import BrightImage, ImageError, RenderError
 from equaltime.images import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
@@ -117,7 +117,7 @@ class Session:
 
         If ``path`` is given, what is done so far is saved there every so many seconds, within passes too; ``unsaved``
         is called with why, where that fails, once until it has been done again. After Ctrl-C the result is what was
-        finished; raises `KeyboardInterrupt` if that is nothing, and `SampleError` with the result so far.
+        finished; raises `KeyboardInterrupt` if that is nothing, `SampleError` or `BrightImage` with the result so far.
         """
         if path is not None:
             takes = _SECONDS_A_PIXEL * self.passes.pixels
@@ -141,7 +141,11 @@ class Session:
 
     def _save(self, path: Path) -> None:
         with put_off():  # or Ctrl-C would leave half a picture
-            self._snapshot("unfinished").save(path)  # a copy of the film would be the peak of memory
+            try:
+                self._snapshot("unfinished").save(path)  # a copy of the film would be the peak of memory
+            except BrightImage as error:
+                cast(Result, error.result).save(path)
+                raise
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
@@ -176,7 +180,7 @@ class Session:
         return self._stop if error is None else Stop("look", error)
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return what is done so far; raises `SampleError` with it if a sample went wrong.
+        """Return what is done so far; raises `SampleError` or `BrightImage` with it if something went wrong.
 
         The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
         """
@@ -207,18 +211,22 @@ class Session:
             build=build_info(),
         )
         moments = self._renderer.moments
-        return make_result(
-            pixel_statistics(moments),
-            stats,
-            stopped_by,
-            self._origin,
-            moments,
-            self.passes.looks.made,
-            self.bias,
-            self._renderer.position,
-            self._unseen,
-            stop=stop,
-        )
+        try:
+            return make_result(
+                pixel_statistics(moments),
+                stats,
+                stopped_by,
+                self._origin,
+                moments,
+                self.passes.looks.made,
+                self.bias,
+                self._renderer.position,
+                self._unseen,
+                stop=stop,
+            )
+        except BrightImage as error:
+            found = cast(Result, error.result)
+            raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
         """Raise `SampleError`, with the result so far if there is to be one, if a sample went wrong."""

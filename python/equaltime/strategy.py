@@ -121,7 +121,11 @@ class Strategy(BaseModel):
         ------
         StrategyError
             With every unknown name and value, each with the nearest known one.
+        TypeError
+            If it is no text.
         """
+        if not isinstance(text, str | Path):
+            raise TypeError(f"a strategy is a Strategy, or text such as 'best,sampler=sobol'; found {text!r}")
         if isinstance(text, Path) or text.endswith(".toml"):
             return _from_file(Path(text))
         preset: str = "best"

@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime.checkpoint import Checkpoint
+from equaltime.cli import main
+from equaltime.cost import reference
+from equaltime.cost.core_subject import CoreSubject
 from equaltime.error_estimate import PixelStatistics, image_error
 from equaltime.machine import memory_bytes
 
@@ -23,6 +27,52 @@ def _scene(radiance: float) -> et.Scene:
 def test_an_image_that_float32_cannot_hold_is_an_error_with_its_pixel(radiance: float) -> None:
     with pytest.raises(et.RenderError, match=r"pixel 0,0 is .*, more than an image of float32 can hold"):
         et.render(_scene(radiance), spp=2, threads=1)
+
+
+def test_a_render_that_float32_cannot_hold_is_kept_and_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, output = tmp_path / "bright.toml", tmp_path / "bright.exr"
+    file.write_text(
+        '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 4, height = 4 }\n'
+        '[sky]\ntype = "constant"\nradiance = 3.5e38\n'
+    )
+    command = ["render", str(file), "-o", str(output), "-q"]
+    assert main([*command, "--spp", "2"]) == 1
+    said = f"pixel 0,0 is 3.5e+38 (infinite in {output}, which has all samples), more than an image of float32 can hold"
+    assert capsys.readouterr() == ("", f"error: {file}: {said}\n")
+    kept = Checkpoint.read(output)
+    assert kept.moments["mean"].min() == pytest.approx(3.5e38, rel=1e-3)
+    assert kept.record["samples"]["max"] == 2
+    assert main([*command, "--spp", "4", "--resume"]) == 1
+    assert Checkpoint.read(output).record["samples"]["max"] == 4
+    assert main([*command[:3], str(tmp_path / "other.exr"), "-q", "--spp", "2", "--seed", "1"]) == 1
+    capsys.readouterr()
+    assert main(["merge", str(output), str(tmp_path / "other.exr"), "-o", str(tmp_path / "both.exr")]) == 1
+    assert f"{file}: pixel 0,0 is 3.5e+38, more" in capsys.readouterr().err
+    with pytest.raises(et.ImageError, match=r"bright\.exr: pixel 0,0 is not finite: R is inf"):
+        et.compare(output, output)
+
+
+def test_a_checkpoint_that_float32_cannot_hold_is_kept_and_ends_the_render(tmp_path: Path) -> None:
+    with pytest.raises(et.BrightImage) as caught:
+        et.render(_scene(4e38), spp=2**20, time=60.0, threads=1, checkpoint=tmp_path / "c.exr", checkpoint_every=0.01)
+    assert isinstance(caught.value.result, et.Result)
+    assert caught.value.result.stopped_by == "unfinished"
+    kept = Checkpoint.read(tmp_path / "c.exr")
+    np.testing.assert_array_equal(kept.moments, np.asarray(caught.value.result.moments))
+
+
+@pytest.mark.parametrize("radiance", [3.5e38, 1e155, 1e200, 1e306])
+@pytest.mark.filterwarnings("error")
+def test_an_experiment_does_not_measure_what_float32_cannot_hold(radiance: float) -> None:
+    scene = _scene(radiance)
+    with pytest.raises(et.RenderError, match=r"^reference: pixel 0,0 is .*, more than an image of float32 can hold"):
+        reference.render(scene, error=0.1, seconds=5.0)
+    subject = CoreSubject("mis", et.Strategy.parse("mis"))
+    subject.prepare(scene, 1)
+    with pytest.raises(et.RenderError, match=r"mis: pixel 0,0 is .*, more than an image of float32 can hold"):
+        list(subject.run(1, [2]))
 
 
 @pytest.mark.parametrize("exponent", [-400, 400])

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import json
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import pytest
 
@@ -65,16 +68,169 @@ def test_what_many_shapes_share_is_no_bomb(tmp_path: Path) -> None:
     assert sum(node.kind == "bsdf" for node in model.nodes()) == 2  # what is used often is visited once
 
 
-def test_copies_that_no_data_places(tmp_path: Path) -> None:
-    accessor = {"componentType": 5126, "count": 900_000, "type": "VEC3"}
-    gpu = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
-    scene = {
+MILLION = 1 << 20
+POSITIONS: dict[str, Any] = {"componentType": 5126, "count": MILLION, "type": "VEC3"}
+TRIANGLE = {**POSITIONS, "count": 3}
+COPIES = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}
+SPARSE = {
+    "count": 1,
+    "indices": {"bufferView": 0, "componentType": 5121},
+    "values": {"bufferView": 0},
+}
+
+
+def _gltf(**parts: Any) -> str:
+    whole = {
         "asset": {"version": "2.0"},
-        "extensionsUsed": list(gpu),
-        "accessors": [accessor, {**accessor, "count": 3}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 1}}]}],
-        "nodes": [{"mesh": 0, "extensions": gpu}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
         "scenes": [{"nodes": [0]}],
         "scene": 0,
+        **parts,
     }
-    assert "900000 copies without data" in _refused(tmp_path / "bomb.gltf", json.dumps(scene))
+    return json.dumps(whole)
+
+
+def _bytes(count: int) -> dict[str, Any]:
+    uri = "data:;base64," + base64.b64encode(bytes(count)).decode()
+    return {"buffers": [{"byteLength": count, "uri": uri}], "bufferViews": [{"buffer": 0, "byteLength": count}]}
+
+
+def _primitives(positions: Iterable[int], **more: Any) -> list[dict[str, Any]]:
+    return [{"primitives": [{"attributes": {"POSITION": index}, **more} for index in positions]}]
+
+
+COPIED = {"extensionsUsed": list(COPIES), "nodes": [{"mesh": 0, "extensions": COPIES}]}
+GLTF = {
+    "copies without data": ({**COPIED, "accessors": [TRIANGLE, {**POSITIONS, "count": 900_000}]}, "900000 copies"),
+    "copies that share data": (
+        {
+            **COPIED,
+            **_bytes(12 * 4000),
+            "accessors": [TRIANGLE, {**POSITIONS, "count": 4000, "bufferView": 0}],
+            "nodes": COPIED["nodes"] * 500,
+            "scenes": [{"nodes": list(range(500))}],
+        },
+        "32000 copies of nodes in all; the limit for a file of this size is",
+    ),
+    "primitives that share an accessor": (
+        {"accessors": [POSITIONS], "meshes": _primitives([0] * 200)},
+        "2097152 elements that primitives use",
+    ),
+    "accessors without data": (
+        {"accessors": [POSITIONS] * 2000, "meshes": _primitives(range(2000))},
+        "elements without data that primitives use in all",
+    ),
+    "small accessors without data": (
+        {"accessors": [{**POSITIONS, "count": 3000}] * 2000, "meshes": _primitives(range(2000))},
+        "elements without data that primitives use in all",
+    ),
+    "indices without data": (
+        {
+            "accessors": [TRIANGLE, {"componentType": 5125, "count": MILLION, "type": "SCALAR"}],
+            "meshes": _primitives([0] * 9, indices=1),
+        },
+        "elements that primitives use in all",
+    ),
+    "morph targets without data": (
+        {"accessors": [POSITIONS], "meshes": _primitives([0], targets=[{"POSITION": 0, "NORMAL": 0}] * 200)},
+        "2097152 elements that primitives use",
+    ),
+    "sparse accessors": (
+        {**_bytes(16), "accessors": [{**POSITIONS, "sparse": SPARSE}] * 100, "meshes": _primitives(range(100))},
+        "elements that primitives use in all",
+    ),
+    "nodes with two ways to each": (
+        {"accessors": [TRIANGLE], "nodes": [{"children": [i + 1, i + 1]} for i in range(40)] + [{"mesh": 0}]},
+        "nodes[0].children: a node is listed more than once",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", GLTF)
+def test_gltf_parts_that_stand_nowhere_or_are_shared(tmp_path: Path, name: str) -> None:
+    parts, words = GLTF[name]
+    assert words in _refused(tmp_path / "bomb.gltf", _gltf(**parts))
+
+
+def test_sparse_morph_targets_may_have_zeros_for_each_vertex(tmp_path: Path) -> None:
+    """The twin: fifty expressions of a face."""
+    count = 30_000
+    face = {**POSITIONS, "count": count, "bufferView": 0}
+    target = {**POSITIONS, "count": count, "sparse": SPARSE}
+    targets = [{"POSITION": 1, "NORMAL": 1}] * 50
+    path = tmp_path / "face.gltf"
+    path.write_text(_gltf(**_bytes(12 * count), accessors=[face, target], meshes=_primitives([0], targets=targets)))
+    assert len(et.load(path).model.shapes) == 1
+
+
+def test_toml_includes_that_double_with_each_level(tmp_path: Path) -> None:
+    for level in range(14):
+        (tmp_path / f"f{level}.toml").write_text(f'include = ["f{level + 1}.toml"' + f', "f{level + 1}.toml"' * 7 + "]")
+    (tmp_path / "f14.toml").write_text("")
+    message = _refused(tmp_path / "bomb.toml", 'include = "f0.toml"\n[sensor]\ntype = "perspective"\n')
+    assert "included again and again" in message
+
+
+def test_a_spectrum_that_many_parts_name_is_read_once(tmp_path: Path) -> None:
+    (tmp_path / "long.spd").write_text("".join(f"{400 + 0.001 * i} 1\n" for i in range(100_000)))
+    part = "<bsdf type='diffuse'><spectrum name='reflectance' filename='long.spd'/></bsdf>"
+    path = tmp_path / "scene.xml"
+    path.write_text(f"{HEAD}{part * 100}</scene>")
+    started = process_time()
+    assert et.load(path).model.sensor.type == "perspective"
+    assert process_time() - started < 2 * SECONDS
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        "".join(
+            f"<bsdf type='diffuse' id='q{i}'/><shape type='sphere'><ref id='nope{i}'/></shape>" for i in range(3000)
+        ),
+        "<shape type='sphere'>" + "".join(f"<float name='r{i}' value='1'/>" for i in range(20_000)) + "</shape>",
+        "<shape type='sphere' " + " ".join(f"a{i}='1'" for i in range(20_000)) + "/>",
+        f"<shape type='sphere'><ref id='{'q' * 100_000}'/></shape>",
+        f"<shape type='sphere'><string name='{'q' * 100_000}' value='{'w' * 100_000}'/></shape>",
+    ],
+    ids=["references", "parameters", "attributes", "a name", "a value"],
+)
+def test_as_many_problems_are_told_as_anybody_reads(tmp_path: Path, parts: str) -> None:
+    message = _refused(tmp_path / "broken.xml", f"{HEAD}{parts}</scene>")
+    assert message.count("\n") <= 100
+    assert max(map(len, message.splitlines())) < 3000
+
+
+def test_as_many_warnings_are_told_as_anybody_reads(tmp_path: Path) -> None:
+    path = tmp_path / "odd.xml"
+    stray = f"stray<path value='{tmp_path}'/>\n"
+    path.write_text(f"{HEAD}{stray * 300}</scene>")
+    warnings = et.load(path).warnings
+    assert len(warnings) == 101
+    assert warnings[-1] == "and 200 more warnings"
+
+
+def _doubled(leaf: Any, join: Callable[[Any], Any]) -> Any:
+    for _ in range(40):
+        leaf = join(leaf)
+    return leaf
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "a": bsdf, "b": bsdf}),
+        _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "bsdfs": [bsdf, bsdf]}),
+        {"type": "sphere", "center": _doubled([1.0], lambda numbers: [numbers, numbers])},
+        {"type": "sphere", "to_world": _doubled([1.0], lambda numbers: [numbers, numbers])},
+    ],
+    ids=["objects", "lists of objects", "numbers", "steps"],
+)
+def test_dictionaries_and_lists_that_share_parts(part: dict[str, Any]) -> None:
+    started = process_time()
+    with pytest.raises(
+        et.SceneError, match=r"dictionaries and lists are used again and again; the limit for this"
+    ) as e:
+        et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "part": part})
+    assert process_time() - started < SECONDS
+    assert len(str(e.value)) < 1000

@@ -279,3 +279,12 @@ def test_two_repeats_are_said_to_be_too_few(recorded: tuple[Path, list[Row]]) ->
     assert not best.time_to[0.2].trusted
     assert any("2 of 3 repeats" in note for note in best.notes)
     assert "no strategy's time" in summary.verdict
+
+
+def test_errors_against_a_black_reference_are_infinite_and_told_without_warnings(
+    recorded: tuple[Path, list[Row]],
+) -> None:
+    folder, rows = recorded
+    endless = [replace(row, relmse=math.inf) for row in rows]
+    best = summarise(experiment(), endless, folder).scenes[0].strategies[1]
+    assert not best.time_to[0.2].known

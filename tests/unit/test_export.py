@@ -15,6 +15,8 @@ from equaltime.scene import model as m
 from equaltime.scene.export.convert import FORMATS
 from equaltime.scene.export.files import Folder, write_ply
 
+from .gltf_files import Builder
+
 TRIANGLE = b"""ply
 format ascii 1.0
 element vertex 3
@@ -184,3 +186,33 @@ def test_a_scene_is_converted_on_the_command_line(with_mesh: Path, capsys: pytes
     assert json.loads(capsys.readouterr().out)["triangles"] == 1
     assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 2
     assert "there is such a file already" in capsys.readouterr().err
+
+
+# -- meshes that a PLY file cannot hold ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"POSITION": None}, "the mesh is empty: all its faces are degenerate"),
+        ({"NORMAL": None}, "its normals are others"),
+        ({"NORMAL": [[0, 0, 1], [0, 0, 1], [0, 0, 0]]}, "its normals are others"),
+    ],
+    ids=["positions", "normals", "one normal"],
+)
+def test_a_mesh_that_a_ply_file_does_not_hold_is_refused(parts: dict[str, Any], words: str, tmp_path: Path) -> None:
+    file = tmp_path / "odd.gltf"
+    builder = Builder()
+    given: dict[str, Any] = {"POSITION": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], **parts}
+    zeros = {"componentType": 5126, "count": 3, "type": "VEC3"}
+    accessors = {n: builder.add("accessors", zeros) if v is None else builder.accessor(v) for n, v in given.items()}
+    builder.add("nodes", {"mesh": builder.mesh(**accessors)})
+    builder.gltf(file)
+    loaded = et.load(file)
+    with pytest.raises(et.SceneError) as caught:
+        loaded.write(tmp_path / "odd.xml")
+    assert f"odd.gltf#/meshes/0/primitives/0: a PLY file would be read as another mesh: {words}" in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["odd.gltf"]
+    loaded.write(tmp_path / "odd.toml")
+    images = [et.render(scene.with_(size=(4, 4)), spp=2).image for scene in (loaded, et.load(tmp_path / "odd.toml"))]
+    assert images[0].tobytes() == images[1].tobytes()

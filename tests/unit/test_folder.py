@@ -5,7 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import pytest
+
+from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder
+from equaltime.errors import ExperimentError
 
 
 def test_tidying_removes_what_a_killed_experiment_was_writing_and_nothing_else(tmp_path: Path) -> None:
@@ -17,3 +21,34 @@ def test_tidying_removes_what_a_killed_experiment_was_writing_and_nothing_else(t
         (tmp_path / name).touch()
     Folder(tmp_path).tidy()
     assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == sorted(others)
+
+
+@pytest.mark.parametrize(
+    ("content", "place"),
+    [
+        ("[]", ""),
+        ('{"references": 5}', ": references"),
+        ('{"references": {"box": 5}}', ": references.box"),
+        ('{"references": {"box": {"caveat": 5}}}', ": references.box"),
+        ('{"own_depths": {"box": {"max_depth": "8"}}}', ": own_depths.box"),
+        ('{"agreements": {"box": {"mitsuba": []}}}', ": agreements.box.mitsuba"),
+    ],
+)
+def test_a_damaged_provenance_is_an_error_with_its_place(tmp_path: Path, content: str, place: str) -> None:
+    (tmp_path / "provenance.json").write_text(content)
+    with pytest.raises(ExperimentError) as caught:
+        Folder(tmp_path).read_provenance()
+    assert str(caught.value).startswith(f"{tmp_path}/provenance.json{place}: is damaged; put a copy of the file there")
+
+
+def test_json_that_is_nested_without_end_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "provenance.json").write_text("[" * 100_000)
+    with pytest.raises(ExperimentError, match=r"provenance\.json: cannot be read"):
+        Folder(tmp_path).read_provenance()
+
+
+@pytest.mark.parametrize("identity", ["5", "[]", "{}", '{"scenes": [], "strategies": {}}', "null"])
+def test_a_damaged_identity_is_an_error_with_its_place(tmp_path: Path, identity: str) -> None:
+    (tmp_path / "experiment.json").write_text(f'{{"identity": {identity}}}')
+    with pytest.raises(ExperimentError, match=r"experiment\.json: identity: is damaged; put a copy of the file there"):
+        Folder(tmp_path).claim({"scenes": {}, "strategies": {}}, Experiment.model_construct())

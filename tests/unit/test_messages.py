@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from equaltime.cli.messages import duration, while_heard
+from equaltime.cli.messages import duration, print_error, while_heard
 from equaltime.durations import seconds_of
 
 
@@ -42,3 +42,8 @@ def test_what_nobody_hears_any_more_is_said_once_and_harms_nobody() -> None:
     said("one")
     said("two")
     assert tried == ["one"]
+
+
+def test_a_problem_with_a_line_separator_of_unicode_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    print_error("a\u2028b\x85c\x0cd\nsecond")
+    assert capsys.readouterr().err == "error: a\\u2028b\\x85c\\x0cd\nerror: second\n"

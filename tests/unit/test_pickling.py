@@ -9,7 +9,15 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.errors import EqualtimeError, ExperimentError, FaultySample, NonFiniteSample, Problem, SceneError
+from equaltime.errors import (
+    BrightImage,
+    EqualtimeError,
+    ExperimentError,
+    FaultySample,
+    NonFiniteSample,
+    Problem,
+    SceneError,
+)
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -21,6 +29,7 @@ CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
         ExperimentError((Problem("e.toml", "wrong"),)),
         NonFiniteSample((1, 2), 3, 4, None, ("equaltime", "replay", "a b.xml")),
         FaultySample((1, 2), 3, 4, None, (), "division by zero"),
+        BrightImage("pixel 0,0", 1e39, None, "a.exr"),
     ],
 )
 def test_an_error_survives_pickling(error: EqualtimeError) -> None:

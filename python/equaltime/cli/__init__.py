@@ -111,6 +111,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         print_error("not enough memory")
         return 1
+    except ImportError as error:
+        if "failed to map segment" not in str(error):  # a library that is loaded late
+            raise
+        print_error(f"not enough memory: {error}")
+        return 1
     except OSError as error:
         return tell_os_error(error)
     finally:

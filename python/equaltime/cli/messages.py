@@ -47,7 +47,7 @@ def plain_console() -> Console:
 
 def print_error(text: str) -> None:
     """Print one line ``error: …`` for every problem."""
-    for line in text.splitlines():
+    for line in text.split("\n"):
         print(f"error: {_visible(line)}", file=sys.stderr)
 
 

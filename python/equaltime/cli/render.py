@@ -43,7 +43,7 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.outcome import doubts, headline, kept_elsewhere, left_by_interrupt, stopped, wrote
 from equaltime.cli.progress import progress_bar
-from equaltime.errors import ImageError, RenderError, SampleError
+from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.output_files import check_replaceable, check_spares
 from equaltime.render import render as render_scene
@@ -182,7 +182,7 @@ def render(
     if not overwrite:
         replaced = (picture,) if resume else (output, picture)
         check_replaceable(replaced, os.path.abspath(scene), loaded.digest)
-    failure: SampleError | None = None
+    failure: SampleError | BrightImage | None = None
     told: dict[str, Any] = {}
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
@@ -214,7 +214,7 @@ def render(
                     **_listeners(quiet, told if as_json else None),
                 )
                 signals = ending.enter_context(held_back())
-        except SampleError as found:
+        except (SampleError, BrightImage) as found:
             if found.result is None:  # it was a pilot's
                 raise
             failure, result = found, cast(Result, found.result)
@@ -226,6 +226,8 @@ def render(
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
         writing = clock.perf_counter() - begin
+        if isinstance(failure, BrightImage):
+            raise failure.with_result(result, str(output))
         _tell_end(result, loaded, writing, files, viewer, quiet, told if as_json else None)
         if not (quiet or warned) and (black := black_picture(result, loaded)):
             print_warning(black)

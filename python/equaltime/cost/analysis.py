@@ -47,7 +47,8 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     named = [entry.name for entry in experiment.scenes if entry.name in by_scene]
     tests = sum(len({row.strategy for row in by_scene[name]}) - 1 for name in named)
     level = share(LEVEL, max(tests, 1))
-    scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
+    with np.errstate(all="ignore"):  # errors against a black reference are infinite; what comes of them is not known
+        scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
     targets = tuple(sorted(experiment.targets, reverse=True))
     runs = len({row.key for rows in by_scene.values() for row in rows})
     shown = {section: found for section, found in provenance.items() if section != OWN_DEPTHS}

@@ -6,11 +6,10 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from equaltime.core_renderer import bad_sample, core_settings, make_renderer
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.error_estimate import pixel_statistics
+from equaltime.float32 import as_float32, beyond_float32
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
@@ -52,7 +51,15 @@ class CoreSubject:
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Bring one image to each count of ``ladder``; raises `NonFiniteSample` if a sample was not a number."""
+        """Bring one image to each count of ``ladder``.
+
+        Raises
+        ------
+        NonFiniteSample
+            If a sample was not a number.
+        BrightImage
+            If float32 cannot hold the image.
+        """
         assert self._scene is not None, "prepare comes first"
         scene, threads = self._scene, self._threads
         renderer = make_renderer(scene, self.strategy, seed, threads)
@@ -66,12 +73,15 @@ class CoreSubject:
             if renderer.nonfinite:
                 raise bad_sample(scene, self.strategy, seed, renderer)
             pixels = pixel_statistics(renderer.moments)
+            where = ": ".join(filter(None, (str(scene.source or ""), self.label)))
+            if (beyond := beyond_float32(pixels.mean, scene.model.sensor.film.crop[:2], where)) is not None:
+                raise beyond
             counters = renderer.counters
             yield Checkpoint(
                 spp=spp,
                 wall_s=wall,
                 cpu_s=cpu,
-                image=pixels.mean.astype(np.float32),
+                image=as_float32(pixels.mean),
                 estimate=stated_error(pixels, unseen),
                 paths=counters["paths"],
                 rays=counters["rays"],

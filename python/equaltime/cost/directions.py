@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime._core import parts
+from equaltime.cost.arrays import read_arrays
 from equaltime.cost.folder import replacing
-from equaltime.errors import ImageError
 from equaltime.scene import Scene
 from equaltime.scene.motion import center, pose
 
@@ -87,11 +87,7 @@ def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) 
 
 def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
     """Return scene → way → rays; raises `ImageError` if they cannot be read."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            names, wi, weight, effective = (file[key] for key in ("names", "wi", "weight", "effective"))
-    except (OSError, ValueError, KeyError) as error:
-        raise ImageError(f"{path}: {error}") from error
+    names, wi, weight, effective = read_arrays(path, ("names", "wi", "weight", "effective"))
     return {
         str(name): {
             way: Rays(wi[i, j], weight[i, j], float(effective[i, j])) for j, way in enumerate(("uniform", "bsdf"))

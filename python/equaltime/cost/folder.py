@@ -38,6 +38,9 @@ __all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts"
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _GROWING = ("scenes", "strategies")
 """Parts of an identity to which something may be added later, each under its name."""
+_DAMAGED = "is damaged; put a copy of the file there, or use another folder"
+_TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
+"""Facts that readers of the provenance count on, if they are there."""
 OWN_DEPTHS = "own_depths"
 """Section of the provenance with the ``max_depth`` that each scene's file asks for, whatever the experiment does."""
 
@@ -135,9 +138,12 @@ class Folder:
         try:
             if self.experiment.exists():
                 before = _read_json(self.experiment)
-                joined = _joined(before.get("identity") or {}, json.loads(json_text(identity)))
-                self._compare(before.get("identity"), joined)
-                if joined != before.get("identity"):
+                known = before.get("identity")
+                if not isinstance(known, dict) or not all(isinstance(known.get(key), dict) for key in _GROWING):
+                    raise ExperimentError((Problem(f"{self.experiment}: identity", _DAMAGED),))
+                joined = _joined(known, json.loads(json_text(identity)))
+                self._compare(known, joined)
+                if joined != known:
                     self._write(self.experiment, {**before, "identity": joined})
             else:
                 text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
@@ -158,8 +164,13 @@ class Folder:
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the provenance so far."""
-        return _read_json(self.provenance) if self.provenance.exists() else {}
+        """Return the provenance so far: facts by section and key; raises ExperimentError if it is damaged."""
+        if not self.provenance.exists():
+            return {}
+        found = _read_json(self.provenance)
+        if (wrong := next(_misshapen(found), None)) is not None:
+            raise ExperimentError((Problem(f"{self.provenance}: {wrong}", _DAMAGED),))
+        return found
 
     def tidy(self) -> None:
         """Remove what a killed process was writing."""
@@ -218,9 +229,29 @@ def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
 def _read_json(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise ExperimentError((Problem(str(path), f"cannot be read: {error}"),)) from error
-    return content if isinstance(content, dict) else {}
+    if not isinstance(content, dict):
+        raise ExperimentError((Problem(str(path), _DAMAGED),))
+    return content
+
+
+def _misshapen(provenance: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the paths of what no provenance has: sections are tables of tables, and some facts have a type."""
+    for section, entries in provenance.items():
+        for key, facts in entries.items() if isinstance(entries, dict) else [("", None)]:
+            place = f"{section}.{key}".rstrip(".")
+            if not isinstance(facts, dict):
+                yield place
+            elif section == "agreements":
+                yield from (f"{place}.{label}" for label, told in facts.items() if not _has_types(told))
+            elif not _has_types(facts):
+                yield place
+
+
+def _has_types(facts: object) -> bool:
+    """Tell whether this is a table whose facts have the types that readers count on."""
+    return isinstance(facts, dict) and all(isinstance(facts.get(name), kind | None) for name, kind in _TYPES.items())
 
 
 def _flat(value: object, path: str = "") -> Iterator[tuple[str, object]]:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.cost.arrays import read_arrays
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.folder import Folder, replacing
 from equaltime.cost.identity import film_seed
@@ -21,7 +22,6 @@ from equaltime.cost.metrics import Reference, measure
 from equaltime.cost.record import Key, Row
 from equaltime.cost.reducing import reduced
 from equaltime.cost.subject import Subject
-from equaltime.errors import ImageError
 from equaltime.scene import Scene
 
 __all__ = ["Film", "Studio", "moments", "read_film"]
@@ -85,11 +85,7 @@ def moments(samples: float) -> tuple[int, ...]:
 
 def read_film(path: Path) -> Film:
     """Read a film; raises `ImageError` if it cannot be read."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return Film(file["frames"], file["spp"], file["seconds"], file["error"])
-    except (OSError, ValueError, KeyError) as error:
-        raise ImageError(f"{path}: {error}") from error
+    return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
 
 
 def _film(subject: Subject, seed: int, counts: Sequence[int], seconds: float, known: Reference) -> Film:

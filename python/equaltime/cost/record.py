@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import errno
 import io
+import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
@@ -103,6 +104,8 @@ _ADDED = {"doubt"}
 """Columns that files of earlier versions lack. A file keeps the columns that it began with."""
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
+_LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
+"""The least that these numbers may be; none may be infinite."""
 _FLAGS = {"0": False, "1": True}
 _READERS: dict[str, Callable[[str], Any]] = {
     "str": str,
@@ -210,7 +213,10 @@ class Recorder:
 
     def _write(self, line: bytes) -> None:
         size = os.fstat(self._file).st_size
-        written = os.write(self._file, line)
+        try:
+            written = os.write(self._file, line)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
         if written != len(line):  # a full disk takes what fits
             os.ftruncate(self._file, size)
             raise OSError(errno.ENOSPC, "no space left for a record", str(self._path))
@@ -240,7 +246,7 @@ def _parse(content: bytes, path: Path) -> tuple[Row, ...]:
     for number, line in enumerate(lines[1:], start=2):
         try:
             row = _row(_split(line), columns)
-        except (KeyError, ValueError) as error:
+        except (KeyError, ValueError, csv.Error) as error:
             problems.append(Problem(f"{path}:{number}", f"no record: {error}"))
             continue
         if before := seen.get((row.key, row.checkpoint)):
@@ -258,14 +264,24 @@ def _split(line: str) -> list[str]:
 
 def _columns(line: str) -> tuple[str, ...]:
     """Return the columns that the first line of a file names; none if they are not those of records."""
-    found = tuple(_split(line))
+    try:
+        found = tuple(_split(line))
+    except csv.Error:
+        return ()
     return found if found in (COLUMNS, _BEFORE) else ()
 
 
 def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
     if len(cells) != len(columns):
         raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
-    return Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
+    row = Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
+    for name, least in _LEAST.items():
+        if not least <= getattr(row, name) < math.inf:
+            raise ValueError(f"{name} must be at least {least}, found {getattr(row, name)}")
+    x, y, width, height = row.crop
+    if min(x, y) < 0 or min(width, height) < 1 or x + width > row.width or y + height > row.height:
+        raise ValueError(f"crop must lie in the image of {row.width}x{row.height}, found {row.crop}")
+    return row
 
 
 def _value(name: str, cell: str) -> Any:

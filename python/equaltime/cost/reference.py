@@ -27,7 +27,9 @@ from equaltime.cost.folder import build_facts, replacing
 from equaltime.cost.metrics import Reference
 from equaltime.cost.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.cost.noisy_reference import Noise
-from equaltime.errors import ExperimentError, ImageError, Problem, RenderError
+from equaltime.error_estimate import pixel_statistics
+from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.float32 import beyond_float32
 from equaltime.moments import squared_deviations
 from equaltime.render_file import read_picture
 from equaltime.scene import Scene
@@ -108,10 +110,17 @@ def obtain(
 def render(
     scene: Scene, error: float, seconds: float, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Render two halves alike until their mean has the relative ``error`` (up to 2 % of it), or the time is used up."""
+    """Render two halves alike until their mean has the relative ``error`` (up to 2 % of it), or the time is used up.
+
+    Raises
+    ------
+    NonFiniteSample, BrightImage
+        If a sample is not a number, or float32 cannot hold the image.
+    """
     strategy = with_roulette(Strategy.parse(REFERENCE_STRATEGY), scene)
     renderers = [make_renderer(scene, strategy, seed, threads) for seed in _SEEDS]
     samples, begin = _FIRST_SAMPLES, time.perf_counter()
+    corner, where = scene.model.sensor.film.crop[:2], ": ".join(filter(None, (str(scene.source or ""), "reference")))
 
     share = 0.0
 
@@ -125,10 +134,10 @@ def render(
             renderer.advance(samples, None, tell)
             if renderer.nonfinite:
                 raise bad_sample(scene, strategy, seed, renderer)
+            if (beyond := beyond_float32(pixel_statistics(renderer.moments).mean, corner, where)) is not None:
+                raise beyond
         reference = _join([renderer.moments for renderer in renderers])
         found, passed = math.sqrt(max(reference.relmse, 0.0)), time.perf_counter() - begin
-        if not math.isfinite(found):
-            raise RenderError("the reference is brighter than its error can be computed for")
         share = min(1.0, (error / found) ** 2) if found > 0.0 else 1.0
         more = _more(samples, found / error, passed / seconds)
         if more is None:

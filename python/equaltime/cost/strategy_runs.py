@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.cost.arrays import read_array
 from equaltime.cost.curves import Runs
 from equaltime.cost.metrics import Reference
 from equaltime.cost.parts import Parts, relmse_of_parts
@@ -71,15 +72,23 @@ class StrategyRuns:
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
 
     def images(self) -> Floats | None:
-        """Return the final images (K, H, W, 3), or of many the first; None if one is missing or not finite."""
+        """Return the final images (K, H, W, 3), or of many the first; None if one is missing, or was never finite.
+
+        Raises
+        ------
+        ImageError
+            If the file of one is damaged.
+        """
         width, height = self.rows[0].crop[2:]
         most = max(int(_MOST_BYTES / (24 * width * height)), FEWEST_REPEATS)
-        try:
-            names = [row.image or "" for row in self.last[:most]]
-            stack = np.stack([np.load(self.folder / name, allow_pickle=False) for name in names]).astype(np.float64)
-        except Exception:  # what np.load raises for a damaged file depends on the damage
+        last = self.last[:most]
+        if not all(row.image and math.isfinite(row.mse or 0.0) for row in last):
             return None
-        return stack if np.isfinite(stack).all() else None
+        try:
+            images = [read_array(self.folder / (row.image or ""), (height, width, 3)) for row in last]
+        except FileNotFoundError:
+            return None
+        return np.stack(images).astype(np.float64)
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:

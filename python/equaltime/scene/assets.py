@@ -22,7 +22,7 @@ from equaltime.scene.primaries import to_srgb
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
-__all__ = ["Assets", "Mesh"]
+__all__ = ["Assets", "Mesh", "read_ply"]
 
 Mesh = _core.MeshData | Triangles
 """Vertices, faces, and normals and texture coordinates if there are any."""
@@ -71,7 +71,7 @@ class Assets:
                 return read_serialized(path, shape.shape_index)
             if isinstance(shape, Obj):
                 return self._read_obj(path, shape.material)
-            return _core.read_ply(path)
+            return read_ply(path)
         except (OSError, ValueError) as error:
             message = str(error)
             raise ValueError(message if str(path) in message else f"{path}: {message}") from error
@@ -165,6 +165,11 @@ class Assets:
         if self._stamps.setdefault(path, stamp) != stamp:
             raise ValueError(f"the file has changed since the scene was loaded: {path}")
         return path
+
+
+def read_ply(path: Path) -> Mesh:
+    """Return the mesh of a PLY file; raises ValueError if it cannot be read."""
+    return _core.read_ply(path)
 
 
 def _check_mesh(path: Path, mesh: Mesh) -> None:

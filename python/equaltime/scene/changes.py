@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Iterable, Sequence
+from numbers import Integral
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from equaltime.errors import Problem, SceneError
+from equaltime.scene.known import shortened
 from equaltime.scene.model import Aov, Integrator, Moment, Path, Plugin
 from equaltime.scene.validate import explain
 
-__all__ = ["changed", "deep"]
+__all__ = ["changed", "deep", "several"]
 
 P = TypeVar("P", bound=Plugin)
 
@@ -29,3 +32,11 @@ def changed(plugin: P, **changes: object) -> P:
     except ValidationError as error:
         problems = (Problem(name, message) for name, message in explain(type(plugin), error).items())
         raise SceneError(tuple(problems)) from error
+
+
+def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
+    """Return as many values as there are names, NumPy's whole numbers as Python's; raises ValueError for others."""
+    values = tuple(given) if isinstance(given, Iterable) else ()
+    if len(values) != len(names):
+        raise ValueError(f"{what} is ({', '.join(names)}), found {shortened(given, 80)}")
+    return tuple(int(v) if isinstance(v, Integral) and not isinstance(v, bool) else v for v in values)

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from equaltime.scene import deforming, transforms
+from equaltime.scene.data_extent import Extent
 from equaltime.scene.known import shortened
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
@@ -28,7 +29,7 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in `scene`, the dictionary that ``mitsuba.load_dict`` takes; problems go to `report`."""
     place = Place(path="")
-    if scene.get("type") != "scene":
+    if _type_of(scene) != "scene":
         report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
         return None
     return DictReader(report, search).nested(scene, place)
@@ -41,6 +42,7 @@ class DictReader:
         self._report = report
         self._search = search
         self._depth = 0
+        self._extent = Extent()
 
     def locate(self, place: Place) -> Place:
         """Return a better place for `place`; readers that know lines of a file override this."""
@@ -64,6 +66,9 @@ class DictReader:
         if self._depth >= MAX_DEPTH:
             self._report.add(place, f"objects are nested more than {MAX_DEPTH} deep")
             return None
+        if not self._extent.take(table):
+            self._report.add(Place(place.file), self._extent.complaint)
+            return None
         name = table.get("id")
         if name is not None and not isinstance(name, str):
             self._report.add(place, f"'id' must be a string, found {_shown(name)}")
@@ -86,6 +91,9 @@ class DictReader:
             if (node := self._node(name, value, place)) is not None:
                 parent.children.append(Child(name, node))
             return
+        if not self._extent.take(value):
+            self._report.add(Place(place.file), self._extent.complaint)
+            return
         for index, item in enumerate(value):
             if (node := self._node(name, item, self.locate(place.key(index)))) is not None:
                 parent.children.append(Child(None if isinstance(node, Object) else name, node))
@@ -98,22 +106,25 @@ class DictReader:
                 return Value(place, self._plain(value))
             if name == "filename" and "animation" in value:
                 return Value(place, deforming.parse({key: self._expanded(item) for key, item in value.items()}))
-            if value.get("type") == "ref":
+            if _type_of(value) == "ref":
                 return self._reference(value, place)
-            if value.get("type") in ("rgb", "spectrum"):
+            if _type_of(value) in ("rgb", "spectrum"):
                 return Value(place, self._color(value))
         except ValueError as error:
             self._report.add(place, str(error))
             return None
         return self.nested(value, place, name)
 
-    def _expanded(self, steps: object) -> object:
+    def _expanded(self, steps: object, depth: int = 0) -> object:
         """Return steps or keys with what their strings stand for; arrays and Mitsuba's transforms as is."""
         if isinstance(steps, str):
             return self.string(steps)
-        if isinstance(steps, list | tuple):
-            return [self._expanded(step) for step in steps]
-        return {key: self._expanded(step) for key, step in steps.items()} if isinstance(steps, Mapping) else steps
+        if not isinstance(steps, list | tuple | Mapping):
+            return steps
+        self._extent.check(steps, depth)
+        if isinstance(steps, Mapping):
+            return {key: self._expanded(step, depth + 1) for key, step in steps.items()}
+        return [self._expanded(step, depth + 1) for step in steps]
 
     def _reference(self, table: Mapping[str, object], place: Place) -> Reference:
         if set(table) != {"type", "id"} or not isinstance(table["id"], str):
@@ -140,19 +151,26 @@ class DictReader:
             raise ValueError(f"expected a number or pairs of wavelength and value, found {_shown(value)}")
         return Spectrum(float(value))
 
-    def _plain(self, value: object) -> object:
+    def _plain(self, value: object, depth: int = 0) -> object:
         """Return numbers, strings, and sequences of them as plain Python values; anything else is refused."""
         if isinstance(value, str):
             return self.string(value)
         if isinstance(value, np.generic | np.ndarray):
             value = value.tolist()
         if isinstance(value, list | tuple):
-            return tuple(self._plain(item) for item in value)
+            self._extent.check(value, depth)
+            return tuple(self._plain(item, depth + 1) for item in value)
         if isinstance(value, bool | float) or (isinstance(value, int) and abs(value) <= sys.float_info.max):
             return value
         if isinstance(value, int):
             raise ValueError(f"expected a number below 1.8e308, found {_shown(value)}")
         raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")
+
+
+def _type_of(table: Mapping[str, object]) -> str | None:
+    """Return the type that a table gives, if it is a string: others may not even be compared with one."""
+    kind = table.get("type")
+    return kind if isinstance(kind, str) else None
 
 
 def _transform(value: object, *, flat: bool) -> object:

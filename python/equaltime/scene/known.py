@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Final, cast
 
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
 __all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
+MOST_NAMES: Final = 256
+LONGEST_NAME: Final = 100
+"""Names to compare a word with, and letters of a word: comparing takes their product, and a scene may have many."""
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
     "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
@@ -47,6 +50,8 @@ OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
 SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersections"})
 """Switches of Mitsuba's that a scene may have of its own; they say how rays are traced, and mean nothing here."""
 
+_BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
+
 
 def mitsuba_kind(name: str) -> Kind | None:
     """Return the family of the Mitsuba 3 plugin `name`, or None if there is none."""
@@ -61,6 +66,8 @@ def a(noun: str) -> str:
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that `word` most likely was meant to be, if one is near."""
     names = sorted(known)
+    if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
+        return None
     for candidate in (word, word.lower()):
         if found := difflib.get_close_matches(candidate, names, n=1, cutoff=0.6):
             return found[0]
@@ -79,9 +86,37 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def shortened(value: object, width: int) -> str:
-    """Return ``repr(value)``, cut to `width` characters."""
+    """Return ``repr(value)``, cut to `width` characters; of a large value no more is written than is shown."""
+    text = ""
+    for piece in _pieces(value, width):
+        text += piece
+        if len(text) > width:
+            return text[: width - 3] + "..."
+    return text
+
+
+def _pieces(value: object, width: int) -> Iterator[str]:
+    """Write a value piece by piece, so that a list which contains itself, or very much, can be left half-way."""
+    if isinstance(value, str | bytes):
+        yield repr(value[: width + 1])
+    elif (brackets := _BRACKETS.get(type(value))) is not None:
+        opening, closing = brackets
+        yield opening
+        for number, item in enumerate(cast(Iterable[object], value)):
+            yield ", " if number else ""
+            yield from _pieces(item, width)
+            if isinstance(value, dict):
+                yield ": "
+                yield from _pieces(value[item], width)
+        yield "," + closing if isinstance(value, tuple) and len(value) == 1 else closing
+    else:
+        yield _plain(value)
+
+
+def _plain(value: object) -> str:
     try:
-        text = repr(value)
-    except ValueError:  # Python writes no integer of more than 4300 digits
-        return "a number of thousands of digits"
-    return text if len(text) <= width else text[: width - 3] + "..."
+        return repr(value)
+    except Exception as error:  # the object of a user may raise anything
+        if isinstance(value, int) and isinstance(error, ValueError):  # one of more than 4300 digits
+            return "a number of thousands of digits"
+        return f"an object of type {type(value).__name__}"

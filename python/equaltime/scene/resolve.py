@@ -23,16 +23,13 @@ from equaltime.scene.model import (
     SpectrumPlugin,
 )
 from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
-from equaltime.scene.tree import Alias, Child, Object, Reference, Report, Value
+from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
 
 __all__ = ["VOLUMETRIC", "Resolved", "resolve"]
 
 VOLUMETRIC: Final = ("medium", "phase")
 """The families whose parameters may be volumes."""
-FREE_OBJECTS: Final = 4096
-USES_OF_EACH: Final = 64
-"""Objects that references may make of a file: so many, and so many for each of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +65,7 @@ class _Resolver:
         self._open: list[Object] = []
         self._used: set[Object] = set()
         self._sizes: dict[Object, int] = {}
-        self._most = FREE_OBJECTS + USES_OF_EACH * sum(1 for _ in root.objects())
+        self._most = FREE_ENTRIES + USES_OF_EACH * sum(1 for _ in root.objects())
         self._top = {child.node: child.name for child in root.children if isinstance(child.node, Object)}
         self._by_id: dict[str, Object] = {}
         self._mentioned = root.mentioned()

@@ -12,11 +12,11 @@ from time import perf_counter
 from typing import Any, Final
 
 from equaltime import _core
-from equaltime.errors import Problem, SceneError
+from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
-from equaltime.scene.changes import changed, deep
+from equaltime.scene.changes import changed, deep, several
 from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
@@ -26,6 +26,7 @@ from equaltime.scene.extents import seen_whole
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
+from equaltime.scene.known import shortened
 from equaltime.scene.merged import unmerged
 from equaltime.scene.model import Plugin, SceneModel
 from equaltime.scene.motion import closed_shutter, still
@@ -152,7 +153,15 @@ class Scene:
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The core's scene, built at the first use; raises SceneError if the core cannot use it."""
+        """The core's scene, built at the first use.
+
+        Raises
+        ------
+        SceneError
+            If the core cannot use it.
+        RenderError
+            If there is not enough memory, or there are not enough threads, to build it.
+        """
         started = perf_counter()
         try:
             core = compile_scene(self.model, self.assets, _core.SceneBuilder())
@@ -161,6 +170,11 @@ class Scene:
             raise SceneError((Problem(str(place), str(error)),)) from error
         except ValueError as error:
             raise SceneError((self._problem(str(error)),)) from error
+        except RuntimeError as error:
+            if not str(error).startswith("Embree"):
+                raise
+            problem = f"not enough memory or threads to build the scene ({error})"
+            raise RenderError(f"{self.source}: {problem}" if self.source else problem) from error
         self.assets.release()
         self._seconds["build"] = perf_counter() - started
         return core
@@ -191,16 +205,25 @@ class Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
         A new size without a crop renders the whole film. A new path length makes another problem, whose error says
-        nothing of the scene's own (`own_max_depth`). Raises SceneError for values that make no sense.
+        nothing of the scene's own (`own_max_depth`).
+
+        Raises
+        ------
+        SceneError
+            For values that make no sense.
+        ValueError
+            If a size or a crop has more or fewer of them.
         """
         model, film = self.model, self.model.sensor.film
         changes: dict[str, Any] = {}
         if size is not None:
-            changes |= {"width": size[0], "height": size[1]}
-            crop = crop or (0, 0, *size)
+            width, height = several("size", size, ("width", "height"))
+            changes |= {"width": width, "height": height}
+            crop = (0, 0, width, height) if crop is None else crop
         if crop is not None:
+            values = several("crop", crop, ("x", "y", "width", "height"))
             names = ("crop_offset_x", "crop_offset_y", "crop_width", "crop_height")
-            changes |= dict(zip(names, crop, strict=True))
+            changes |= dict(zip(names, values, strict=True))
         if changes:
             model = changed(model, sensor=changed(model.sensor, film=changed(film, **changes)))
         if max_depth is not None:
@@ -251,8 +274,12 @@ def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene
     ------
     SceneError
         With every problem that was found, each with its path of keys.
+    TypeError
+        If it is no dictionary.
 
     """
+    if not isinstance(scene, Mapping):
+        raise TypeError(f"expected a dictionary with 'type': 'scene', found {shortened(scene, 80)}")
     started = perf_counter()
     report, search = Report(), Search(Path.cwd())
     return _finish(read_dict(scene, report, search), report, None, search, started, substitute=substitute)

@@ -106,6 +106,11 @@ class _Inflated:
         values = self.read(count * width * np.dtype(kind).itemsize, what)
         return np.frombuffer(values, dtype=kind).reshape(count, width)
 
+    def vectors(self, count: int, width: int, kind: str, what: str) -> NDArray[np.float64]:
+        """Return the next (count, width) numbers in float64, those too that are none."""
+        with np.errstate(invalid="ignore"):
+            return self.rows(count, width, kind, what).astype(np.float64)
+
 
 def _mesh(stream: _Inflated, path: Path, version: int) -> _core.MeshData:
     flags = stream.number("<I", "flags")
@@ -117,9 +122,9 @@ def _mesh(stream: _Inflated, path: Path, version: int) -> _core.MeshData:
                 raise _fail(path, f"the name of the mesh is longer than {LONGEST_NAME} bytes")
     count, faces = stream.number("<Q", "number of vertices"), stream.number("<Q", "number of triangles")
     real = "<f8" if flags & DOUBLE else "<f4"
-    vertices = stream.rows(count, 3, real, "vertices").astype(np.float64)
-    normals = stream.rows(count, 3, real, "normals").astype(np.float64) if flags & HAS_NORMALS else None
-    uvs = stream.rows(count, 2, real, "texture coordinates").astype(np.float64) if flags & HAS_UVS else None
+    vertices = stream.vectors(count, 3, real, "vertices")
+    normals = stream.vectors(count, 3, real, "normals") if flags & HAS_NORMALS else None
+    uvs = stream.vectors(count, 2, real, "texture coordinates") if flags & HAS_UVS else None
     colors = {"vertex_color": stream.rows(count, 3, real, "vertex colours")} if flags & HAS_COLORS else {}
     corners = stream.rows(faces, 3, "<u8" if count > 0xFFFFFFFF else "<u4", "triangles")
     if corners.size and int(corners.max()) >= count:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 
 from equaltime.scene.known import shortened
@@ -46,11 +47,20 @@ def read_spectrum(path: Path) -> Curve:
         raise ValueError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
     if len(content) > LARGEST:
         raise ValueError(f"{path}: a spectrum of more than {LARGEST >> 20} MB")
+    found = _curve_of(content)
+    if isinstance(found, str):
+        raise ValueError(f"{path}: {found}")
+    return found
+
+
+@lru_cache(maxsize=16)  # many parts of a scene may name one file
+def _curve_of(content: bytes) -> Curve | str:
+    """Return the curve that a file holds, or why it holds none."""
     lines = (line.partition("#")[0].split() for line in content.decode("utf-8", "replace").splitlines())
     try:
         return curve(line for line in lines if line)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        return str(error)
 
 
 def _number(value: object) -> float:

@@ -13,9 +13,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from equaltime.scene.dict_reader import DictReader
+from equaltime.scene.includes import Includes
 from equaltime.scene.search import Search
 from equaltime.scene.toml_lines import line_numbers, malformed
-from equaltime.scene.tree import MOST_INCLUDES, Alias, Object, Place, Report
+from equaltime.scene.tree import Alias, Object, Place, Report
 from equaltime.scene.variables import Variables
 
 __all__ = ["read_toml"]
@@ -36,7 +37,8 @@ def read_toml(
         report.add(Place(file), "an experiment, not a scene: `equaltime cost` runs it")
         return None
     variables = Variables({name: _typed(value) for name, value in defines.items()})
-    scene = _TomlReader(text, variables, report, search, (Path(file),)).scene(table, Place(file))
+    reader = _TomlReader(text, variables, report, search, (Path(file),), Includes())
+    scene = reader.scene(table, Place(file))
     variables.report_unused(Place(file), report)
     return scene
 
@@ -63,12 +65,19 @@ class _TomlReader(DictReader):
     """A reader of dictionaries that has variables, includes other files and knows the lines of its own."""
 
     def __init__(
-        self, text: str, variables: Variables, report: Report, search: Search, files: tuple[Path, ...]
+        self,
+        text: str,
+        variables: Variables,
+        report: Report,
+        search: Search,
+        files: tuple[Path, ...],
+        includes: Includes,
     ) -> None:
         super().__init__(report, search)
         self._variables = variables
         self._lines = line_numbers(text)
         self._files = files
+        self._includes = includes
 
     def scene(self, table: dict[str, object], place: Place) -> Object | None:
         """Return the scene with the contents of `table`, and of the files that it includes."""
@@ -121,18 +130,17 @@ class _TomlReader(DictReader):
     def _included(self, name: str, place: Place) -> Object | None:
         """Return the scene in the file `name`."""
         path = self._search.find(name)
-        if len(self._files) > MOST_INCLUDES:
-            self._report.add(place, f"files include each other more than {MOST_INCLUDES} deep")
-            return None
         try:
-            parsed = _parsed(str(path), path.read_bytes(), self._report)
-        except (OSError, ValueError) as error:
-            self._report.add(place, f"cannot be read: {getattr(error, 'strerror', None) or error}: {path}")
+            content = self._includes.read(path, len(self._files))
+        except ValueError as error:
+            self._report.add(place, str(error))
             return None
+        parsed = _parsed(str(path), content, self._report)
         if parsed is None:
             return None
         self._search.add(path.parent)
-        inner = _TomlReader(parsed[0], self._variables, self._report, self._search, (*self._files, path))
+        files = (*self._files, path)
+        inner = _TomlReader(parsed[0], self._variables, self._report, self._search, files, self._includes)
         return inner.scene(parsed[1], Place(str(path)))
 
     def locate(self, place: Place) -> Place:

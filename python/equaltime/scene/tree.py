@@ -12,12 +12,30 @@ from typing import NamedTuple
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.model import Kind
 
-__all__ = ["MAX_DEPTH", "MOST_INCLUDES", "Alias", "Child", "Node", "Object", "Place", "Reference", "Report", "Value"]
+__all__ = [
+    "FREE_ENTRIES",
+    "MAX_DEPTH",
+    "MOST_TOLD",
+    "USES_OF_EACH",
+    "Alias",
+    "Child",
+    "Node",
+    "Object",
+    "Place",
+    "Reference",
+    "Report",
+    "Value",
+]
 
+MOST_TOLD = 100
+"""Problems, and warnings, of one scene: a file that has more is broken all over."""
+MOST_LETTERS = 1000
+"""Of one problem: files are quoted, and may have very long names and values."""
 MAX_DEPTH = 64
 """How deep objects may be nested; real scenes need about five levels, a hostile file must not exhaust the stack."""
-MOST_INCLUDES = 15
-"""How deep files may include files, as in Mitsuba."""
+FREE_ENTRIES = 4096
+USES_OF_EACH = 64
+"""What references and shared parts may make of a scene: so many objects, and so many for each of its own."""
 
 
 class Place(NamedTuple):
@@ -43,25 +61,44 @@ class Report:
     def __init__(self) -> None:
         self._problems: dict[tuple[Place, str], None] = {}  # in the order of being found, and nothing is said twice
         self._notes: dict[str, None] = {}
+        self._untold = 0
 
     def add(self, place: Place, message: str) -> None:
-        """Note that something is wrong at `place`."""
+        """Note that something is wrong at `place`; raises SceneError at once if too much is."""
         self._problems[place, message] = None
+        if len(self._problems) >= MOST_TOLD:
+            last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
+            raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
         """Remember to tell the user something that does no harm."""
-        self._notes[message] = None
+        if len(self._notes) < MOST_TOLD:
+            self._notes[quoted(message)] = None
+        else:
+            self._untold += 1
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What there is to tell, in the order of being found."""
-        return tuple(self._notes)
+        more = [f"and {self._untold} more warnings"] if self._untold else []
+        return (*self._notes, *more)
 
     def raise_if_any(self) -> None:
         """Raise SceneError with all problems found so far, in the order of their lines, if there are any."""
         if self._problems:
-            ordered = sorted(self._problems, key=lambda problem: problem[0].line or 0)
-            raise SceneError(tuple(Problem(str(place), message) for place, message in ordered))
+            raise SceneError(self._ordered())
+
+    def _ordered(self) -> tuple[Problem, ...]:
+        ordered = sorted(self._problems, key=lambda problem: problem[0].line or 0)
+        return tuple(Problem(quoted(str(place)), quoted(message)) for place, message in ordered)
+
+
+def quoted(text: str) -> str:
+    """Return a text that quotes a file as it is told: of a very long one, its beginning and its end."""
+    if len(text) <= MOST_LETTERS:
+        return text
+    half = MOST_LETTERS // 2
+    return f"{text[:half]} [... {len(text) - 2 * half} letters ...] {text[-half:]}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from equaltime.scene.known import shortened, suggestion
 from equaltime.scene.model import NO_MORE, NOT_YET, Animation, Plugin
+from equaltime.scene.tree import MOST_TOLD
 
 __all__ = ["explain"]
 
@@ -28,6 +29,8 @@ def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
     """Return what is wrong with each parameter of `plugin` that `error` is about; "" stands for the whole."""
     messages: dict[str, str] = {}
     for details in error.errors(include_url=False):
+        if len(messages) > MOST_TOLD:
+            break
         name = str(details["loc"][0]) if details["loc"] else ""
         messages.setdefault(name, _message(plugin, name, details))
     return messages

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
+from equaltime.scene.includes import Includes
 from equaltime.scene.known import suggestion
 from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import read_spectrum
-from equaltime.scene.tree import MOST_INCLUDES, Alias, Child, Node, Object, Place, Reference, Report, Value
+from equaltime.scene.tree import Alias, Child, Node, Object, Place, Reference, Report, Value
 from equaltime.scene.variables import Variables
 from equaltime.scene.xml_elements import Element, parse_elements
 from equaltime.scene.xml_upgrade import upgraded
@@ -29,11 +30,6 @@ T = TypeVar("T")
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
 ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
-MOST_READ_AGAIN: Final = 1 << 22
-"""Bytes of files that are included more than once, each time after the first; includes can double with each level."""
-A_FILE: Final = 1 << 12
-"""Bytes that a file counts as besides its own: the work of opening it."""
-
 
 def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in the XML `content` of `file`; problems go to `report`, None if there is no scene at all."""
@@ -46,9 +42,8 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
     if (old := _is_old(root, report)) is None:
         return None
     variables, aliases = Variables(defines), list[Alias]()
-    scene = _Interpreter(
-        variables, report, search, aliases, old=old, files=(Path(file),), reread=[], opened=set()
-    ).nested(root, "scene")
+    reader = _Interpreter(variables, report, search, aliases, old=old, files=(Path(file),), includes=Includes())
+    scene = reader.nested(root, "scene")
     variables.report_unused(Place(file), report)
     if scene is not None:
         scene.aliases.extend(aliases)
@@ -81,8 +76,7 @@ class _Interpreter:
         *,
         old: bool,
         files: tuple[Path, ...],
-        reread: list[int],
-        opened: set[Path],
+        includes: Includes,
     ) -> None:
         self._variables = variables
         self._report = report
@@ -90,8 +84,7 @@ class _Interpreter:
         self._aliases = aliases
         self._old = old
         self._files = files
-        self._reread = reread
-        self._opened = opened
+        self._includes = includes
         self._values = VALUES | OLD_VALUES if old else VALUES
 
     def nested(self, element: Element, kind: Kind) -> Object | None:
@@ -146,20 +139,10 @@ class _Interpreter:
         if attributes is None:
             return []
         path = self._search.find(attributes["filename"])
-        if len(self._files) > MOST_INCLUDES:
-            self._report.add(element.place, f"files include each other more than {MOST_INCLUDES} deep")
-            return []
         try:
-            content = path.read_bytes()
-        except (OSError, ValueError) as error:
-            message = getattr(error, "strerror", None) or error
-            self._report.add(element.place, f"cannot be read: {message}: {path}")
-            return []
-        if path in self._opened:
-            self._reread.append(len(content) + A_FILE)
-        self._opened.add(path)
-        if sum(self._reread) > MOST_READ_AGAIN:
-            self._report.add(element.place, f"files are included again and again: more than {MOST_READ_AGAIN} bytes")
+            content = self._includes.read(path, len(self._files))
+        except ValueError as error:
+            self._report.add(element.place, str(error))
             return []
         root = parse_elements(str(path), content, self._report)
         if root is None or (old := _is_old(root, self._report)) is None:
@@ -176,8 +159,7 @@ class _Interpreter:
             self._aliases,
             old=old,
             files=files,
-            reread=self._reread,
-            opened=self._opened,
+            includes=self._includes,
         )
         node = inner.nested(root, "scene" if root.tag == "scene" else OBJECTS[root.tag])
         if node is None:

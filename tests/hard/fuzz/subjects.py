@@ -8,9 +8,15 @@ from pathlib import Path
 from typing import Any, Final
 
 import equaltime as et
+from equaltime.cost.experiment_reader import read_experiment
 from equaltime.render_file import read_film, read_picture
+from equaltime.scene import load_file
+from equaltime.scene.lint import lint
 
-__all__ = ["MEMORY", "SECONDS", "SUBJECTS", "check", "limit_of", "suffix_of"]
+from .doubling import MARK
+from .experiments import read_image_of, read_provenance_of, read_records_of, read_reference_of
+
+__all__ = ["MEMORY", "SCENES", "SECONDS", "SUBJECTS", "check", "check_use", "limit_of", "suffix_of"]
 
 SECONDS: Final = 5
 """An input that takes longer hangs."""
@@ -59,12 +65,24 @@ def _picture(path: Path) -> object:
 
 
 def _dict(path: Path) -> object:
-    """Read JSON as a scene's dict."""
+    """Read JSON as a scene's dict, whose parts may be joined with themselves."""
     try:
-        scene: Any = json.loads(path.read_bytes())
+        scene: Any = json.loads(path.read_bytes(), object_hook=_joined)
     except (ValueError, RecursionError):
         return None
     return et.load_dict(scene).model if isinstance(scene, dict) else None
+
+
+def _joined(table: dict[str, Any]) -> Any:
+    """Return what a table stands for that a mutator has marked: a part that is used twice, level by level."""
+    levels, part = table.get(MARK), table.get("of")
+    for _ in range(levels if isinstance(levels, int) and levels <= 100 else 0):
+        part = {"type": "blendbsdf", "weight": 0.5, "a": part, "b": part} if isinstance(part, dict) else [part, part]
+    return table if MARK not in table else part
+
+
+def _experiment(path: Path) -> object:
+    return read_experiment(path)
 
 
 SUBJECTS: Final[Mapping[str, Subject]] = {
@@ -82,19 +100,37 @@ SUBJECTS: Final[Mapping[str, Subject]] = {
     "exr": _texture,
     "result": _picture,
     "dict": _dict,
+    "experiment": _experiment,
+    "csv": read_records_of,
+    "npy": read_image_of,
+    "npz": read_reference_of,
+    "json": read_provenance_of,
 }
 """By the name of their corpus; of most, that is how their files end too."""
+SCENES: Final = frozenset({"toml", "xml", "gltf", "glb", "ply", "obj"})
+"""The subjects that are whole scenes."""
 
 
 def suffix_of(name: str) -> str:
     """Return how files of a corpus end."""
-    return {"result": ".exr", "dict": ".json"}.get(name, f".{name}")
+    return {"result": ".exr", "dict": ".json", "experiment": ".toml"}.get(name, f".{name}")
 
 
 def check(name: str, path: Path) -> bool:
     """Return whether the file was read, not refused; whatever else happens is a finding."""
     try:
         SUBJECTS[name](path)
-    except (et.SceneError, et.ImageError):
+    except (et.SceneError, et.ImageError, et.ExperimentError):
+        return False
+    return True
+
+
+def check_use(name: str, path: Path) -> bool:
+    """Return whether a scene that can be read can be rendered too; whatever else happens is a finding."""
+    try:
+        scene = load_file(path, {"integrator": "path"} if name == "xml" else {}).with_(size=(4, 4), max_depth=6)
+        lint(scene)
+        et.render(scene, spp=2, threads=1)
+    except (et.SceneError, et.ImageError, et.RenderError):
         return False
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import time
 from pathlib import Path
 from typing import Final
@@ -9,7 +10,8 @@ from typing import Final
 import pytest
 
 from .memory import TooMuchMemory, Watch
-from .subjects import MEMORY, SECONDS, SUBJECTS, check, limit_of
+from .mutators import mutated
+from .subjects import MEMORY, SECONDS, SUBJECTS, check, limit_of, suffix_of
 
 CORPUS: Final = Path(__file__).parent / "corpus"
 FILES: Final = sorted(path for path in CORPUS.rglob("*") if path.is_file())
@@ -25,6 +27,20 @@ def test_a_file_is_read_or_refused(path: Path) -> None:
     with Watch().within(path.stat().st_size):
         check(path.parent.name, path)
     assert time.perf_counter() - begin < SECONDS
+
+
+@pytest.mark.parametrize("name", SUBJECTS)
+def test_mutants_are_made_again_from_their_seed_and_are_read_or_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / f"input{suffix_of(name)}"
+    changed = 0
+    for content in (file.read_bytes() for file in sorted((CORPUS / name).iterdir())[:2]):
+        for seed in range(8):
+            mutant = mutated(name, content, random.Random(seed))
+            assert mutated(name, content, random.Random(seed)) == mutant
+            changed += mutant != content
+            path.write_bytes(mutant)
+            check(name, path)
+    assert changed > 0
 
 
 @pytest.mark.parametrize("name", SUBJECTS)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import images, preview
+from equaltime.cost.arrays import read_array
 from equaltime.cost.extras import optional
 from equaltime.cost.metrics import Reference
 from equaltime.cost.reference import read
@@ -110,9 +111,9 @@ def _read_samples(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
 
 def _read_image(path: Path, shape: tuple[int, ...]) -> Images:
     try:
-        image = images.read(path).image if path.suffix != ".npy" else np.load(path, allow_pickle=False)
-    except (OSError, ValueError) as error:
-        raise ImageError(f"{path}: {error}") from error
+        image = images.read(path).image if path.suffix != ".npy" else read_array(path, shape)
+    except FileNotFoundError as error:
+        raise ImageError(f"{path}: {error.strerror}") from error
     if image.shape != shape:
         raise ImageError(f"{path}: has shape {image.shape}, not {shape}")
     return np.asarray(image, np.float32)

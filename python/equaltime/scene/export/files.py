@@ -44,15 +44,22 @@ class Folder:
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
         """Return a file in here that `write` has written; one with the same content that is there already will do."""
         self.path.mkdir(parents=True, exist_ok=True)
-        with beside(self.path / name) as fresh:
-            write(fresh)
-            for target in self._names(name):
-                with suppress(FileExistsError):
-                    give_new_name(fresh, target)
-                    self.written.append(target)
-                    return target
-                if target.exists() and filecmp.cmp(fresh, target, shallow=False):
-                    return target
+        try:
+            with beside(self.path / name) as fresh:
+                write(fresh)
+                return self._keep(fresh, name)
+        finally:
+            with suppress(OSError):  # it is not empty
+                self.path.rmdir()
+
+    def _keep(self, fresh: Path, name: str) -> Path:
+        for target in self._names(name):
+            with suppress(FileExistsError):
+                give_new_name(fresh, target)
+                self.written.append(target)
+                return target
+            if target.exists() and filecmp.cmp(fresh, target, shallow=False):
+                return target
         raise AssertionError("there is always another name")
 
     def _names(self, name: str) -> Iterator[Path]:

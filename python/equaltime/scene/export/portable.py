@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import OpenImageIO
 
-from equaltime.scene.assets import Assets
+from equaltime.errors import Problem, SceneError
+from equaltime.scene.assets import Assets, Mesh, read_ply
 from equaltime.scene.export.files import Folder, write_ply
 from equaltime.scene.gltf import split
 from equaltime.scene.model import Bitmap, Deformation, Gltf, Obj, Plugin, Ply, SceneModel, mesh_files
@@ -72,10 +74,14 @@ class _Unpacker:
     def _mesh(self, shape: Gltf | Obj) -> Path:
         mesh = self._assets.mesh(shape)
         colors = mesh.attributes.get("vertex_color")
-        return self._folder.put(
-            f"{_stem(_name(shape))}.ply",
-            lambda path: write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, colors),
-        )
+
+        def write(path: Path) -> None:
+            write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, colors)
+            if (other := _difference(mesh, path)) is not None:
+                message = f"a PLY file would be read as another mesh: {other}; write .toml, which names the glTF file"
+                raise SceneError((Problem(_name(shape), message),))
+
+        return self._folder.put(f"{_stem(_name(shape))}.ply", write)
 
     def _bitmap(self, bitmap: Bitmap) -> Path:
         texels = self._assets.texture(bitmap).texels
@@ -89,6 +95,19 @@ class _Unpacker:
                 raise ValueError(f"{path}: cannot be written: {image.geterror() if image else 'unknown format'}")
 
         return self._folder.put(f"{_stem(bitmap.filename)}.{'png' if small else 'exr'}", write)
+
+
+def _difference(mesh: Mesh, path: Path) -> str | None:
+    """Tell in what a mesh differs from what is read of it from a PLY file, but for faces without area; None if not."""
+    try:
+        found = read_ply(path)
+    except ValueError as error:
+        return str(error).removeprefix(f"{path}: ")
+    for name in ("vertices", "normals", "uvs"):
+        given, read = getattr(mesh, name), getattr(found, name)
+        if (given is None) != (read is None) or (given is not None and not np.array_equal(given, read)):
+            return f"its {name} are others"
+    return None
 
 
 def _name(shape: Gltf | Obj) -> str:

@@ -24,7 +24,8 @@ def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
     """
     accessor = document.gltf.accessors[index]
     values = _values(document, index, types)
-    result = values.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # of numbers that are none, which are looked for where they are used
+        result = values.astype(np.float64)
     if accessor.normalized and values.dtype.kind in "iu":
         result = np.maximum(result / np.iinfo(values.dtype).max, -1.0)
     return result

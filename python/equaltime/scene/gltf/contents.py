@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.document import Document, Malformed, parse
+from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.meshes import Source, read
 from equaltime.scene.gltf.poses import Pose, at_time
 from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
@@ -44,6 +45,7 @@ class Contents:
         self._path = path
         with self._told():
             self._document: Document = parse(path.name, path.read_bytes(), locate)
+            check_extent(self._document)
         self._poses: dict[tuple[str, str], Pose] = {}
 
     @property

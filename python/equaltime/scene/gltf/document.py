@@ -52,6 +52,8 @@ class Document:
     """Returns where a file is that is named relative to the document; raises ValueError if there is none."""
     binary: memoryview | None
     """The binary chunk of a ``.glb``."""
+    size: int
+    """Of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
     """What the file asks for and does not get, in the order of being found, with the places that ask."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
@@ -102,6 +104,13 @@ class Document:
         except ValueError as error:
             raise Malformed((place, str(error))) from error
 
+    def size_of(self, uri: str) -> int:
+        """Return the size of a file beside the document; 0 if it cannot be read, which is told where it is."""
+        try:
+            return self.locate(self.relative(uri, "")).stat().st_size
+        except (OSError, ValueError):
+            return 0
+
     def relative(self, uri: str, place: str) -> str:
         """Return the name of the file that `uri` means, which must lie in the folder of the document or below."""
         name = unquote(uri)
@@ -131,7 +140,7 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
 
     text, binary = _chunks(content)
     checked, notes = _checked(text)
-    document = Document(typed(checked), name, locate, binary)
+    document = Document(typed(checked), name, locate, binary, len(content))
     for place in notes:
         document.note("a factor above 1 counts as 1", place)
     return document

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,8 @@ def _parents(nodes: list[Any]) -> dict[int, int]:
     """Return the parent of each node that has one."""
     parents: dict[int, int] = {}
     for i, node in enumerate(nodes):
+        if len(node.children or []) != len({*(node.children or [])}):
+            raise Malformed((f"nodes[{i}].children", "a node is listed more than once"))
         for child in node.children or []:
             if parents.setdefault(child, i) != i or child == i:
                 raise Malformed((f"nodes[{i}].children", f"node {child} already has a parent, node {parents[child]}"))
@@ -123,10 +125,6 @@ def product(a: Array, b: Array) -> Array:
     return product
 
 
-FREE_COPIES: Final = 1024
-"""Copies of a node that may stand where no data of the file says."""
-
-
 def instances(document: Document, at: Placed) -> list[Array] | None:
     """Return the transforms of the copies of a node that EXT_mesh_gpu_instancing makes, or None if it makes none."""
     extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
@@ -141,8 +139,6 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
         found = "none" if not counts else " and ".join(map(str, sorted(counts)))
         raise Malformed((place, f"expected TRANSLATION, ROTATION or SCALE of one length, found {found}"))
     (count,) = counts
-    if count > FREE_COPIES and all(document.gltf.accessors[attributes[name]].bufferView is None for name in given):
-        raise Malformed((place, f"{count} copies without data; the limit is {FREE_COPIES}"))
     translations, rotations, scales = (
         given.get(name, np.tile(np.array([default], dtype=np.float64), (count, 1)))
         for name, (_, default) in parts.items()

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
+from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.materials import Materials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.plant import add, plant
@@ -36,6 +37,7 @@ def read_gltf(
     folder = Path(file).parent
     try:
         document = parse(Path(file).name, content, lambda name: search.note(folder / name))
+        check_extent(document)
         scene = _Scene(document, place, defines).read()
     except Malformed as error:
         for where, message in error.problems:

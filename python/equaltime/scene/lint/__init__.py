@@ -9,6 +9,8 @@ texels.
 
 from __future__ import annotations
 
+import numpy as np
+
 from equaltime.scene.lint.camera import check_camera
 from equaltime.scene.lint.extent import check_extent
 from equaltime.scene.lint.finding import Finding, Severity, first_places
@@ -24,16 +26,17 @@ __all__ = ["Finding", "Severity", "lint"]
 
 def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
     """Return the hazards of a scene, warnings first; raises SceneError or ValueError for a file that is gone."""
-    world = World(scene, fast=fast)
-    found = [
-        *check_surfaces(world),
-        *check_extent(world),
-        *check_lights(world),
-        *check_materials(world),
-        *check_media(world),
-        *check_camera(world),
-        *_mended(scene),
-    ]
+    with np.errstate(all="ignore"):  # what overflows is no hazard that is known, and NumPy's words help nobody
+        world = World(scene, fast=fast)
+        found = [
+            *check_surfaces(world),
+            *check_extent(world),
+            *check_lights(world),
+            *check_materials(world),
+            *check_media(world),
+            *check_camera(world),
+            *_mended(scene),
+        ]
     return tuple(sorted(found, key=lambda finding: finding.severity != "warning"))
 
 

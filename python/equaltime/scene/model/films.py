@@ -141,7 +141,7 @@ class HdrFilm(Plugin):
 
 def _memory(pixels: int) -> str:
     """Return the memory that so many pixels need, for people."""
-    amount = float(pixels * PIXEL_BYTES)
+    amount = float(min(pixels * PIXEL_BYTES, 10**300))  # sides may have hundreds of digits
     for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
         if amount < 1000.0:
             return f"{amount:.3g} {unit}"

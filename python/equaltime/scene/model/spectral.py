@@ -140,6 +140,11 @@ class Blackbody(SpectrumPlugin):
     wavelength_min: PositiveFloat = 360.0
     wavelength_max: PositiveFloat = 830.0
 
+    @model_validator(mode="after")
+    def _makes_a_curve(self) -> Self:
+        _ = self.meaning
+        return self
+
     @property
     def meaning(self) -> Curve:
         """Planck's curve between the two wavelengths, in W/(m^2 sr nm)."""

@@ -1,0 +1,36 @@
+"""Images as files hold them: float32, whose largest number is 3.4e38."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import BrightImage
+
+__all__ = ["as_float32", "beyond_float32"]
+
+
+def as_float32(image: NDArray[Any]) -> NDArray[np.float32]:
+    """Return an image in float32; values beyond its range are infinite."""
+    with np.errstate(over="ignore"):
+        return image.astype(np.float32)
+
+
+def beyond_float32(image: NDArray[Any], corner: tuple[int, int], where: str) -> BrightImage | None:
+    """Return the error for the first pixel of an image (H, W, 3) that float32 cannot hold; None if there is none.
+
+    Parameters
+    ----------
+    corner
+        Place of the image's first pixel, x and y, in the whole film.
+    where
+        What the image is of, to name it before the pixel; may be empty.
+    """
+    beyond = np.argwhere(~np.isfinite(as_float32(image)))
+    if not len(beyond):
+        return None
+    y, x, channel = (int(number) for number in beyond[0])
+    pixel = f"pixel {corner[0] + x},{corner[1] + y}"
+    return BrightImage(f"{where}: {pixel}" if where else pixel, float(image[y, x, channel]))

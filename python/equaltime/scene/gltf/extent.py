@@ -1,0 +1,66 @@
+"""How much a glTF file is when all that its parts share is written out, held against what the file has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from equaltime.scene.gltf.document import Document, Malformed
+
+__all__ = ["check_extent"]
+
+FREE_ELEMENTS: Final = 1 << 20
+USES_OF_A_BYTE: Final = 16
+"""Elements of accessors that all primitives may have together: so many, and so many for each byte of the file."""
+ZEROS_OF_A_BYTE: Final = 8
+"""The same of accessors without data, whose zeros stand nowhere: sparse morph targets have some for each vertex."""
+FREE_COPIES: Final = 1024
+BYTES_OF_A_COPY: Final = 4
+"""Copies that EXT_mesh_gpu_instancing may make in all: so many, and one for so many bytes, as a rotation may take."""
+
+
+def check_extent(document: Document) -> None:
+    """Raise `Malformed` if the primitives, or the copies of nodes, are more than a file of this size could mean."""
+    size = _bytes(document)
+    elements = zeros = copies = 0
+    for place, index in _of_primitives(document.gltf):
+        accessor = document.gltf.accessors[index]
+        count, free = int(accessor.count), accessor.bufferView is None
+        elements += count if free else min(count, size)  # data that is too short is told where it is read
+        zeros += count if free else 0
+        _check(elements, FREE_ELEMENTS + USES_OF_A_BYTE * size, "elements that primitives use", place)
+        _check(zeros, FREE_ELEMENTS + ZEROS_OF_A_BYTE * size, "elements without data that primitives use", place)
+    for place, index in _of_copies(document.gltf):
+        copies += int(document.gltf.accessors[index].count)
+        _check(copies, FREE_COPIES + size // BYTES_OF_A_COPY, "copies of nodes", place)
+
+
+def _check(found: int, most: int, what: str, place: str) -> None:
+    if found > most:
+        raise Malformed((place, f"{found} {what} in all; the limit for a file of this size is {most}"))
+
+
+def _bytes(document: Document) -> int:
+    """Return the size of the file and of those beside it that its buffers name, as far as they are there."""
+    size = document.size
+    for buffer in document.gltf.buffers:
+        if buffer.uri is not None and not buffer.uri.startswith("data:"):
+            size += document.size_of(buffer.uri)
+    return size
+
+
+def _of_primitives(gltf: Any) -> Iterator[tuple[str, int]]:
+    """Yield the accessors that primitives use, as often as they do, each with the place of the primitive."""
+    for number, mesh in enumerate(gltf.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            place = f"meshes[{number}].primitives[{p}]"
+            given = [vars(primitive.attributes), *map(vars, primitive.targets or ()), {"indices": primitive.indices}]
+            yield from ((place, index) for part in given for index in part.values() if isinstance(index, int))
+
+
+def _of_copies(gltf: Any) -> Iterator[tuple[str, int]]:
+    """Yield an accessor for each node that stands in many copies, with the node's place."""
+    for number, node in enumerate(gltf.nodes):
+        extension = (node.extensions or {}).get("EXT_mesh_gpu_instancing")
+        if extension is not None:
+            yield from ((f"nodes[{number}]", index) for index in list(extension["attributes"].values())[:1])

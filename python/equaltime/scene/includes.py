@@ -1,0 +1,38 @@
+"""The files that a scene includes: how deep they may include each other, and how much of them is read again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+__all__ = ["Includes"]
+
+MOST_DEEP: Final = 15
+"""How deep files may include files, as in Mitsuba."""
+MOST_READ_AGAIN: Final = 1 << 19
+"""Bytes of files that are included more than once, each time after the first; includes can double with each level."""
+A_FILE: Final = 1 << 10
+"""Bytes that a file counts as besides its own: the work of opening it."""
+
+
+class Includes:
+    """Opens the files that a scene includes."""
+
+    def __init__(self) -> None:
+        self._opened: set[Path] = set()
+        self._read_again = 0
+
+    def read(self, path: Path, depth: int) -> bytes:
+        """Return the content of a file that so many others include, one inside the other; raises ValueError."""
+        if depth > MOST_DEEP:
+            raise ValueError(f"files include each other more than {MOST_DEEP} deep")
+        try:
+            content = path.read_bytes()
+        except (OSError, ValueError) as error:
+            raise ValueError(f"cannot be read: {getattr(error, 'strerror', None) or error}: {path}") from error
+        if path in self._opened:
+            self._read_again += len(content) + A_FILE
+        self._opened.add(path)
+        if self._read_again > MOST_READ_AGAIN:
+            raise ValueError(f"files are included again and again: more than {MOST_READ_AGAIN} bytes")
+        return content
