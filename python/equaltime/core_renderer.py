@@ -34,7 +34,7 @@ __all__ = [
 REPLICATES = 2
 """Independent parts of a render, whose difference tells its error."""
 _BYTES_PER_PIXEL = REPLICATES * 40 + 100
-"""Of a film with its moments, and of its result."""
+"""Bytes that each pixel of a film takes: its moments in every replicate, and its result."""
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:

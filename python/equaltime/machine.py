@@ -1,4 +1,4 @@
-"""What this machine lets the process have: processors and memory, or fewer where a container limits them."""
+"""Processors and memory that this process may use: the machine's, or fewer where a container limits them."""
 
 from __future__ import annotations
 

@@ -59,6 +59,7 @@ def test_weights_beyond_their_range_are_those_at_its_ends(bsdf: dict[str, Any], 
     assert mean(et.render(et.load_dict(scene(twin, 2)), spp=16).image) != pytest.approx(theirs, rel=0.1)
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_paths_of_no_segment_are_black() -> None:
     assert mean(mi.render(mi.load_dict(scene(paint(0.5), 0)), spp=4)) == 0.0
     assert mean(et.render(et.load_dict(scene(paint(0.5), 0)), spp=4).image) == 0.0

@@ -96,7 +96,7 @@ class Peer(Value):
 
 @dataclass(frozen=True)
 class _Origin:
-    """Where an entry stands; two entries that differ in this alone are equal."""
+    """The place of an entry in its file. It does not count when entries are compared."""
 
     place: str = field(default="", compare=False)
 

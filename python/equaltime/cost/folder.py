@@ -91,7 +91,7 @@ class Folder:
 
     @property
     def failure(self) -> Path:
-        """Where the traceback of an unexpected error is kept."""
+        """The file that keeps the traceback of an unexpected error."""
         return self.path / "failure.txt"
 
     @contextmanager
