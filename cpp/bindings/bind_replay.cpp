@@ -23,7 +23,7 @@ py::object numbered(T index) {
   return index == kNone ? py::object(py::none()) : py::object(py::int_(index));
 }
 
-constexpr const char* kEnds[] = {"escapes", "depth", "absorbed", "no_direction", "black", "roulette"};
+constexpr const char* kEnds[] = {"escapes", "depth", "absorbed", "no_direction", "black", "not_finite", "roulette"};
 
 class Report {
  public:

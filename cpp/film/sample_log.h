@@ -1,4 +1,4 @@
-// SampleLog: the first of the samples that something is wrong with. A scene with one bad material has millions of them.
+// SampleLog: the first 64 faulty samples. One bad material can make millions.
 #pragma once
 
 #include <array>

@@ -146,12 +146,12 @@ Placement Motion::at(double time) const noexcept {
     double time = 0;
     Placement placement{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
   };
-  constexpr std::size_t kKept = 16;  // more instances than most rays come near
+  constexpr std::size_t kKept = 16;  // instances that a ray comes near, in most scenes; four bits of a hash
   using Recent = std::array<Kept, kKept>;
   // On the heap: a library that is loaded late has room for a few bytes a thread only.
   thread_local const std::unique_ptr<Recent> recent(new (std::nothrow) Recent);
   if (!recent) return computed_at(time);
-  Kept& kept = (*recent)[id_ % kKept];
+  Kept& kept = (*recent)[(id_ * 0x9E3779B97F4A7C15ULL) >> 60];  // Fibonacci hashing: ids in use may be all even
   if (kept.motion != id_ || kept.time != time) kept = {id_, time, computed_at(time)};
   return kept.placement;
 }

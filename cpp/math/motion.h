@@ -51,8 +51,8 @@ class Motion {
   };
   [[nodiscard]] Motion between(const Space& own, const Space& world) const;
 
-  /// The placement at a time. Before the first key and after the last, these hold. Each thread keeps the placements
-  /// that it was last asked for: all rays of a path have one time.
+  /// Returns the placement at a time. Before the first key, the first key's placement holds; after the last key, the
+  /// last one's. Each thread keeps recent placements, because all rays of a path have one time.
   [[nodiscard]] Placement at(double time) const noexcept;
 
   /// Whether it does more than to move everything along.

@@ -41,6 +41,7 @@ class Builder {
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   void check_reach(const std::vector<InstanceGeometry>& placed) const;
   Lights make_lights();
+  [[nodiscard]] std::size_t pictured_meshes() const;
 
   SceneDescription& description_;
   Normalization normalization_;
@@ -249,8 +250,24 @@ Lights Builder::make_lights() {
                 make_environment(description_, normalization_), radius, std::move(moving_lights_));
 }
 
+std::size_t Builder::pictured_meshes() const {
+  std::size_t count = 0;
+  const auto look = [&](const std::vector<ShapeDescription>& shapes) {
+    for (const ShapeDescription& shape : shapes)
+      std::visit(
+          [&](const auto& s) {
+            if constexpr (requires { s.surface; }) count += s.surface.radiance && s.surface.emission;
+          },
+          shape);
+  };
+  look(description_.shapes);
+  for (const GroupDescription& group : description_.groups) look(group.shapes);
+  return std::max<std::size_t>(count, 1);
+}
+
 Scene Builder::build(Intersection mode) {
   bring_lamps_forward(description_, normalization_);
+  area_lights_.pictured_meshes = pictured_meshes();
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1));
   media_ = make_media(description_.media, normalization_);

@@ -15,7 +15,8 @@ constexpr double kLargest = std::numeric_limits<double>::max();
 /// Parameters of BSDFs are kept in float32 as they are.
 constexpr double kLargestFloat = static_cast<double>(std::numeric_limits<float>::max());
 constexpr double kSmallestFloat = static_cast<double>(std::numeric_limits<float>::min());
-/// Of an index of refraction over that outside. Beyond, float32 loses the light.
+/// Largest index of refraction relative to the outside: that of Python's readers, which take indices from 0.001 to 1000
+/// on both sides. Far beyond it, float32 loses the light.
 constexpr double kHighestIor = 1e6;
 
 /// A part of the scene whose numbers are checked, such as BSDF 3.
@@ -119,15 +120,17 @@ void check_lights(const SceneDescription& d) {
   }
   const auto& image = *std::get_if<ImageEnvironmentDescription>(&*d.environment);
   part.number("scale", image.scale, 0, kLargest);
-  if (image.pixels.size() != std::size_t{image.width} * image.height || image.pixels.empty())
-    throw std::invalid_argument("environment: its pixels are not width times height, or there are none");
+  const std::size_t expected = std::size_t{image.width} * image.height;
+  if (image.pixels.size() != expected || expected == 0)
+    throw std::invalid_argument("environment: found " + std::to_string(image.pixels.size()) +
+                                " pixels; expected width times height = " + std::to_string(expected) + ", at least 1");
   for (const Spectrum& pixel : image.pixels) part.color("a pixel", {pixel.r, pixel.g, pixel.b});
 }
 
 void check_clips(const Part& part, const std::optional<double>& near, const std::optional<double>& far) {
   const double nearest = near.value_or(0);
-  part.number("near", nearest, 0, kLargest);
-  if (far && !(*far > nearest)) part.number("far", *far, nearest, std::numeric_limits<double>::infinity());
+  part.number("near_clip", nearest, 0, kLargest);
+  if (far) part.number("far_clip", *far, std::nextafter(nearest, kLargest), HUGE_VAL);
 }
 
 void check_sensor(const SensorDescription& sensor) {

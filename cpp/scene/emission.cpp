@@ -123,9 +123,8 @@ void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surf
 }
 
 std::vector<TriangleShine> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
-                                                 bool flipped) {
-  const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(),
-                                  pictured_meshes++);
+                                                 bool flipped) const {
+  const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(), pictured_meshes);
   const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
   std::vector<TriangleShine> shines;
   double total = 0;

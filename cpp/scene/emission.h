@@ -22,6 +22,7 @@ struct Emitter {
 
 struct AreaLights {
   const std::vector<Texture>& textures;
+  std::size_t pictured_meshes = 1;  // meshes of the scene whose triangles may have pictures
   std::vector<AreaLight> lights = {};
   std::vector<Emitter> emitters = {};  // one a light
 
@@ -37,9 +38,7 @@ struct AreaLights {
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
   /// How bright the texture of a mesh makes each triangle: none so little that it would never be picked.
   [[nodiscard]] std::vector<TriangleShine> shines_of(std::size_t shape, const TriangleMesh& mesh,
-                                                     const Surface& surface, bool flipped);
-
-  std::size_t pictured_meshes = 0;  // whose triangles have had pictures made
+                                                     const Surface& surface, bool flipped) const;
 };
 
 }  // namespace equaltime

@@ -7,9 +7,10 @@ namespace equaltime {
 
 namespace {
 
-/// Pieces of all triangles of a mesh: where they hold each part of the texture, and where they are points of it only,
-/// because a triangle has more parts of the texture than that.
-constexpr double kPieces = 0x1p24, kCoarsePieces = 0x1p18;
+/// Largest number of exact pieces: of a mesh (1 to 3 s of work), and of all meshes.
+constexpr double kPieces = 0x1p24, kScenePieces = 0x1p25;
+/// Largest number of points, where a triangle has more pieces than its share: a small part of a second.
+constexpr double kCoarsePieces = 0x1p19;
 constexpr double kFewestPieces = 16;                // of a triangle
 constexpr double kCells = 0x1p20, kMostCells = 64;  // of all pictures; along a side of one
 constexpr double kEven = 1.1;                       // a contrast that is not worth a picture
@@ -27,6 +28,11 @@ Point2d mixed(Point2d a, Point2d b, double t) noexcept { return {std::lerp(a.x, 
 
 double doubled_area(Point2d a, Point2d b, Point2d c) noexcept {
   return std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+}
+
+/// One triangle's share of the pieces of a mesh.
+double share(double pieces, std::size_t triangles) noexcept {
+  return std::max(kFewestPieces, pieces / static_cast<double>(triangles));
 }
 
 /// A convex polygon: a piece of a quadrilateral that four lines may have cut.
@@ -119,13 +125,12 @@ struct TrianglePictures::Footprint {
 };
 
 TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles,
-                                   std::size_t earlier)
+                                   std::size_t meshes)
     : texture_(texture),
       color_(color),
       lattice_(std::visit([](const auto& t) { return t.lattice(); }, texture)),
-      most_pieces_(
-          std::max(kFewestPieces, kPieces / (static_cast<double>(triangles) * static_cast<double>(earlier + 1)))),
-      coarse_pieces_(std::max(kFewestPieces, most_pieces_ * (kCoarsePieces / kPieces))),
+      most_pieces_(share(std::min(kPieces, kScenePieces / static_cast<double>(meshes)), triangles)),
+      coarse_pieces_(share(kCoarsePieces / static_cast<double>(meshes), triangles)),
       most_cells_(std::min(kMostCells, std::sqrt(kCells / static_cast<double>(triangles)))),
       typical_(0) {
   constexpr float kStep = 1.0F / kLooks;

@@ -17,9 +17,9 @@ struct TriangleShine {
 
 class TrianglePictures {
  public:
-  /// Pictures of a texture times a colour on a mesh, whose triangles share the work and the memory that the mesh may
-  /// take. `earlier`: how many meshes of the scene had pictures before; the n-th may take 1/n of the first's work.
-  TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t earlier);
+  /// Pictures of a texture times a colour on one of the `meshes` of a scene that have pictures. They share the work
+  /// that a scene may take, and the triangles of the mesh share its part.
+  TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t meshes);
 
   /// Of a triangle whose corners are looked up there, in its light's order; `finest`: the most cells along a side of
   /// its picture that points can be told apart in.

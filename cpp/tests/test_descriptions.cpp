@@ -1,4 +1,5 @@
 // Numbers of a description that cannot be are refused, by name, before anything is built.
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -79,7 +80,24 @@ TEST("light that is negative or no number is refused") {
       [](SceneDescription& d) {
         d.environment = ImageEnvironmentDescription{2, 2, {{}, {}, {}}, 1, {}};
       },
-      "environment: its pixels"));
+      "environment: found 3 pixels"));
+  CHECK(refused(
+      [](SceneDescription& d) {
+        d.environment = ImageEnvironmentDescription{1, 1, {{1, -1, 1}}, 1, {}};
+      },
+      "environment: a pixel is -1"));
+  CHECK(refused(
+      [](SceneDescription& d) {
+        d.spot_lights.push_back({{0, 1, 0}, {0, -1, 0}, {HUGE_VAL, 1, 1}});
+      },
+      "spot light 0: intensity is inf"));
+  SurfaceDescription dark;
+  dark.radiance = Vec3d{-1, 0, 0};
+  CHECK(refused(
+      [&](SceneDescription& d) {
+        d.groups.push_back({{SphereDescription{{}, 1, false, dark}}});
+      },
+      "group 0: shape 0: radiance is -1"));
 }
 
 TEST("a sensor without an angle, or with one of half a turn, is refused") {
@@ -94,7 +112,10 @@ TEST("a sensor without an angle, or with one of half a turn, is refused") {
   for (const double angle : {0.0, 180.0, -20.0, kNaN})
     CHECK(with_view([&](PerspectiveDescription& v) { v.x_fov_degrees = angle; }).starts_with("sensor: x_fov_degrees"));
   CHECK(with_view([](PerspectiveDescription& v) { v.to_world.m[0][3] = kNaN; }).starts_with("sensor: an entry"));
-  CHECK(with_view([](PerspectiveDescription& v) { v.near = 2, v.far = 1; }).starts_with("sensor: far is 1"));
+  CHECK(with_view([](PerspectiveDescription& v) { v.near = 2, v.far = 1; }).starts_with("sensor: far_clip is 1"));
+  CHECK(with_view([](PerspectiveDescription& v) { v.near = 2, v.far = 2; }).starts_with("sensor: far_clip is 2"));
+  CHECK(with_view([](PerspectiveDescription& v) { v.far = 0; }).starts_with("sensor: far_clip is 0"));
+  CHECK(with_view([](PerspectiveDescription& v) { v.near = 1, v.far = 2; }).empty());
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Moving instances: a few, met one by one, are met where those of a crowd are found in Embree's tree.
+#include <cmath>
 #include <cstdio>
 #include <vector>
 
@@ -37,6 +38,29 @@ std::vector<MovingInstanceGeometry> swinging(std::uint32_t far_away) {
 bool same(const Optional<InstancedId>& a, const Optional<InstancedId>& b) {
   if (!a || !b) return !a && !b;
   return a->instance == b->instance && a->id.geometry == b->id.geometry && a->id.primitive == b->id.primitive;
+}
+
+TEST("placements asked for in turn are each those of their motion and their time") {
+  const auto moving_to = [](double x) {
+    Transform begin = scenes::placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}), end = begin;
+    end.m[0][3] = x;
+    return Motion({{0, begin}, {1, end}});
+  };
+  std::vector<Motion> motions;
+  for (int i = 0; i < 40; ++i) {
+    motions.push_back(moving_to(i + 1));
+    motions.push_back(motions.back().between({{0, 0, 0}, 1}, {{0, 0, 0}, 4}));  // where lengths are four times as large
+  }
+  const std::vector<Motion> copies = motions;
+  int wrong = 0;
+  for (int turn = 0; turn < 4; ++turn)
+    for (const double time : {0.25, 0.5, 0.25})
+      for (std::size_t i = 0; i < motions.size(); ++i)
+        for (const Motion* motion : {&motions[i], &copies[i]}) {
+          const double x = static_cast<double>(i / 2 + 1) * time * (i % 2 == 0 ? 1 : 4);
+          wrong += std::abs(motion->at(time).origin.x - x) > 1e-12;
+        }
+  CHECK(wrong == 0);
 }
 
 TEST("a few moving instances are met one by one where Embree's tree finds them") {

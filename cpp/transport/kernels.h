@@ -36,8 +36,8 @@ struct BlockTask {
   std::uint64_t* pixel_rays = nullptr;       // if anybody asks, one for each of the film
 };
 
-/// Renders a block into the film; non-finite samples are kept out of it and logged. Where the counter was
-/// told to give a path up, the block is left unfinished.
+/// Renders a block into the film. Non-finite samples are logged and kept out of the film. If the counter gives a path
+/// up, the block stays unfinished.
 using Kernel = void (*)(const BlockTask&, Film&, RayCounter&, SampleLog<NonFinite>&);
 /// The same samples without a film, keeping their rays.
 using RecordingKernel = void (*)(const BlockTask&, std::uint32_t replicates, RayRecorder&);

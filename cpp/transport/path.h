@@ -12,7 +12,7 @@
 
 namespace equaltime {
 
-/// What a path has gathered at its end or, once it has forked, at that of the copy turned to.
+/// Returns the path's radiance. After a fork: the radiance of all copies traced so far.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum trace_branch(const Scene& scene, const Settings& settings,
                                                      const Ray& camera_ray, NumbersOf<E> sampler, Forks<E>& forks,

@@ -82,7 +82,7 @@ Effects both(Effects a, const Effects& b) noexcept {
 
 }  // namespace
 
-/// What one worker has of a pass of its own.
+/// One worker's counters, logs and block copy during a pass.
 struct Renderer::Worker {
   RayCounter probe;
   BlockBefore before;

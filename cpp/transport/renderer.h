@@ -27,12 +27,13 @@ class Renderer {
  public:
   Renderer(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options);
 
-  /// Brings every pixel to `samples`. Ends early, between blocks, when `seconds` have passed or `poll` (called about
-  /// every 50 ms by the calling thread) returns false or throws, which is thrown on; the next call takes up where this
-  /// one ended. An exception of a worker, such as std::bad_alloc, ends it alike, with no sample lost or counted twice.
-  /// A path of a thousand segments is not waited for: its block begins anew then. After `pause` seconds it ends early
-  /// too, but every worker has finished a block then, so that a caller who goes on comes to the end. Returns whether
-  /// every pixel has its samples.
+  /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
+  ///
+  /// Ends early, between blocks, when `seconds` have passed, or when `poll` (called about every 50 ms by the calling
+  /// thread) returns false or throws, which is thrown on. A path of a thousand segments is not waited for: its block
+  /// begins anew then. After `pause` seconds the call ends early too, but every worker has finished a block then, so
+  /// that a caller who goes on comes to the end. An exception of a worker, such as std::bad_alloc, is thrown on. In
+  /// each of these cases the next call takes up where this one ended; no sample is lost or counted twice.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
                std::optional<double> pause = {});
 

@@ -155,6 +155,7 @@ PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcep
   if (!last.it) return PathEnd::escapes;
   if (!last.scattering) return static_cast<std::size_t>(max_depth) <= last.length ? PathEnd::depth : PathEnd::absorbed;
   if (!last.scattering->scattered) return PathEnd::no_direction;
+  if (!(last.left * last.scattering->scattered->weight).is_finite()) return PathEnd::not_finite;
   return last.scattering->survival ? PathEnd::roulette : PathEnd::black;
 }
 

@@ -56,7 +56,7 @@ struct TracedVertex {
 };
 
 /// Why a path has no more vertices.
-enum class PathEnd : std::uint8_t { escapes, depth, absorbed, no_direction, black, roulette };
+enum class PathEnd : std::uint8_t { escapes, depth, absorbed, no_direction, black, not_finite, roulette };
 
 struct Replay {
   float filter_weight;                 // of its place under the pixel's filter

@@ -41,7 +41,8 @@ class Replay:
     radiance: Color
     """What the sample adds to its pixel: what the vertices add, in their order, times the filter's weight."""
     end: str
-    """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``roulette``."""
+    """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
+    ``roulette``."""
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
     """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
     medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the

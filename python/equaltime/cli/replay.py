@@ -25,6 +25,7 @@ ENDS: Final = {
     "absorbed": "this side of the surface absorbs everything",
     "no_direction": "the BSDF gives no direction",
     "black": "nothing is scattered",
+    "not_finite": "its throughput is not a finite number",
     "roulette": "roulette ends it",
 }
 
