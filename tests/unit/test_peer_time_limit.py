@@ -61,6 +61,12 @@ def test_a_process_that_does_not_answer_is_ended(tmp_path: Path, living: int) ->
     worker.close()
 
 
+def test_starting_has_a_longer_limit_than_rendering() -> None:
+    worker = Worker(["sh", "-c", "read question; sleep 0.5; echo '{\"seconds\": 1}'"], "theirs", limit=0.1)
+    assert worker.ask("start", at_least=60.0) == {"seconds": 1}
+    worker.close()
+
+
 def test_an_answer_in_time_is_an_answer() -> None:
     worker = Worker(["sh", "-c", "read question; echo '{\"seconds\": 1}'"], "theirs", limit=60.0)
     assert worker.ask("start") == {"seconds": 1}
@@ -71,11 +77,13 @@ def test_an_answer_in_time_is_an_answer() -> None:
     ("words", "limit"),
     [
         ({"budget": "10s"}, 260.0),
+        ({"budget": "10s", "reference": {"seconds": 7200}}, 7260.0),
         ({"spp": [4]}, 3600.0),
+        ({"spp": [4], "reference": {"seconds": 7200}}, 7260.0),
         ({"budget": "10s", "strategies": [{"label": "mine", "peer": {"command": COMMAND, "limit": "5min"}}]}, 300.0),
     ],
 )
-def test_the_limit_follows_from_the_budget_unless_it_is_given(words: dict[str, object], limit: float) -> None:
+def test_the_limit_follows_from_budget_and_reference(words: dict[str, object], limit: float) -> None:
     peers = {"strategies": [{"label": "mine", "peer": {"command": COMMAND}}, {"label": "theirs", "peer": "mitsuba"}]}
     experiment = Experiment.model_validate({"scenes": [{"path": SCENE}], **peers, **words})
     assert {getattr(subject, "limit", None) for subject in make_subjects(experiment)} == {limit}

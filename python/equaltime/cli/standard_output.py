@@ -50,7 +50,7 @@ class _Named:
 
 @contextmanager
 def named_output() -> Iterator[None]:
-    """Let failures to write to standard output be `OutputError`; a process that was started without one prints nothing."""
+    """Let failures to write to standard output be `OutputError`. If it is closed (``>&-``), nothing is printed."""
     if sys.stdout is None:
         yield
         return

@@ -65,7 +65,8 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     if entry.peer is not None:
         from equaltime.cost.peers import peer_subject
 
-        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget)
+        seconds = experiment.reference.seconds
+        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget, seconds)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
 

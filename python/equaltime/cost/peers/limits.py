@@ -19,13 +19,20 @@ _TIMES_BUDGET, _SECONDS_MORE = 20.0, 60.0
 """A run's last render takes at most a few times its budget; the seconds are for loading and compiling."""
 _WITHOUT_BUDGET = 3600.0
 """Seconds for a render of an experiment that gives sample counts: how long they take is not known."""
+SETUP_LIMIT = 1800.0
+"""Seconds for starting a renderer or loading and compiling a scene: large scenes take minutes, whatever the budget."""
 _PATIENCE = 2.0
 """Seconds from SIGTERM to SIGKILL."""
 
 
-def time_limit(budget: float | None) -> float:
-    """Return the seconds that one render may take: 20 times the budget and a minute; an hour if there is no budget."""
-    return _WITHOUT_BUDGET if budget is None else _TIMES_BUDGET * budget + _SECONDS_MORE
+def time_limit(budget: float | None, reference: float = 0.0) -> float:
+    """Return the seconds that one render may take.
+
+    It is 20 times the budget and a minute; or, if that is more, the seconds of a ``reference`` and a minute, because
+    a peer may have to render its own reference. Without a budget an hour takes the place of the former.
+    """
+    run = _WITHOUT_BUDGET if budget is None else _TIMES_BUDGET * budget + _SECONDS_MORE
+    return max(run, reference + _SECONDS_MORE)
 
 
 DEFAULT_LIMIT = time_limit(None)
