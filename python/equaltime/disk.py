@@ -48,15 +48,31 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def give_new_name(temporary: Path, path: Path) -> None:
-    """Rename a file of `beside` to ``path``; raises `FileExistsError` if that is the name of something already."""
+    """Give a file of `beside` the name ``path`` as well; raises `FileExistsError` if something has that name already.
+
+    A process that is killed leaves the whole file under that name, or none. Where the file system has no links, it may
+    leave an empty file.
+    """
+    if os.path.lexists(path):  # before the file is synced, which takes long
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     to_disk(temporary)
-    os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))  # nobody else can take the name from here on
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:  # no links here, or a failure that the other way meets too
+        _rename_to_new(temporary, path)
+    _name_to_disk(path)
+
+
+def _rename_to_new(temporary: Path, path: Path) -> None:
+    """Rename a file to a name that is reserved first; raises `FileExistsError` if it is taken."""
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))
     try:
         os.replace(temporary, path)
-    except OSError:
-        path.unlink()
+    except BaseException:
+        path.unlink(missing_ok=True)
         raise
-    _name_to_disk(path)
 
 
 def make_folder(path: Path) -> None:
