@@ -90,14 +90,16 @@ def _name_to_disk(path: Path) -> None:
 
 
 @contextmanager
-def beside(path: Path) -> Iterator[Path]:
+def beside(path: Path, tidied: bool = False) -> Iterator[Path]:
     """Give an empty file in the folder of ``path``, and remove it at the end if it was not renamed.
 
     A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
     the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
-    has the machine's name, and only files of the same machine are looked at.
+    has the machine's name, and only files of the same machine are looked at. A caller that has just ``tidied`` the
+    folder says so: looking through it takes time that grows with the number of files in it.
     """
-    tidy(path.parent)
+    if not tidied:
+        tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
     temporary = path.with_name(f"{_machine()}-{os.getpid()}-{next(_NUMBERS):x}.part")
     descriptor = _locked(temporary)
