@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from equaltime.errors import SceneError
@@ -12,7 +12,7 @@ from equaltime.scene import Scene
 from equaltime.scene.lint import Finding, lint
 from equaltime.scene.model import Aov, Depth, Integrator
 
-__all__ = ["EqualtimeWarning", "black_picture", "unwarned", "warn_if_black"]
+__all__ = ["EqualtimeWarning", "black_picture", "reasons", "unwarned", "warn_if_black"]
 
 _REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
 """Findings of lint that make a picture black."""
@@ -37,21 +37,26 @@ def unwarned() -> Iterator[None]:
         yield
 
 
-def black_picture(result: Result, scene: Scene) -> str:
+def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
     """Return what to tell of a picture that is black everywhere; empty for another, or if its error says enough.
 
     The error says enough where it is not 0, unless the camera is inside a closed surface. A scene that asks for outputs
-    beside the image alone wants no light.
+    beside the image alone wants no light. ``known`` are the findings of a quick look by lint, if there was one.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""
-    findings = _findings(scene)
+    findings = _findings(scene) if known is None else reasons(known)
     if result.error.high != 0.0 and not any(finding.check == "camera-enclosed" for finding in findings):
         return ""
     told = f"the picture is black everywhere, with an error of {result.error}: no sample has met any light"
     if not findings:
         return f"{told}; look at where the camera is and what emits light"
     return "; ".join([told, *map(_told, findings)])
+
+
+def reasons(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings of lint that make a picture black."""
+    return [finding for finding in findings if finding.check in _REASONS]
 
 
 def _wants_no_light(integrator: Integrator) -> bool:
@@ -61,7 +66,7 @@ def _wants_no_light(integrator: Integrator) -> bool:
 def _findings(scene: Scene) -> list[Finding]:
     """Return what lint finds that makes a picture black."""
     with suppress(SceneError, ValueError):  # of a file that is gone
-        return [finding for finding in lint(scene, fast=True) if finding.check in _REASONS]
+        return reasons(lint(scene, fast=True))
     return []
 
 

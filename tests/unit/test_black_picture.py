@@ -54,11 +54,17 @@ type = "perspective"
 film = { type = "hdrfilm", width = 8, height = 8 }
 """
 BALL = '[ball]\ntype = "sphere"\nradius = 3.0\n[sky]\ntype = "constant"\n'
+DIM = '[dim]\ntype = "point"\nposition = [0, 0, -5]\nintensity = 1e-13\n'
 BEHIND = '[lamp]\ntype = "point"\nposition = [0, 0, -5]\n'
 
 
 @pytest.mark.parametrize(
-    ("objects", "lines"), [(BALL, ["lint: "]), (BEHIND, ["warning: the picture is black everywhere"])]
+    ("objects", "lines"),
+    [
+        (BALL, ["lint: "]),
+        (BEHIND, ["warning: the picture is black everywhere"]),
+        (BEHIND + DIM, ["lint: 1 warning (radiance-range)", "warning: the picture is black everywhere"]),
+    ],
 )
 def test_the_command_line_tells_it_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], objects: str, lines: list[str]

@@ -12,7 +12,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.arguments import Backend
-from equaltime.black_picture import black_picture, unwarned
+from equaltime.black_picture import black_picture, reasons, unwarned
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
@@ -232,9 +232,7 @@ def render(
         if isinstance(failure, BrightImage):
             raise failure.with_result(result, str(output))
         _tell_end(result, loaded, findings, writing, files, viewer, quiet, told if as_json else None)
-        if not (quiet or any(finding.severity == "warning" for finding in findings)) and (
-            black := black_picture(result, loaded)
-        ):
+        if not quiet and not reasons(findings) and (black := black_picture(result, loaded, findings)):
             print_warning(black)
     if failure is not None:
         raise failure.with_words(
