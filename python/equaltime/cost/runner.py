@@ -92,6 +92,7 @@ def run(
     try:
         with place.locked():
             place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
+            place.failure.unlink(missing_ok=True)
             with Recorder(place.records) as recorder:
                 place.tidy()
                 _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
