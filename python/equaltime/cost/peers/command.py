@@ -183,9 +183,11 @@ class CommandPeer:
                 )
             try:
                 with limited(process, self.limit, self.label):
-                    _, status, usage = os.wait4(process.pid, 0)
-                    process.returncode = os.waitstatus_to_exitcode(status)
+                    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it is reaped when no timer is on
+                _, status, usage = os.wait4(process.pid, 0)
+                process.returncode = os.waitstatus_to_exitcode(status)
             except PeerError as error:
+                process.wait()
                 words = f"\n  {shlex.join(arguments)}{tail(stderr) or tail(stdout)}"
                 raise PeerError(f"{error}{words}") from error
             except BaseException:

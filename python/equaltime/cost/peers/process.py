@@ -29,7 +29,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process that leads a session of its own, with all that it started."""
+    """End a process that leads a session of its own, with its process group."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
