@@ -5,36 +5,37 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 
-from equaltime.errors import SceneError
+from equaltime.errors import EqualtimeWarning, SceneError
 from equaltime.result import Result
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding, lint
 from equaltime.scene.model import Aov, Depth, Integrator
 
-__all__ = ["EqualtimeWarning", "black_picture", "reasons", "unwarned", "warn_if_black"]
+__all__ = ["black_picture", "reasons", "unwarned", "warn_if_black"]
 
 _REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
 """Findings of lint that make a picture black."""
-
-
-class EqualtimeWarning(UserWarning):
-    """A result may not be what was meant, such as a picture that is black everywhere."""
+_WARNS = ContextVar("_WARNS", default=True)
+"""Whether renders of this thread warn. Filters of warnings would be those of all threads."""
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
     """Return the result, after a warning if its picture is black everywhere; ``stacklevel`` is that of the caller."""
-    if message := black_picture(result, scene):
+    if _WARNS.get() and (message := black_picture(result, scene)):
         warnings.warn(message, EqualtimeWarning, stacklevel + 1)
     return result
 
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Let renders inside warn of nothing."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", EqualtimeWarning)
+    """Let renders inside not warn of black pictures; renders of other threads still do."""
+    token = _WARNS.set(False)
+    try:
         yield
+    finally:
+        _WARNS.reset(token)
 
 
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:

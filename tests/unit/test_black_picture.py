@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import equaltime as et
+from equaltime.black_picture import unwarned
 from equaltime.cli import main
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
@@ -46,6 +48,17 @@ def test_a_picture_with_light_and_one_that_wants_none_are_not_told_of() -> None:
         warnings.simplefilter("error")
         assert et.render(described(sky=SKY), 4).image.any()
         assert not et.render(described(integrator={"type": "depth"}), 4).image.any()
+
+
+def test_a_thread_that_wants_no_warnings_does_not_silence_another() -> None:
+    dark = described(floor={"type": "rectangle"})
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with unwarned(), ThreadPoolExecutor(1) as pool:
+            et.render(dark, 4)
+            assert not caught
+            pool.submit(et.render, dark, 4).result()
+    assert [warning.category for warning in caught] == [et.EqualtimeWarning]
 
 
 TOML = """
