@@ -1,6 +1,7 @@
 // Moving instances: a few, met one by one, are met where those of a crowd are found in Embree's tree.
 #include <cmath>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "accel/accel.h"
@@ -56,7 +57,7 @@ TEST("placements asked for in turn are each those of their motion and their time
   for (int turn = 0; turn < 4; ++turn)
     for (const double time : {0.25, 0.5, 0.25})
       for (std::size_t i = 0; i < motions.size(); ++i)
-        for (const Motion* motion : {&motions[i], &copies[i]}) {
+        for (const Motion* motion : {&std::as_const(motions[i]), &copies[i]}) {
           const double x = static_cast<double>(i / 2 + 1) * time * (i % 2 == 0 ? 1 : 4);
           wrong += std::abs(motion->at(time).origin.x - x) > 1e-12;
         }

@@ -20,7 +20,6 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
-from equaltime.black_picture import EqualtimeWarning
 from equaltime.compare import compare
 from equaltime.cost import cost
 from equaltime.effects import PriceList, effects
@@ -29,6 +28,7 @@ from equaltime.errors import (
     BrightImage,
     EffectError,
     EqualtimeError,
+    EqualtimeWarning,
     ExperimentError,
     FaultySample,
     ImageError,

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from equaltime import _core
-from equaltime.core_renderer import check_memory, core_settings
-from equaltime.machine import processors, worker_threads
+from equaltime.core_renderer import MOMENTS_BYTES, check_memory, core_settings
+from equaltime.machine import memory_bytes, processors, worker_threads
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
@@ -31,7 +31,8 @@ _PILOT_SAMPLES = 2
 # What a repeat takes about, if nobody says how many samples it has.
 _REPEAT_SECONDS = 0.5
 _MOST_SAMPLES = 256
-_BYTES_PER_PIXEL = 2 * 40
+_FILMS = 2
+"""Films that are in memory at a time: that of the render and that of its replay."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +205,7 @@ def measure(
 
 def _cases(name: str, scene: Scene, strategy: Strategy, threads: Sequence[int], spp: int | None) -> list[_Case]:
     """Build the scene and choose how many samples a repeat takes, the same for all numbers of threads."""
-    check_memory(scene, _BYTES_PER_PIXEL)
+    check_memory(scene, _FILMS * MOMENTS_BYTES)
     settings, threads = core_settings(scene, strategy), [worker_threads(count) for count in threads]
     if spp is None:
         pilot = _core.measure_limit(scene.core, settings, threads=threads[0], samples=_PILOT_SAMPLES, pairs=1)
@@ -242,7 +243,7 @@ def machine() -> dict[str, Any]:
     return {
         "cpu": _processor(),
         "processors": processors(),
-        "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
+        "memory_bytes": memory_bytes(),
         "system": platform.platform(),
         "load_average": os.getloadavg()[0],
     }

@@ -20,6 +20,7 @@ from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
 __all__ = [
+    "MOMENTS_BYTES",
     "REPLICATES",
     "AdaptiveRenderer",
     "bad_sample",
@@ -33,14 +34,16 @@ __all__ = [
 
 REPLICATES = 2
 """Independent parts of a render, whose difference tells its error."""
-_BYTES_PER_PIXEL = REPLICATES * 40 + 100
-"""Bytes that each pixel of a film takes: its moments in every replicate, and its result."""
+MOMENTS_BYTES = 40
+"""Bytes of one pixel's moments in a film of the core."""
+_RESULT_BYTES = 100
+"""Bytes of one pixel in a result, beside the film: image, standard error, counts, and copies on the way to a file."""
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
     """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
-    check_memory(scene, _BYTES_PER_PIXEL)
+    check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
     try:
         return make(scene.core, settings, seed=seed, threads=worker_threads(threads), replicates=REPLICATES, **options)
@@ -151,5 +154,8 @@ def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
     needed = width * height * bytes_per_pixel
     present = memory_bytes()
     if needed > present:
-        message = f"an image of {width}x{height} pixels needs {needed / 1e9:.3g} GB of memory; "
-        raise SceneError((Problem("", message + f"this machine has {present / 1e9:.3g} GB"),))
+        message = (
+            f"an image of {width}x{height} pixels: {needed / 1e9:.3g} GB of memory needed, {present / 1e9:.3g} GB "
+            "allowed by the machine or its container; choose a smaller size or crop"
+        )
+        raise SceneError((Problem("", message),))

@@ -48,15 +48,31 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def give_new_name(temporary: Path, path: Path) -> None:
-    """Rename a file of `beside` to ``path``; raises `FileExistsError` if that is the name of something already."""
+    """Give a file of `beside` the name ``path`` as well; raises `FileExistsError` if something has that name already.
+
+    A process that is killed leaves the whole file under that name, or none. Where the file system has no links, it may
+    leave an empty file.
+    """
+    if os.path.lexists(path):  # before the file is synced, which takes long
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     to_disk(temporary)
-    os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))  # nobody else can take the name from here on
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:  # no links here, or a failure that the other way meets too
+        _rename_to_new(temporary, path)
+    _name_to_disk(path)
+
+
+def _rename_to_new(temporary: Path, path: Path) -> None:
+    """Rename a file to a name that is reserved first; raises `FileExistsError` if it is taken."""
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))
     try:
         os.replace(temporary, path)
-    except OSError:
-        path.unlink()
+    except BaseException:
+        path.unlink(missing_ok=True)
         raise
-    _name_to_disk(path)
 
 
 def make_folder(path: Path) -> None:
@@ -74,14 +90,16 @@ def _name_to_disk(path: Path) -> None:
 
 
 @contextmanager
-def beside(path: Path) -> Iterator[Path]:
+def beside(path: Path, tidied: bool = False) -> Iterator[Path]:
     """Give an empty file in the folder of ``path``, and remove it at the end if it was not renamed.
 
     A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
     the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
-    has the machine's name, and only files of the same machine are looked at.
+    has the machine's name, and only files of the same machine are looked at. A caller that has just ``tidied`` the
+    folder says so: looking through it takes time that grows with the number of files in it.
     """
-    tidy(path.parent)
+    if not tidied:
+        tidy(path.parent)
     # without the name itself, which may already be as long as a name can be
     temporary = path.with_name(f"{_machine()}-{os.getpid()}-{next(_NUMBERS):x}.part")
     descriptor = _locked(temporary)

@@ -1,4 +1,4 @@
-"""Every error that equaltime raises on purpose.
+"""Every error that equaltime raises on purpose, and its category of warnings.
 
 ::
 
@@ -27,6 +27,7 @@ __all__ = [
     "BrightImage",
     "EffectError",
     "EqualtimeError",
+    "EqualtimeWarning",
     "ExperimentError",
     "FaultySample",
     "ImageError",
@@ -38,6 +39,10 @@ __all__ = [
     "SceneError",
     "StrategyError",
 ]
+
+
+class EqualtimeWarning(UserWarning):
+    """A result may not be what was meant, such as a picture that is black everywhere."""
 
 
 class EqualtimeError(Exception):

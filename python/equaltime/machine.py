@@ -33,15 +33,18 @@ def allowed_processors() -> set[int]:
 
 
 def memory_bytes(groups: Path = _GROUPS) -> int:
-    """Return the bytes of memory that this process may have: the machine's, or fewer where a container limits it."""
+    """Return the bytes of memory that this process may have: the machine's, or fewer where a container limits it.
+
+    A limit of 0 bytes is ignored: no process could run under it.
+    """
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     names = ("memory.max", "memory.limit_in_bytes")
     limits = (_numbers(folder / name) for folder in _folders("memory", groups) for name in names)
-    return min([present, *(limit[0] for limit in limits if limit)])
+    return min([present, *(limit[0] for limit in limits if limit and limit[0] > 0)])
 
 
 def resident_bytes() -> int:
-    """Return what this process has in memory now; 0 where the system does not tell."""
+    """Return the bytes that this process has in memory now; 0 where the system does not tell."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:

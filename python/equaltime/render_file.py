@@ -114,7 +114,7 @@ class RenderFile:
         parts = dict(self._looked_at(image, kind, small))
         if not small:
             parts |= dict(self._numbers(image))
-        record = json.dumps({**self.record, "format": FORMAT}, allow_nan=False)
+        record = json_text({**self.record, "format": FORMAT})
         guard = {"record": _digest(record), **{name: _digest(part.pixels) for name, part in parts.items()}}
         parts["beauty"].attributes.update(
             {"Software": SOFTWARE, "ImageDescription": description, _RECORD: record, _SHA256: json_text(guard)}

@@ -20,8 +20,8 @@ from equaltime.float32 import as_float32, beyond_float32
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.output_files import keep_work
+from equaltime.radiance_range import FAR_APART
 from equaltime.render_file import FORMAT, RenderFile
-from equaltime.scene.lint.lights import FAR_APART
 from equaltime.stated import paths_up_to, stated
 from equaltime.stopping import Stop, StoppedBy
 from equaltime.unseen import Unseen, stated_error
@@ -188,16 +188,11 @@ class Result:
     def radiance_range(self) -> float:
         """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
 
-        Beyond 1e12, light of dim emitters may be missing: see `lint`'s ``radiance-range``.
+        It is large in ordinary scenes too, such as one lamp in thick fog. Only where `lint` finds emitters that are
+        more than 1e12 apart (``radiance-range``) may light of the dim ones be missing.
         """
         least = float(np.min(self.image, where=self.image > 0.0, initial=np.inf))
         return float(self.image.max()) / least if least < np.inf else 1.0
-
-    @property
-    def far_apart(self) -> str:
-        """A sentence part on radiances that are too far apart for all light to be found; empty if they are not."""
-        ratio = self.radiance_range
-        return f"radiances {ratio:.2g} times apart, more than {FAR_APART:.0e}" if ratio > FAR_APART else ""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -216,7 +211,7 @@ class Result:
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
-            **({"radiance_range": self.radiance_range} if self.far_apart else {}),
+            **({"radiance_range": self.radiance_range} if self.radiance_range > FAR_APART else {}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
@@ -281,8 +276,7 @@ class Result:
         number, asked = stated(self.origin), self.origin.scene_max_depth
         asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
         error = f"{number.noun} {self.error}{number.of_paths}{asks}"
-        apart = f", {self.far_apart}" if self.far_apart else ""
-        return f"{width}x{height}, {self.spp:g} spp, {error}{apart}, stopped by {self.stopped_by}"
+        return f"{width}x{height}, {self.spp:g} spp, {error}, stopped by {self.stopped_by}"
 
     def __repr__(self) -> str:
         return f"Result({self._summary()})"

@@ -1,4 +1,4 @@
-"""JSON that every reader takes: what the package prints and writes has no NaN and no Infinity."""
+"""JSON that every reader takes: the package prints and writes it without NaN and Infinity."""
 
 from __future__ import annotations
 
@@ -18,9 +18,17 @@ def json_text(
     ensure_ascii: bool = True,
     default: Callable[[Any], object] | None = None,
 ) -> str:
-    """Return data as JSON; a number that is not finite becomes null. The options are those of `json.dumps`."""
+    """Return data as JSON; a number that is not finite becomes null. The options are those of `json.dumps`.
+
+    This holds for what ``default`` returns as well. A key that is not finite raises ValueError: null is no key.
+    """
     return json.dumps(
-        _finite(data), allow_nan=False, indent=indent, sort_keys=sort_keys, ensure_ascii=ensure_ascii, default=default
+        _finite(data),
+        allow_nan=False,
+        indent=indent,
+        sort_keys=sort_keys,
+        ensure_ascii=ensure_ascii,
+        default=None if default is None else lambda value: _finite(default(value)),
     )
 
 

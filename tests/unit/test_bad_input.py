@@ -1,11 +1,13 @@
 """Bad input on the real command line: one clear error with its place, nothing overwritten, nothing left behind."""
 
 import errno
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
 
@@ -15,6 +17,7 @@ import pytest
 import equaltime as et
 from equaltime import images
 from equaltime.cli import main
+from equaltime.cli.standard_output import OutputError, named_output
 from equaltime.render_file import read_picture
 
 HEAD = """
@@ -205,6 +208,25 @@ def test_a_reader_that_has_gone_is_no_error(scene: Path, unbuffered: str) -> Non
     with os.fdopen(writer, "w") as pipe:
         ended = run("schema", stdout=pipe, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
     assert (ended.returncode, ended.stderr) == (1, "")
+
+
+def test_a_closed_standard_output_is_no_error(scene: Path) -> None:
+    command = [sys.executable, "-m", "equaltime", "info", str(scene), "--json"]
+    ended = subprocess.run(["sh", "-c", 'exec "$@" >&-', "sh", *command], capture_output=True, check=False, timeout=60)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, b"", b"")
+
+
+@pytest.mark.parametrize("write", ["write", "writelines"])
+def test_each_way_of_writing_names_the_output(write: str) -> None:
+    class Full(io.StringIO):
+        def write(self, text: str) -> int:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        def writelines(self, lines: object) -> None:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with redirect_stdout(Full()), pytest.raises(OutputError, match="standard output"), named_output():
+        getattr(sys.stdout, write)("x")
 
 
 @pytest.mark.parametrize("number", [errno.EIO, errno.EPIPE])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import equaltime as et
+from equaltime.black_picture import unwarned
 from equaltime.cli import main
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
@@ -48,17 +50,34 @@ def test_a_picture_with_light_and_one_that_wants_none_are_not_told_of() -> None:
         assert not et.render(described(integrator={"type": "depth"}), 4).image.any()
 
 
+def test_a_thread_that_wants_no_warnings_does_not_silence_another() -> None:
+    dark = described(floor={"type": "rectangle"})
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with unwarned(), ThreadPoolExecutor(1) as pool:
+            et.render(dark, 4)
+            assert not caught
+            pool.submit(et.render, dark, 4).result()
+    assert [warning.category for warning in caught] == [et.EqualtimeWarning]
+
+
 TOML = """
 [sensor]
 type = "perspective"
 film = { type = "hdrfilm", width = 8, height = 8 }
 """
 BALL = '[ball]\ntype = "sphere"\nradius = 3.0\n[sky]\ntype = "constant"\n'
+DIM = '[dim]\ntype = "point"\nposition = [0, 0, -5]\nintensity = 1e-13\n'
 BEHIND = '[lamp]\ntype = "point"\nposition = [0, 0, -5]\n'
 
 
 @pytest.mark.parametrize(
-    ("objects", "lines"), [(BALL, ["lint: "]), (BEHIND, ["warning: the picture is black everywhere"])]
+    ("objects", "lines"),
+    [
+        (BALL, ["lint: "]),
+        (BEHIND, ["warning: the picture is black everywhere"]),
+        (BEHIND + DIM, ["lint: 1 warning (radiance-range)", "warning: the picture is black everywhere"]),
+    ],
 )
 def test_the_command_line_tells_it_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], objects: str, lines: list[str]

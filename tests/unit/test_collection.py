@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from equaltime.cli import main
 from equaltime.cost import collection, single_run
 from equaltime.cost.beside import beside
 from equaltime.cost.collection import Changes, experiments_in, run_all
+from equaltime.cost.folder import Folder
 from equaltime.cost.record import load
 from equaltime.cost.report.index import Card, write_index
 from equaltime.cost.theirs import TheirNumber, Theirs
@@ -146,6 +148,22 @@ def test_the_traceback_of_an_unexpected_error_is_kept_until_the_next_try(
     assert text.endswith("KeyError: '\\ud800'\n")
     assert run_all(source, out)[0].state == "done"
     assert not kept.exists()
+
+
+@pytest.mark.parametrize("foreign", [False, True])
+def test_the_traceback_of_another_process_or_folder_is_left_alone(source: Path, tmp_path: Path, foreign: bool) -> None:
+    own = Folder(tmp_path / "out" / "own")
+    own.path.mkdir(parents=True)
+    own.failure.write_text("theirs")
+    if foreign:
+        own.records.touch()
+    for other in source.glob("x*.toml"):
+        other.unlink()
+    with ExitStack() as stack:
+        if not foreign:
+            stack.enter_context(own.locked())
+        assert [card.state for card in run_all(source, tmp_path / "out")] == ["failed"]
+    assert own.failure.read_text() == "theirs"
 
 
 def test_a_peer_that_is_not_installed_leaves_its_experiment_out(

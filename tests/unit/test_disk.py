@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import signal
@@ -94,7 +95,7 @@ with replacing(path) as outer:
 @pytest.fixture
 def synced(monkeypatch: pytest.MonkeyPatch) -> list[Path | str]:
     """The files and folders that were brought to the disk so far, and ``renamed`` in between."""
-    events, sync, rename = list[Path | str](), os.fsync, os.replace
+    events, sync, rename, link = list[Path | str](), os.fsync, os.replace, os.link
 
     def noted_sync(descriptor: int) -> None:
         events.append(Path(f"/proc/self/fd/{descriptor}").resolve())
@@ -105,7 +106,13 @@ def synced(monkeypatch: pytest.MonkeyPatch) -> list[Path | str]:
         events.append("renamed")
 
     monkeypatch.setattr(os, "fsync", noted_sync)
+
+    def noted_link(old: Path, new: Path) -> None:
+        link(old, new)
+        events.append("renamed")
+
     monkeypatch.setattr(os, "replace", noted_rename)
+    monkeypatch.setattr(os, "link", noted_link)
     return events
 
 
@@ -153,6 +160,48 @@ def test_a_new_name_is_never_that_of_another_file(tmp_path: Path) -> None:
     assert there.is_symlink()
     assert new.read_bytes() == b"whole"
     assert not parts(tmp_path)
+
+
+def test_a_process_killed_while_it_names_a_new_file_leaves_no_empty_one(tmp_path: Path) -> None:
+    killed = """
+import os, signal, sys
+from pathlib import Path
+from equaltime import disk
+os.link = os.replace = lambda old, new: os.kill(os.getpid(), signal.SIGKILL)
+path = Path(sys.argv[1])
+with disk.beside(path) as file:
+    disk.give_new_name(file, path)
+"""
+    ended = subprocess.run([sys.executable, "-c", killed, str(tmp_path / "a")], check=False, timeout=60)
+    assert ended.returncode == -signal.SIGKILL
+    assert not (tmp_path / "a").exists()
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_a_new_name_without_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, interrupted: bool) -> None:
+    def no_links(*_: object) -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "link", no_links)
+    with disk.beside(tmp_path / "a") as file:
+        file.write_bytes(b"whole")
+        if interrupted:
+            monkeypatch.setattr(os, "replace", interrupt)
+            with pytest.raises(KeyboardInterrupt):
+                disk.give_new_name(file, tmp_path / "a")
+        else:
+            disk.give_new_name(file, tmp_path / "a")
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == ([] if interrupted else [b"whole"])
+
+
+def test_a_name_that_is_taken_costs_no_sync(tmp_path: Path, synced: list[Path | str]) -> None:
+    (tmp_path / "a").touch()
+    with disk.beside(tmp_path / "a") as file, pytest.raises(FileExistsError):
+        disk.give_new_name(file, tmp_path / "a")
+    assert not synced
 
 
 def test_what_cannot_be_judged_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

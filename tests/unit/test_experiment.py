@@ -158,7 +158,7 @@ def test_every_problem_is_told_with_file_line_and_keys(file: Callable[[str], Pat
         ({"strategies": ["best", {"label": "BEST ", "strategy": "mis"}]}, "strategies[1].label: 'BEST ' is too much "
          "like strategies[0], 'best': they are names of files too"),
         ({"strategies": [{"label": "a\nb", "strategy": "mis"}]}, "strategies[0].label: must be one line of text, "
-         "found 'a\\nb'"),
+         "found U+000A in 'a\\nb'"),
         ({"strategies": [{"label": "x"}]}, "strategies[0]: give one of 'strategy', 'peer' and 'python'"),
         ({"strategies": [{"peer": {"command": "render {spp} {seed}"}}]}, "strategies[0].peer.command: the command "
          "does not use {out}"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime import disk
 from equaltime.cli import main
 from equaltime.scene import model as m
 from equaltime.scene.export.convert import FORMATS
@@ -159,6 +160,21 @@ def test_a_name_that_is_taken_without_looking_so_is_not_overwritten(tmp_path: Pa
     assert Folder(tmp_path).put("mesh.ply", lambda file: file.write_bytes(b"ours")) == tmp_path / "mesh-2.ply"
     assert target.is_symlink()
     assert {file.name for file in tmp_path.iterdir()} == {"mesh.ply", "mesh-2.ply"}
+
+
+def test_a_folder_is_tidied_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tidied: list[Path] = []
+    monkeypatch.setattr(disk, "tidy", tidied.append)
+    folder = Folder(tmp_path)
+    for name in ("a", "b", "c"):
+        folder.put(name, Path.touch)
+    assert tidied == [tmp_path]
+
+
+def test_files_that_are_there_already_are_not_synced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Folder(tmp_path).put("a", Path.touch)
+    monkeypatch.setattr(disk, "to_disk", lambda path: pytest.fail(f"{path} was synced"))
+    assert Folder(tmp_path).put("a", Path.touch) == tmp_path / "a"
 
 
 def test_a_mesh_that_is_written_has_the_same_numbers(tmp_path: Path) -> None:

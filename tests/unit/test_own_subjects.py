@@ -42,6 +42,21 @@ def test_a_name_that_no_record_can_hold_is_refused_before_anything_is_rendered(t
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("name", ["10\u00a0s", "\u3000", "\U0001f469\u200d\U0001f52c"])
+def test_a_name_may_have_any_space_and_joined_characters(tmp_path: Path, name: str) -> None:
+    code = f"class Mine:\n    def __init__(self, label): self.label, self.name = label, {name!r}\n"
+    assert make_subjects(read_experiment(experiment(tmp_path, code)))[0].name == name
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("bell\a", r"U\+0007 in 'bell\\x07'"), ("a\u2028b", r"U\+2028 \(LINE SEPARATOR\) in")]
+)
+def test_the_character_that_no_record_can_hold_is_named(tmp_path: Path, name: str, told: str) -> None:
+    code = f"class Mine:\n    def __init__(self, label): self.label, self.name = label, {name!r}\n"
+    with pytest.raises(et.EqualtimeError, match=told):
+        make_subjects(read_experiment(experiment(tmp_path, code)))
+
+
 def test_two_subjects_cannot_have_one_label(tmp_path: Path) -> None:
     code = "class Mine:\n    def __init__(self, label): self.label, self.name = 'best', 'mine'\n"
     with pytest.raises(et.EqualtimeError, match=r"strategies\[0\]\.label: .* 'own', found 'best'"):

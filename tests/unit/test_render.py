@@ -257,7 +257,7 @@ def test_an_argument_out_of_range_is_refused(scene: et.Scene, name: str, value: 
 
 def test_an_image_that_the_machine_cannot_hold_is_refused(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sysconf", lambda name: 1000)
-    with pytest.raises(et.SceneError, match=r"320x240 pixels needs .* GB of memory; this machine has 0\.001 GB"):
+    with pytest.raises(et.SceneError, match=r"320x240 pixels: .* GB of memory needed, 0\.001 GB allowed by"):
         et.render(scene.with_(size=(320, 240)), spp=2)
 
 

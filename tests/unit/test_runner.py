@@ -240,6 +240,12 @@ def test_progress_tells_what_is_going_on_and_what_is_left(folder: Path, clockwor
     assert all(progress.time_left is not None for progress in runs)
 
 
+def test_a_reference_that_cannot_be_read_leaves_no_folder_behind(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"reference\.file: .*cannot be read"):
+        run(experiment(reference={"file": tmp_path / "missing.exr"}), folder)
+    assert not folder.exists()
+
+
 @pytest.mark.parametrize("position", range(6))
 def test_a_failure_or_ctrl_c_loses_nothing_that_was_finished(
     folder: Path, clockworks: list[Clockwork], position: int

@@ -68,6 +68,16 @@ def test_a_number_that_is_not_finite_is_null() -> None:
     )
 
 
+def test_what_default_returns_has_no_such_number_either() -> None:
+    assert json_text([{1}], default=lambda value: {"set": [math.nan, *value]}) == '[{"set": [null, 1]}]'
+
+
+def test_a_key_that_is_not_finite_is_refused() -> None:
+    for key in (math.nan, -math.inf):
+        with pytest.raises(ValueError, match="not JSON compliant"):
+            json_text({key: 1})
+
+
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
     """A scene that is black everywhere, and two renders of it."""
@@ -107,13 +117,43 @@ def test_nothing_writes_json_that_may_hold_other_numbers() -> None:
     loose = [
         f"{file.relative_to(PACKAGE)}:{call.lineno}"
         for file in PACKAGE.rglob("*.py")
-        for call in calls_of_dumps(ast.parse(file.read_text()))
-        if not any(keyword.arg == "allow_nan" for keyword in call.keywords)
+        for call in loose_calls(ast.parse(file.read_text()))
     ]
     assert loose == []
 
 
-def calls_of_dumps(tree: ast.AST) -> Iterator[ast.Call]:
+@pytest.mark.parametrize(
+    ("code", "loose"),
+    [
+        ("import json\njson.dumps(x)", 1),
+        ("import json\njson.dump(x, file, allow_nan=True)", 1),
+        ("import json\njson.dumps(x, allow_nan=strict)", 1),
+        ("import json\njson.dumps(x, **options)", 1),
+        ("import json as j\nj.dumps(x)", 1),
+        ("from json import dumps\ndumps(x)", 1),
+        ("from json import dump as write\nwrite(x, file)", 1),
+        ("from json import dumps\ndumps(x, allow_nan=False)", 0),
+        ("import json\njson.dumps(x, allow_nan=False)\njson.loads(x)", 0),
+        ("dumps(x)", 0),
+    ],
+)
+def test_every_way_to_write_loose_json_is_seen(code: str, loose: int) -> None:
+    assert len([*loose_calls(ast.parse(code))]) == loose
+
+
+def loose_calls(tree: ast.AST) -> Iterator[ast.Call]:
+    """Yield the calls of `json.dumps` and `json.dump`, by whatever name, without the constant ``allow_nan=False``."""
+    writers = set[str]()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("json.dumps", "json.dump"):
+        if isinstance(node, ast.Import):
+            modules = [name.asname or name.name for name in node.names if name.name == "json"]
+            writers |= {f"{module}.{name}" for module in modules for name in ("dumps", "dump")}
+        elif isinstance(node, ast.ImportFrom) and node.module == "json":
+            writers |= {name.asname or name.name for name in node.names if name.name in ("dumps", "dump")}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in writers and not any(map(_is_strict, node.keywords)):
             yield node
+
+
+def _is_strict(keyword: ast.keyword) -> bool:
+    return keyword.arg == "allow_nan" and isinstance(keyword.value, ast.Constant) and keyword.value.value is False

@@ -129,7 +129,8 @@ def cost(
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
       { label = "any", peer = { command = "render {scene} {spp} {seed} {out}", limit = "5min" } }]`;
-      without `limit`, a peer whose render takes longer than 20 times the budget and 60 s is ended
+      without `limit`, a peer whose render takes longer than 20 times the budget (or `reference.seconds`, if that is
+      more) and 60 s is ended
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;

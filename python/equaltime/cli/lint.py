@@ -40,16 +40,16 @@ def lint(
     return 1 if warnings else 0
 
 
-def print_hazards(scene: Scene) -> bool:
-    """Print one line of what a quick look at the scene finds, if anything; tell whether there is a warning in it."""
+def print_hazards(scene: Scene) -> tuple[Finding, ...]:
+    """Print one line of what a quick look at the scene finds, if anything; return the findings that were printed."""
     try:
-        findings = [finding for finding in hazards(scene, fast=True) if finding.check != "mended-files"]
+        findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != "mended-files")
     except ValueError:
-        return False  # what cannot be rendered is told when it is built
+        return ()  # what cannot be rendered is told when it is built
     if told := summary(findings):
         more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
         print(f"lint: {told}; see {more}", file=sys.stderr)
-    return any(finding.severity == "warning" for finding in findings)
+    return findings
 
 
 def summary(findings: Sequence[Finding]) -> str:

@@ -9,8 +9,10 @@ from pathlib import Path
 
 from equaltime.errors import ImageError
 from equaltime.first_hits import asked_for
+from equaltime.radiance_range import FAR_APART
 from equaltime.result import Result
 from equaltime.scene import Scene
+from equaltime.scene.lint import Finding
 from equaltime.stated import Stated, stated
 from equaltime.stopping import Stop
 
@@ -89,16 +91,18 @@ def wrote(files: Sequence[Path]) -> str:
     return f"{written}; the render that was there is kept as {kept[0]}" if kept else written
 
 
-def doubts(result: Result) -> list[str]:
-    """Say in a line each what keeps the image or its error from being relied on."""
+def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
+    """Say in a line each what keeps the image or its error from being relied on; ``findings`` are lint's, if known."""
     lines = []
     if not result.error.trusted:
         lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {result.samples.size} pixels have no sample")
-    if result.far_apart:
+    apart = result.radiance_range
+    if apart > FAR_APART and any(finding.check == "radiance-range" for finding in findings):
         lines.append(
-            f"the image has {result.far_apart}: light of dim emitters may be missing where they alone shine; "
+            f"the image has radiances {apart:.2g} times apart, more than {FAR_APART:.0e}: "
+            "light of dim emitters may be missing where they alone shine; "
             "render them by themselves, or pick lights alike (--strategy best,lights=uniform)"
         )
     return lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time as clock
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -11,7 +12,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.arguments import Backend
-from equaltime.black_picture import black_picture, unwarned
+from equaltime.black_picture import black_picture, reasons, unwarned
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
@@ -49,6 +50,7 @@ from equaltime.output_files import check_replaceable, check_spares
 from equaltime.render import render as render_scene
 from equaltime.result import Result, check_output
 from equaltime.scene import Scene, load_file
+from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.session import Traps
 from equaltime.stopping import StopRule
@@ -170,13 +172,14 @@ def render(
     """
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
-    chosen, warned = Strategy.parse(strategy), False
+    chosen = Strategy.parse(strategy)
     picture = check_output(output)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     check_spares({output, picture}, loaded.files, "the scene is made of this file")
+    findings: tuple[Finding, ...] = ()
     if not quiet:
         print_warnings(loaded)
-        warned = print_hazards(loaded)
+        findings = print_hazards(loaded)
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     if not overwrite:
@@ -228,8 +231,8 @@ def render(
         writing = clock.perf_counter() - begin
         if isinstance(failure, BrightImage):
             raise failure.with_result(result, str(output))
-        _tell_end(result, loaded, writing, files, viewer, quiet, told if as_json else None)
-        if not (quiet or warned) and (black := black_picture(result, loaded)):
+        _tell_end(result, loaded, findings, writing, files, viewer, quiet, told if as_json else None)
+        if not quiet and not reasons(findings) and (black := black_picture(result, loaded, findings)):
             print_warning(black)
     if failure is not None:
         raise failure.with_words(
@@ -241,6 +244,7 @@ def render(
 def _tell_end(
     result: Result,
     scene: Scene,
+    findings: Sequence[Finding],
     writing: float,
     files: tuple[Path, ...],
     viewer: Viewer | None,
@@ -253,7 +257,7 @@ def _tell_end(
     if told is not None:
         print(json_text(_record(result, writing, files) | told, indent=2))
     elif not quiet:
-        print_lines([*_summary(result, writing, files), *left_by_interrupt(result, scene)])
+        print_lines([*_summary(result, findings, writing, files), *left_by_interrupt(result, scene)])
 
 
 def _warn_of_checkpoints(why: str) -> None:
@@ -292,7 +296,7 @@ def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str
     return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
 
 
-def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[str]:
+def _summary(result: Result, findings: Sequence[Finding], writing: float, files: tuple[Path, ...]) -> list[str]:
     """Say in a few lines what was done, what it cost, where it is and why it ended."""
     phases = {**result.stats.phases, "write": writing}
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
@@ -302,5 +306,5 @@ def _summary(result: Result, writing: float, files: tuple[Path, ...]) -> list[st
         f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
         wrote(files),
         *stopped(result),
-        *doubts(result),
+        *doubts(result, findings),
     ]

@@ -1,10 +1,10 @@
-"""Standard output whose errors say that they are its own: those of files and sockets may have no name either."""
+"""Standard output whose errors are told from those of files and sockets, which may have no name either."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from typing import IO, Any
 
@@ -34,6 +34,10 @@ class _Named:
         except OSError as error:
             raise OutputError(error) from error
 
+    def writelines(self, lines: Iterable[str]) -> None:
+        for line in lines:
+            self.write(line)
+
     def flush(self) -> None:
         try:
             self._stream.flush()
@@ -46,7 +50,10 @@ class _Named:
 
 @contextmanager
 def named_output() -> Iterator[None]:
-    """Let failures to write to standard output be `OutputError`."""
+    """Let failures to write to standard output be `OutputError`. If it is closed (``>&-``), nothing is printed."""
+    if sys.stdout is None:
+        yield
+        return
     with redirect_stdout(_Named(sys.stdout)):
         yield
         print(end="", flush=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from equaltime.cost.conclusion import conclude
 from equaltime.cost.experiment import Experiment
 from equaltime.cost.experiment_reader import is_experiment, read_experiment
-from equaltime.cost.folder import Folder
+from equaltime.cost.folder import Folder, replacing
 from equaltime.cost.making import make_experiment
 from equaltime.cost.report.index import Card, write_index
 from equaltime.cost.runner import ProgressCallback, run
@@ -109,7 +109,6 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
         return replace(card, state="left out", problem=missing)
     failure = Folder(folder).failure
     try:
-        failure.unlink(missing_ok=True)
         run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except (EqualtimeError, OSError) as error:
@@ -123,8 +122,8 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
 def _keep_traceback(path: Path) -> str:
     """Write the traceback of the error that is being handled; return where it is, in brackets, if that worked."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(traceback.format_exc(), encoding="utf-8", errors="backslashreplace")
+        with replacing(path) as file:
+            file.write(traceback.format_exc().encode(errors="backslashreplace"))
     except OSError as error:
         _LOG.warning("%s cannot be written: %s", path, error.strerror or error)
         return ""

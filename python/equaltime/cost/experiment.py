@@ -88,8 +88,11 @@ class Peer(Value):
     command: str | None = None
     """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
     limit: Seconds | None = None
-    """Seconds that one render may take before the renderer is ended; if not given, 20 times the experiment's budget and
-    60 more, or an hour where sample counts are given."""
+    """Seconds that one render may take before the renderer is ended.
+
+    If not given: 20 times the experiment's budget and 60 more, or one hour where ``spp`` gives the counts; never less
+    than ``reference.seconds`` and 60 more. Starting and loading have at least 30 minutes.
+    """
 
     _duration = field_validator("limit", mode="before")(lambda value: _seconds(value))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +15,15 @@ from pydantic_core import ErrorDetails
 from equaltime.errors import Problem
 from equaltime.scene.known import shortened, suggestion
 
-__all__ = ["DEFAULT_TARGETS", "crossed", "explained", "file_name", "name_of_scene", "name_of_strategy"]
+__all__ = [
+    "DEFAULT_TARGETS",
+    "crossed",
+    "explained",
+    "file_name",
+    "name_of_scene",
+    "name_of_strategy",
+    "unfit_character",
+]
 
 DEFAULT_TARGETS = (0.10, 0.05, 0.02, 0.01)
 
@@ -156,13 +165,25 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield f"{place}.target", f"{target} is none of the targets {shortened(list(targets), 80)}"
 
 
+def unfit_character(name: str) -> str:
+    """Return the first character that a record of one line cannot hold, such as ``U+000A``; empty if there is none.
+
+    These are control characters, line and paragraph separators, and halves of surrogate pairs.
+    """
+    found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)
+    if found is None:
+        return ""
+    called = unicodedata.name(found, "")
+    return f"U+{ord(found):04X}" + (f" ({called})" if called else "")
+
+
 def _alike(place: str, key: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Find names that are not fit to be told apart, on paper and as files."""
     seen: dict[str, int] = {}
     for number, name in enumerate(names):
         where = f"{place}[{number}].{key}"
-        if not name.isprintable():
-            yield where, f"must be one line of text, found {shortened(name, 80)}"
+        if character := unfit_character(name):
+            yield where, f"must be one line of text, found {character} in {shortened(name, 80)}"
         before = seen.setdefault(file_name(name).casefold(), number)
         if before == number:
             continue

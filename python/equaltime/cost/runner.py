@@ -87,11 +87,13 @@ def run(
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
-    threads = worker_threads(experiment.threads)
     place = Folder(folder)
     try:
+        threads = worker_threads(experiment.threads)
+        identity = identity_of(experiment, scenes, subjects, threads)  # an unreadable reference leaves no folder behind
         with place.locked():
-            place.claim(identity_of(experiment, scenes, subjects, threads), experiment)
+            place.claim(identity, experiment)
+            place.failure.unlink(missing_ok=True)
             with Recorder(place.records) as recorder:
                 place.tidy()
                 _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()

@@ -1,4 +1,4 @@
-"""From the entries of an experiment to what can be run: subjects and scenes."""
+"""Makes the subjects and scenes of an experiment from its entries."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any
 
 from equaltime.cost.core_subject import CoreSubject
 from equaltime.cost.experiment import Experiment, StrategyEntry
+from equaltime.cost.experiment_problems import unfit_character
 from equaltime.cost.subject import Subject
 from equaltime.errors import ExperimentError, Problem
 from equaltime.scene import Scene
@@ -34,10 +35,10 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 
 
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
-    """Return what the strategies of an experiment stand for, in their order; raises ExperimentError with all problems.
+    """Return the subjects of an experiment's strategies, in their order; raises ExperimentError with all problems.
 
-    Names that no record can hold are problems, with their place in the experiment's file. Whether a peer is there at
-    all is seen when it gets ready for a scene.
+    A name that no record can hold is a problem, with its place in the experiment's file. A peer that is missing is
+    found later, when it gets ready for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
@@ -65,7 +66,8 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     if entry.peer is not None:
         from equaltime.cost.peers import peer_subject
 
-        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget)
+        seconds = experiment.reference.seconds
+        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget, seconds)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
 
@@ -73,8 +75,9 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
 def _checked(subject: Subject, label: str) -> Subject:
     """Return a subject with names that records can hold and tell apart; raises ExperimentError for another."""
     name, own_label = getattr(subject, "name", None), getattr(subject, "label", None)
-    if not isinstance(name, str) or not name or not name.isprintable():
-        text = f"the name of a subject must be text of one line without control characters, found {name!r}"
+    if not isinstance(name, str) or not name or (character := unfit_character(name)):
+        found = f"{character} in {name!r}" if isinstance(name, str) and name else repr(name)
+        text = f"the name of a subject must be text of one line without control characters, found {found}"
         raise ExperimentError((Problem("name", text),))
     if own_label != label:
         text = f"the label of a subject must be the one that it was made with, '{label}', found {own_label!r}"

@@ -14,14 +14,14 @@ __all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
 
 
 def peer_subject(
-    label: str, peer: Peer, folder: Path = Path(), budget: float | None = None
+    label: str, peer: Peer, folder: Path = Path(), budget: float | None = None, reference: float = 0.0
 ) -> MitsubaPeer | CommandPeer:
     """Return the subject that an experiment's entry describes; a command is run in ``folder``, that of its file.
 
-    Its time limit follows from the ``budget`` of a run if the entry has none. Raises PeerError for a command that
-    cannot work.
+    Its time limit follows from the ``budget`` of a run and the seconds of a ``reference`` if the entry has none. Raises
+    PeerError for a command that cannot work.
     """
-    limit = time_limit(budget) if peer.limit is None else peer.limit
+    limit = time_limit(budget, reference) if peer.limit is None else peer.limit
     if peer.command is not None:
         return CommandPeer(label, peer.command, folder, limit)
     default = MitsubaPeer(label)

@@ -22,9 +22,9 @@ The pixel filter must be a box. What the command writes to stdout may end in a J
 render --json`` does: then its ``seconds`` and ``cpu_seconds`` are the times of rendering alone, and its ``spp`` is the
 count that was taken. Else the time is that of the whole process, with all that it loads.
 
-A command that takes longer than 20 times the experiment's budget and 60 seconds is ended, with all that it started, and
-the experiment stops with an error. ``peer.limit = "30min"`` sets another limit. It is an hour for an experiment that
-gives sample counts.
+A command that takes longer than its time limit is ended with its process group, and the experiment stops with an error.
+The limit is 20 times the experiment's budget and 60 seconds, or an hour if the experiment gives sample counts. It is
+never less than ``reference.seconds`` and 60 seconds. ``peer.limit = "30min"`` sets another limit.
 """
 
 from __future__ import annotations
@@ -183,9 +183,11 @@ class CommandPeer:
                 )
             try:
                 with limited(process, self.limit, self.label):
-                    _, status, usage = os.wait4(process.pid, 0)
-                    process.returncode = os.waitstatus_to_exitcode(status)
+                    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it is reaped when no timer is on
+                _, status, usage = os.wait4(process.pid, 0)
+                process.returncode = os.waitstatus_to_exitcode(status)
             except PeerError as error:
+                process.wait()
                 words = f"\n  {shlex.join(arguments)}{tail(stderr) or tail(stdout)}"
                 raise PeerError(f"{error}{words}") from error
             except BaseException:

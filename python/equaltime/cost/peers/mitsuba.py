@@ -16,7 +16,7 @@ import numpy as np
 
 from equaltime.cost.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
 from equaltime.cost.peers.common import checked_image, render_seed
-from equaltime.cost.peers.limits import DEFAULT_LIMIT
+from equaltime.cost.peers.limits import DEFAULT_LIMIT, SETUP_LIMIT
 from equaltime.cost.peers.process import Worker
 from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.errors import PeerError
@@ -55,7 +55,10 @@ class MitsubaPeer:
     python: str = sys.executable
     """A Python that has Mitsuba and equaltime."""
     limit: float = DEFAULT_LIMIT
-    """Seconds that one answer may take: starting, loading, or one render; a process that takes longer is ended."""
+    """Seconds that one render may take; a process that takes longer is ended.
+
+    Starting, loading, and the first render, which compiles, may take `SETUP_LIMIT` seconds if they are more.
+    """
     renderer: RendererKind = field(default="mitsuba", init=False)
     biased: bool = field(default=False, init=False)
     version: str = field(default="", init=False)
@@ -104,8 +107,9 @@ class MitsubaPeer:
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "scene.json"
                 file.write_text(json_text(plain))
-                loaded = self._ask("load", key=self._key, file=str(file), integrator=integrator, sampler=self.sampler)
-            _, compiled = self._render(0, _TO_WARM_UP)
+                asked = {"integrator": integrator, "sampler": self.sampler}
+                loaded = self._ask("load", SETUP_LIMIT, key=self._key, file=str(file), **asked)
+            _, compiled = self._render(0, _TO_WARM_UP, SETUP_LIMIT)
             self._setup[self._key] = starting + loaded["seconds"] + compiled
         return self._setup[self._key]
 
@@ -138,7 +142,7 @@ class MitsubaPeer:
         command = [self.python, "-m", "equaltime.cost.peers.mitsuba_worker"]
         self._worker = Worker(command, f"{self.label} (Mitsuba)", self.limit)
         self._threads = threads
-        started = self._ask("start", variant=self.variant, threads=threads)
+        started = self._ask("start", SETUP_LIMIT, variant=self.variant, threads=threads)
         self.version = started["version"]
         return float(started["seconds"])
 
@@ -151,24 +155,24 @@ class MitsubaPeer:
         rr_depth = self.rr_depth or getattr(scene.model.integrator, "rr_depth", 5)
         return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth} | hidden
 
-    def _render(self, seed: int, spp: int) -> tuple[Checkpoint, float]:
+    def _render(self, seed: int, spp: int, at_least: float = 0.0) -> tuple[Checkpoint, float]:
         """Return one render, and the seconds of one before it that had to compile."""
         assert self._scene is not None, "prepare comes first"
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "image.npy"
             numbers = {"spp": spp, "seed": render_seed(seed, spp), "wavefront": MOST_IN_FLIGHT}
-            answer = self._ask("render", key=self._key, file=str(file), **numbers)
+            answer = self._ask("render", at_least, key=self._key, file=str(file), **numbers)
             image = checked_image(np.load(file), self._scene, self.label)
         taken = int(answer["spp"])
         paths = taken * image.shape[0] * image.shape[1]
         checkpoint = Checkpoint(taken, float(answer["wall_s"]), float(answer["cpu_s"]), image, paths=paths)
         return checkpoint, float(answer["warming_s"])
 
-    def _ask(self, do: str, **question: object) -> dict[str, Any]:
-        """Ask the process; if that is interrupted, end it, since nobody would take its answer."""
+    def _ask(self, do: str, at_least: float = 0.0, **question: object) -> dict[str, Any]:
+        """Ask the process, with a time limit of ``at_least`` seconds; end it if that is interrupted."""
         assert self._worker is not None, "prepare comes first"
         with contextlib.ExitStack() as stack:
             stack.callback(self.close)
-            answer = self._worker.ask(do, **question)
+            answer = self._worker.ask(do, at_least, **question)
             stack.pop_all()
         return answer

@@ -29,7 +29,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process that leads a session of its own, with all that it started."""
+    """End a process that leads a session of its own, with its process group."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -60,13 +60,14 @@ class Worker:
         """Whether it can still be asked."""
         return self._process.poll() is None
 
-    def ask(self, do: str, **question: Any) -> dict[str, Any]:
+    def ask(self, do: str, at_least: float = 0.0, **question: Any) -> dict[str, Any]:
         """Send a question and return its answer.
 
-        Raises PeerError if the answer is an error, the process ended, or the time limit is over: that ends the process.
+        The time limit is that of the process, or ``at_least`` seconds if they are more. Raises PeerError if the answer
+        is an error, the process ended, or the time limit is over. A process over its time limit is ended.
         """
         try:
-            with limited(self._process, self._limit, self._who):
+            with limited(self._process, max(self._limit, at_least), self._who):
                 line = self._exchange(json_text({"do": do, **question}))
         except PeerError as error:
             raise PeerError(f"{error}{tail(self._stderr)}") from error

@@ -1,4 +1,4 @@
-"""How a written scene names its files: by where they are, or by copies beside it. Nothing is ever overwritten."""
+"""Names for the files of a written scene: the place where they are, or a copy beside the scene. None is overwritten."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.written: list[Path] = []
+        self._tidied = False
 
     def copy(self, file: Path) -> Path:
         """Return a copy of `file` in here."""
@@ -45,7 +46,8 @@ class Folder:
         """Return a file in here that `write` has written; one with the same content that is there already will do."""
         self.path.mkdir(parents=True, exist_ok=True)
         try:
-            with beside(self.path / name) as fresh:
+            with beside(self.path / name, self._tidied) as fresh:
+                self._tidied = True
                 write(fresh)
                 return self._keep(fresh, name)
         finally:

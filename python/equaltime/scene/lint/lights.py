@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from equaltime.radiance_range import FAR_APART
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import DiskSurface
 from equaltime.scene.lint.facts import within
@@ -27,12 +28,10 @@ from equaltime.scene.model import (
     ThinDielectric,
 )
 
-__all__ = ["FAR_APART", "check_lights"]
+__all__ = ["check_lights"]
 
 AWAY = 1e-12
 """What lies before a light by less than this share of the scene's size, a few roundings, lies in its plane."""
-FAR_APART = 1e12
-"""The ratio of radiances up to which the tests of dim lights hold (S22)."""
 FLAT = 1e-4
 """How far the normals of a flat light's triangles may be apart, in radians."""
 
