@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import json
+import struct
+import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from time import process_time
@@ -162,6 +164,46 @@ def test_sparse_morph_targets_may_have_zeros_for_each_vertex(tmp_path: Path) -> 
     path = tmp_path / "face.gltf"
     path.write_text(_gltf(**_bytes(12 * count), accessors=[face, target], meshes=_primitives([0], targets=targets)))
     assert len(et.load(path).model.shapes) == 1
+
+
+def _white(side: int) -> str:
+    """Return a square picture of a few thousand bytes as a data URI."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    rows = zlib.compress(bytes(side * (side + 1)), 9)
+    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+    return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
+def _painted(materials: int) -> str:
+    """Return a file whose materials all have one picture, with a factor of their own."""
+    texture = {"index": 0}
+    given = [
+        {"pbrMetallicRoughness": {"baseColorTexture": texture, "baseColorFactor": [1, 1, i / materials, 1]}}
+        for i in range(materials)
+    ]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1}
+    return _gltf(
+        accessors=[TRIANGLE, {**TRIANGLE, "type": "VEC2"}],
+        images=[{"uri": _white(2048)}],
+        textures=[{"source": 0}],
+        materials=given,
+        meshes=[{"primitives": [{"attributes": attributes, "material": i} for i in range(materials)]}],
+    )
+
+
+def test_materials_that_share_a_picture_of_few_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.gltf"
+    path.write_text(_painted(50))
+    started = process_time()
+    with pytest.raises(et.SceneError, match=r"texels of images that are used again in all; the limit for a file of"):
+        et.load(path)
+    assert process_time() - started < 2 * SECONDS
+    path.write_text(_painted(3))
+    assert len(et.load(path).model.shapes) == 3
 
 
 def test_toml_includes_that_double_with_each_level(tmp_path: Path) -> None:
