@@ -68,3 +68,13 @@ def test_numbers_of_a_mesh_that_signal_are_told_without_warnings_of_numpy(tmp_pa
     shape = {"type": "serialized", "filename": str(path)}
     with pytest.raises(et.SceneError, match="finite"):
         et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "mesh": shape})
+
+
+@pytest.mark.parametrize("value", ["1" * 400, f"[1, {'1' * 400}, 1]"])
+def test_a_variable_with_hundreds_of_digits(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        f'[default]\nlarge = {value}\n[sensor]\ntype = "perspective"\n[sky]\ntype = "constant"\nradiance = "$large"\n'
+    )
+    with pytest.raises(et.SceneError, match=r"s\.toml:7: sky\.radiance: expected a number below 1\.8e308"):
+        et.load(path)

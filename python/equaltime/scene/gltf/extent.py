@@ -9,7 +9,7 @@ from equaltime.scene.gltf.document import Document, Malformed
 
 __all__ = ["check_extent", "check_texels"]
 
-FREE_ELEMENTS: Final = 1 << 20
+FREE_ELEMENTS: Final = 1 << 19
 USES_OF_A_BYTE: Final = 16
 """Elements of accessors that all primitives may have together: so many, and so many for each byte of the file."""
 ZEROS_OF_A_BYTE: Final = 8
