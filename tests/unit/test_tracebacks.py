@@ -12,9 +12,10 @@ import equaltime as et
 from equaltime.scene.lint import lint
 
 
-def test_a_version_with_digits_that_are_no_decimals(tmp_path: Path) -> None:
+@pytest.mark.parametrize("version", ["\u00b2.0.0", "\u0661.0", "1" * 5000, "3x", ""])
+def test_a_version_of_other_digits_or_too_many(tmp_path: Path, version: str) -> None:
     path = tmp_path / "v.xml"
-    path.write_text("<scene version='\u00b2.0.0'/>")
+    path.write_text(f"<scene version='{version}'/>")
     with pytest.raises(et.SceneError, match=r"v\.xml:1: <scene> has version"):
         et.load(path)
 
