@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import base64
 import json
+import struct
+import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from time import process_time
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime import images
 
-SECONDS = 2.0
+from ..hard.fuzz.memory import Watch
+
+SECONDS, MEMORY = 2.0, 300 << 20
 HEAD = "<scene version='3.0.0'><sensor type='perspective'/>"
 
 
 def _refused(path: Path, content: str) -> str:
     path.write_text(content)
     started = process_time()
-    with pytest.raises(et.SceneError) as caught:
+    with Watch(MEMORY).within(len(content)), pytest.raises(et.SceneError) as caught:
         et.load(path)
     assert process_time() - started < SECONDS
     return str(caught.value)
@@ -40,6 +46,120 @@ def test_references_that_double_with_each_level(tmp_path: Path, tag: str, plugin
         levels.append(f"<{tag} type='{plugin}' id='n{level + 1}'><float name='{number}' value='0.5'/>{twice}</{tag}>")
     message = _refused(tmp_path / "bomb.xml", f"{HEAD}{''.join(levels)}</scene>")
     assert "bomb.xml:1: with all references followed these are" in message
+
+
+HALF = "<float name='weight' value='0.5'/>"
+CHAINS = {
+    "checkerboards": (
+        "<texture type='checkerboard' id='n0'/>",
+        "<texture type='checkerboard' id='n{n}'><ref name='color0' id='n{k}'/><ref name='color1' id='n{k}'/></texture>",
+        "<shape type='sphere'><bsdf type='diffuse'><ref name='reflectance' id='n40'/></bsdf></shape>",
+    ),
+    "two sides": (
+        "<bsdf type='diffuse' id='n0'/>",
+        "<bsdf type='twosided' id='n{n}'><ref id='n{k}'/><ref id='n{k}'/></bsdf>",
+        "<shape type='sphere'><ref id='n40'/></shape>",
+    ),
+    "masks of blends": (
+        "<bsdf type='diffuse' id='n0'/>",
+        f"<bsdf type='blendbsdf' id='m{{n}}'>{HALF}<ref id='n{{k}}'/><ref id='n{{k}}'/></bsdf>"
+        "<bsdf type='mask' id='n{n}'><ref id='m{n}'/></bsdf>",
+        "<shape type='sphere'><ref id='n40'/></shape>",
+    ),
+    "bump and normal maps of one": (
+        "<bsdf type='diffuse' id='n0'/><texture type='checkerboard' id='t'/>",
+        "<bsdf type='bumpmap' id='a{n}'><ref id='t'/><ref id='n{k}'/></bsdf>"
+        "<bsdf type='normalmap' id='b{n}'><ref name='normalmap' id='t'/><ref id='n{k}'/></bsdf>"
+        f"<bsdf type='blendbsdf' id='n{{n}}'>{HALF}<ref id='a{{n}}'/><ref id='b{{n}}'/></bsdf>",
+        "<shape type='sphere'><ref id='n40'/></shape>",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_other_parts_that_double_with_each_level(tmp_path: Path, name: str) -> None:
+    first, level, last = CHAINS[name]
+    levels = "".join(level.format(k=k, n=k + 1) for k in range(40))
+    message = _refused(tmp_path / "bomb.xml", f"{HEAD}{first}{levels}{last}</scene>")
+    assert "with all references followed these are" in message
+
+
+@pytest.mark.parametrize(
+    ("first", "parts", "words"),
+    [
+        (
+            "<shape type='shapegroup' id='n0'><shape type='sphere'/></shape>",
+            "<shape type='shapegroup' id='n{n}'><shape type='instance'><ref id='n{k}'/></shape></shape>",
+            "shapes: expected",
+        ),
+        (
+            "<integrator type='path' id='n0'/>",
+            "<integrator type='aov' id='n{n}'><ref id='n{k}'/><ref id='n{k}'/></integrator>",
+            "at most 1 item",
+        ),
+    ],
+    ids=["shapegroups", "integrators"],
+)
+def test_parts_that_cannot_hold_each_other(tmp_path: Path, first: str, parts: str, words: str) -> None:
+    levels = "".join(parts.format(k=k, n=k + 1) for k in range(40))
+    assert words in _refused(tmp_path / "bomb.xml", f"{HEAD}{first}{levels}</scene>")
+
+
+def test_groups_of_instances_of_each_other(tmp_path: Path) -> None:
+    groups = "".join(
+        f"<shape type='shapegroup' id='{a}'><shape type='instance'><ref id='{b}'/></shape></shape>"
+        for a, b in ("ab", "ba")
+    )
+    message = _refused(tmp_path / "bomb.xml", f"{HEAD}{groups}<shape type='instance'><ref id='a'/></shape></scene>")
+    assert "the object contains itself" in message
+
+
+def _png(width: int, height: int, rows: bytes = bytes(100)) -> bytes:
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
+    chunks = (
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def _exr(width: int, height: int, folder: Path) -> bytes:
+    images.write_exr(folder / "small.exr", np.zeros((8, 8, 3)))
+    small = (folder / "small.exr").read_bytes()
+    return small.replace(struct.pack("<4i", 0, 0, 7, 7), struct.pack("<4i", 0, 0, width - 1, height - 1))
+
+
+@pytest.mark.parametrize(("width", "height"), [(10**6, 1), (10**6, 10**6), (1, 10**6), (30_000, 30_000)])
+@pytest.mark.parametrize("kind", ["png", "hdr", "exr", "pfm", "ppm"])
+def test_pictures_that_declare_more_than_they_hold(tmp_path: Path, kind: str, width: int, height: int) -> None:
+    content = {
+        "png": _png(width, height),
+        "exr": _exr(width, height, tmp_path),
+        "hdr": f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() + bytes(100),
+        "pfm": f"PF\n{width} {height}\n-1.0\n".encode() + bytes(100),
+        "ppm": f"P6 {width} {height} 255\n".encode() + bytes(100),
+    }[kind]
+    (tmp_path / f"wide.{kind}").write_bytes(content)
+    head = '[sensor]\ntype = "perspective"\n[sky]\ntype = "envmap"\n'
+    assert f"wide.{kind}: " in _refused(tmp_path / "bomb.toml", f'{head}filename = "wide.{kind}"\n')
+
+
+PLY_HEAD = "ply\nformat {format} 1.0\nelement vertex {n}\nproperty float x\nproperty float y\nproperty float z\n"
+PLY_HEAD += "element face {n}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n"
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_meshes_that_declare_more_than_they_hold(tmp_path: Path, kind: str) -> None:
+    message = _refused(tmp_path / "bomb.ply", PLY_HEAD.format(format=kind, n=10**9))
+    assert "the header declares 1000000000 elements" in message
+
+
+def test_serialized_meshes_that_declare_more_than_they_hold(tmp_path: Path) -> None:
+    body = struct.pack("<I", 0x1000) + b"m\0" + struct.pack("<QQ", 10**9, 10**9) + bytes(100)
+    content = struct.pack("<HH", 0x041C, 4) + zlib.compress(body) + struct.pack("<QI", 0, 1)
+    (tmp_path / "m.serialized").write_bytes(content)
+    scene = '[sensor]\ntype = "perspective"\n[m]\ntype = "serialized"\nfilename = "m.serialized"\n'
+    assert "12000000000 bytes of vertices" in _refused(tmp_path / "bomb.toml", scene)
 
 
 def test_values_that_double_with_each_default(tmp_path: Path) -> None:
@@ -115,7 +235,7 @@ GLTF = {
     ),
     "primitives that share an accessor": (
         {"accessors": [POSITIONS], "meshes": _primitives([0] * 200)},
-        "2097152 elements that primitives use",
+        " elements that primitives use in all",
     ),
     "accessors without data": (
         {"accessors": [POSITIONS] * 2000, "meshes": _primitives(range(2000))},
@@ -134,7 +254,7 @@ GLTF = {
     ),
     "morph targets without data": (
         {"accessors": [POSITIONS], "meshes": _primitives([0], targets=[{"POSITION": 0, "NORMAL": 0}] * 200)},
-        "2097152 elements that primitives use",
+        " elements that primitives use in all",
     ),
     "sparse accessors": (
         {**_bytes(16), "accessors": [{**POSITIONS, "sparse": SPARSE}] * 100, "meshes": _primitives(range(100))},
@@ -162,6 +282,39 @@ def test_sparse_morph_targets_may_have_zeros_for_each_vertex(tmp_path: Path) -> 
     path = tmp_path / "face.gltf"
     path.write_text(_gltf(**_bytes(12 * count), accessors=[face, target], meshes=_primitives([0], targets=targets)))
     assert len(et.load(path).model.shapes) == 1
+
+
+def _white(side: int) -> str:
+    """Return a square picture of a few thousand bytes as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(_png(side, side, bytes(side * (side + 1)))).decode()
+
+
+def _painted(materials: int) -> str:
+    """Return a file whose materials all have one picture, with a factor of their own."""
+    texture = {"index": 0}
+    given = [
+        {"pbrMetallicRoughness": {"baseColorTexture": texture, "baseColorFactor": [1, 1, i / materials, 1]}}
+        for i in range(materials)
+    ]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1}
+    return _gltf(
+        accessors=[TRIANGLE, {**TRIANGLE, "type": "VEC2"}],
+        images=[{"uri": _white(2048)}],
+        textures=[{"source": 0}],
+        materials=given,
+        meshes=[{"primitives": [{"attributes": attributes, "material": i} for i in range(materials)]}],
+    )
+
+
+def test_materials_that_share_a_picture_of_few_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.gltf"
+    path.write_text(_painted(50))
+    started = process_time()
+    with pytest.raises(et.SceneError, match=r"texels of images that are used again in all; the limit for a file of"):
+        et.load(path)
+    assert process_time() - started < 2 * SECONDS
+    path.write_text(_painted(3))
+    assert len(et.load(path).model.shapes) == 3
 
 
 def test_toml_includes_that_double_with_each_level(tmp_path: Path) -> None:

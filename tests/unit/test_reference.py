@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -86,6 +87,28 @@ def test_a_damaged_reference_is_refused_by_name(known: KnownReference, tmp_path:
     write(path, known)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(ExperimentError, match=r"r\.npz: cannot be read as a reference"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mean": np.zeros((8, 8))},
+        {"mean": np.full((8, 8, 3), "a")},
+        {"mean": np.full((8, 8, 3), np.nan)},
+        {"variance": np.zeros((4, 8, 3))},
+        {"half_1": np.zeros((8, 8, 3), np.float32)},
+        {"facts": np.array("[]")},
+    ],
+)
+def test_a_reference_of_other_numbers_is_refused_by_name(changes: dict[str, Any], tmp_path: Path) -> None:
+    good = {name: np.zeros((8, 8, 3)) for name in ("mean", "variance", "half_0", "half_1")}
+    path = tmp_path / "r.npz"
+    arrays: dict[str, Any] = {"facts": np.array("{}"), **good}
+    np.savez(path, **arrays)
+    read(path)
+    np.savez(path, **{**arrays, **changes})
+    with pytest.raises(ExperimentError, match=r"r\.npz: cannot be read as a reference: expected images"):
         read(path)
 
 

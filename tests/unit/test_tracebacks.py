@@ -12,9 +12,10 @@ import equaltime as et
 from equaltime.scene.lint import lint
 
 
-def test_a_version_with_digits_that_are_no_decimals(tmp_path: Path) -> None:
+@pytest.mark.parametrize("version", ["\u00b2.0.0", "\u0661.0", "1" * 5000, "3x", ""])
+def test_a_version_of_other_digits_or_too_many(tmp_path: Path, version: str) -> None:
     path = tmp_path / "v.xml"
-    path.write_text("<scene version='\u00b2.0.0'/>")
+    path.write_text(f"<scene version='{version}'/>")
     with pytest.raises(et.SceneError, match=r"v\.xml:1: <scene> has version"):
         et.load(path)
 
@@ -68,3 +69,13 @@ def test_numbers_of_a_mesh_that_signal_are_told_without_warnings_of_numpy(tmp_pa
     shape = {"type": "serialized", "filename": str(path)}
     with pytest.raises(et.SceneError, match="finite"):
         et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "mesh": shape})
+
+
+@pytest.mark.parametrize("value", ["1" * 400, f"[1, {'1' * 400}, 1]"])
+def test_a_variable_with_hundreds_of_digits(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        f'[default]\nlarge = {value}\n[sensor]\ntype = "perspective"\n[sky]\ntype = "constant"\nradiance = "$large"\n'
+    )
+    with pytest.raises(et.SceneError, match=r"s\.toml:7: sky\.radiance: expected a number below 1\.8e308"):
+        et.load(path)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import errno
 import io
-import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
@@ -105,7 +104,8 @@ _ADDED = {"doubt"}
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
 _LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
-"""The least that these numbers may be; none may be infinite."""
+_MOST = 2.0**62
+"""The least that these numbers may be, and the most: what fits into 64 bits."""
 _FLAGS = {"0": False, "1": True}
 _READERS: dict[str, Callable[[str], Any]] = {
     "str": str,
@@ -276,8 +276,8 @@ def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
         raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
     row = Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
     for name, least in _LEAST.items():
-        if not least <= getattr(row, name) < math.inf:
-            raise ValueError(f"{name} must be at least {least}, found {getattr(row, name)}")
+        if not least <= getattr(row, name) <= _MOST:
+            raise ValueError(f"{name} must be from {least} to {_MOST:.2g}, found {getattr(row, name)}")
     x, y, width, height = row.crop
     if min(x, y) < 0 or min(width, height) < 1 or x + width > row.width or y + height > row.height:
         raise ValueError(f"crop must lie in the image of {row.width}x{row.height}, found {row.crop}")

@@ -205,9 +205,20 @@ def read(path: Path) -> KnownReference:
             facts = json.loads(str(arrays["facts"]))
             halves = (arrays["half_0"], arrays["half_1"]) if "half_0" in arrays else None
             reference = Reference(arrays["mean"], arrays["variance"], halves)
+            _check(reference, facts)
     except Exception as error:  # zip, zlib, NumPy and JSON each have errors of their own for a damaged file
         raise ExperimentError((Problem(str(path), f"cannot be read as a reference: {error}"),)) from error
     return KnownReference(reference, facts)
+
+
+def _check(reference: Reference, facts: object) -> None:
+    """Raise ValueError unless these are images of one size with numbers that are finite."""
+    shape = reference.mean.shape
+    for image in (reference.mean, reference.variance, *(reference.halves or ())):
+        if image.shape != shape or image.dtype != np.float64 or not np.isfinite(image).all():
+            raise ValueError("expected images of one size with finite numbers")
+    if len(shape) != 3 or shape[2] != 3 or not isinstance(facts, dict):
+        raise ValueError("expected images with three channels, and facts")
 
 
 def _kept(path: Path, scene: Scene) -> KnownReference | None:

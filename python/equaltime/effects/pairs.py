@@ -120,7 +120,8 @@ def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
     """Return ``mean(a_r b_s / D)`` over pixels and channels for all seeds r and s: (K, K)."""
     repeats = len(first)
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
-    rows: Floats = (first * weights).reshape(repeats, -1) @ second.reshape(repeats, -1).T
+    with np.errstate(over="ignore", invalid="ignore"):  # of images that float32 cannot hold nothing is known
+        rows: Floats = (first * weights).reshape(repeats, -1) @ second.reshape(repeats, -1).T
     return rows / denominator.size
 
 

@@ -151,15 +151,19 @@ class DictReader:
             raise ValueError(f"expected a number or pairs of wavelength and value, found {_shown(value)}")
         return Spectrum(float(value))
 
-    def _plain(self, value: object, depth: int = 0) -> object:
-        """Return numbers, strings, and sequences of them as plain Python values; anything else is refused."""
+    def _plain(self, value: object, depth: int = 0, *, expand: bool = True) -> object:
+        """Return numbers, strings, and sequences of them as plain Python values; anything else is refused.
+
+        What a variable stands for is not expanded again.
+        """
         if isinstance(value, str):
-            return self.string(value)
+            found = self.string(value) if expand else value
+            return found if isinstance(found, str) else self._plain(found, depth, expand=False)
         if isinstance(value, np.generic | np.ndarray):
             value = value.tolist()
         if isinstance(value, list | tuple):
             self._extent.check(value, depth)
-            return tuple(self._plain(item, depth + 1) for item in value)
+            return tuple(self._plain(item, depth + 1, expand=expand) for item in value)
         if isinstance(value, bool | float) or (isinstance(value, int) and abs(value) <= sys.float_info.max):
             return value
         if isinstance(value, int):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, TypeVar, get_args
@@ -28,6 +29,8 @@ Names = tuple[str, ...]
 T = TypeVar("T")
 
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
+_MAJOR: Final = re.compile(r"([0-9]{1,9})(?:\.|$)")
+"""Beginning of a version."""
 ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
 
@@ -57,8 +60,8 @@ def _time(attributes: Mapping[str, str]) -> float:
 def _is_old(root: Element, report: Report) -> bool | None:
     """Tell whether the file is older than version 2, by its root; None, and a report, if it does not say."""
     version = root.attributes.pop("version", None)
-    if version is not None and version.split(".")[0].isdecimal():
-        return int(version.split(".")[0]) < 2
+    if version is not None and (major := _MAJOR.match(version)) is not None:
+        return int(major[1]) < 2
     found = "no version" if version is None else f"version {version!r}"
     report.add(root.place, f"<{root.tag}> has {found}, expected one such as 3.0.0")
     return None

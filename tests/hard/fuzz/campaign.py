@@ -125,6 +125,7 @@ def watch_one(names: list[str], seed: int, first: int, until: float, kept: Path,
         reading, writing = os.pipe()
         child = os.fork()
         if child == 0:
+            os.close(reading)  # or a worker would never hear that nobody listens any more
             try:
                 work(names, seed, first, writing, Path(folder))
             finally:

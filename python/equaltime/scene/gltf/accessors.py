@@ -13,7 +13,7 @@ __all__ = ["floats", "integers"]
 
 COMPONENTS: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-MOST_ZEROS: Final = 1 << 20
+MOST_ZEROS: Final = 1 << 19
 """Elements that an accessor without data may have: its zeros stand nowhere in the file, but they take memory."""
 
 

@@ -56,6 +56,8 @@ class Document:
     """Of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
     """What the file asks for and does not get, in the order of being found, with the places that ask."""
+    uses: dict[int, dict[str, int]] = field(default_factory=dict)
+    """By the number of an image: the parameters of materials that were made of it, with their texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property

@@ -7,14 +7,17 @@ from typing import Any, Final
 
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["check_extent"]
+__all__ = ["check_extent", "check_texels"]
 
-FREE_ELEMENTS: Final = 1 << 20
+FREE_ELEMENTS: Final = 1 << 19
 USES_OF_A_BYTE: Final = 16
 """Elements of accessors that all primitives may have together: so many, and so many for each byte of the file."""
 ZEROS_OF_A_BYTE: Final = 8
 """The same of accessors without data, whose zeros stand nowhere: sparse morph targets have some for each vertex."""
 FREE_COPIES: Final = 1024
+FREE_TEXELS: Final = 1 << 24
+TEXELS_OF_A_BYTE: Final = 64
+"""Texels that materials may have beside those of each image's first use: so many, and so many for a byte."""
 BYTES_OF_A_COPY: Final = 4
 """Copies that EXT_mesh_gpu_instancing may make in all: so many, and one for so many bytes, as a rotation may take."""
 
@@ -35,18 +38,22 @@ def check_extent(document: Document) -> None:
         _check(copies, FREE_COPIES + size // BYTES_OF_A_COPY, "copies of nodes", place)
 
 
+def check_texels(document: Document, image: int, use: str, count: int) -> None:
+    """Raise `Malformed` if all uses of images so far, each of which is decoded, are more than the file could mean."""
+    document.uses.setdefault(image, {})[use] = count
+    shared = sum((len(uses) - 1) * max(uses.values()) for uses in document.uses.values())
+    _check(shared, FREE_TEXELS + TEXELS_OF_A_BYTE * _bytes(document), "texels of images that are used again", use)
+
+
 def _check(found: int, most: int, what: str, place: str) -> None:
     if found > most:
         raise Malformed((place, f"{found} {what} in all; the limit for a file of this size is {most}"))
 
 
 def _bytes(document: Document) -> int:
-    """Return the size of the file and of those beside it that its buffers name, as far as they are there."""
-    size = document.size
-    for buffer in document.gltf.buffers:
-        if buffer.uri is not None and not buffer.uri.startswith("data:"):
-            size += document.size_of(buffer.uri)
-    return size
+    """Return the size of the file and of those beside it that it names, as far as they are there."""
+    beside = {part.uri for part in (*document.gltf.buffers, *document.gltf.images) if part.uri is not None}
+    return document.size + sum(document.size_of(uri) for uri in beside if not uri.startswith("data:"))
 
 
 def _of_primitives(gltf: Any) -> Iterator[tuple[str, int]]:

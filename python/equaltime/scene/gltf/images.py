@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,30 +18,31 @@ __all__ = ["decode"]
 
 SUFFIXES: Final = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
 MOST_PIXELS: Final = 1 << 28
+Check = Callable[[int], object]
 
 
-def decode(document: Document, index: int) -> NDArray[Any]:
+def decode(document: Document, index: int, check: Check) -> NDArray[Any]:
     """Return the pixels (H, W, 4) of an image, not multiplied by its opacity: uint8, uint16 or float32, as it has them.
 
-    Raises `Malformed`.
+    Raises `Malformed`, as ``check`` may that is told their number before they are read.
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:
-        return _from_bytes(bytes(document.view(image.bufferView)), place)
+        return _from_bytes(bytes(document.view(image.bufferView)), place, check)
     if image.uri is None:
         raise Malformed((place, "needs a 'uri' or a 'bufferView'"))
     if image.uri.startswith("data:"):
-        return _from_bytes(document.resource(image.uri, f"{place}.uri"), place)
+        return _from_bytes(document.resource(image.uri, f"{place}.uri"), place, check)
     try:
         path = document.locate(document.relative(image.uri, f"{place}.uri"))
     except Malformed:
         raise
     except ValueError as error:
         raise Malformed((f"{place}.uri", str(error))) from error
-    return _from_file(path, place)
+    return _from_file(path, place, check)
 
 
-def _from_bytes(content: bytes, place: str) -> NDArray[Any]:
+def _from_bytes(content: bytes, place: str, check: Check) -> NDArray[Any]:
     """Decode what is in memory: OpenImageIO's Python module reads files only, so that it goes through a private one."""
     suffix = next((suffix for magic, suffix in SUFFIXES.items() if content.startswith(magic)), None)
     if suffix is None:
@@ -48,10 +50,10 @@ def _from_bytes(content: bytes, place: str) -> NDArray[Any]:
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / f"image{suffix}"
         path.write_bytes(content)
-        return _from_file(path, place)
+        return _from_file(path, place, check)
 
 
-def _from_file(path: Path, place: str) -> NDArray[Any]:
+def _from_file(path: Path, place: str, check: Check) -> NDArray[Any]:
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(str(path), config)
@@ -63,6 +65,7 @@ def _from_file(path: Path, place: str) -> NDArray[Any]:
             raise Malformed((place, f"{spec.width}x{spec.height} pixels; the limit is {MOST_PIXELS} in all"))
         if wrong := excess(spec, path):
             raise Malformed((place, wrong))
+        check(spec.width * spec.height)
         pixels = source.read_image(str(spec.format) if str(spec.format) in ("uint8", "uint16") else "float")
         if pixels is None:
             raise Malformed((place, f"cannot be read as an image: {_reason(source, path)}"))

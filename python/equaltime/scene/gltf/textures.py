@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.extent import check_texels
 from equaltime.scene.gltf.images import decode
 from equaltime.scene.gltf.slots import Slot, Texels
 from equaltime.scene.gltf.surfaces import look
@@ -27,7 +28,9 @@ def bake(document: Document, material: int, name: str) -> Texels:
     slot = look(document.gltf.materials[material]).slots[name.removesuffix(MIRRORED)]
     if slot.texture is None:
         raise KeyError(name)
-    found = slot.texels(decode(document, _source(document, slot.texture.index)))
+    source = _source(document, slot.texture.index)
+    use = f"materials[{material}].{name}"
+    found = slot.texels(decode(document, source, lambda count: check_texels(document, source, use, count)))
     if found.texels.dtype != np.uint8 and not np.isfinite(found.texels).all():
         raise Malformed((f"materials[{material}]", f"a texel of its {name} is not finite"))
     return _turned(found) if name.endswith(MIRRORED) else found
