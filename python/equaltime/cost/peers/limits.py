@@ -29,6 +29,7 @@ def time_limit(budget: float | None) -> float:
 
 
 DEFAULT_LIMIT = time_limit(None)
+"""Seconds for a peer that is used outside an experiment."""
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
