@@ -133,6 +133,7 @@ def test_G09_what_is_no_number_is_refused_anywhere(part: str) -> None:  # noqa: 
 
 
 @pytest.mark.parametrize("part", PARTS)
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_G09_extreme_numbers_are_refused_or_rendered_without_a_nan(part: str) -> None:  # noqa: N802
     tree, took = scene_of(part), 0
     for place, number in numbers(tree):

@@ -90,17 +90,20 @@ def test_lights_behind_lights_are_looked_through_too() -> None:
     check_looks_through((lamp(1.0, shape="sphere"), lamp(2.0, shape="sphere")), 4.3, "best", spp=1024)
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_all_that_lights_is_hidden_where_there_is_nothing_else() -> None:
     assert not et.render(scene(lamp(1.0), sky=SKY), spp=4).image.any()
 
 
 @pytest.mark.parametrize("bsdf", [{"type": "null"}, {"type": "mask", "opacity": 0.0, "in": {"type": "diffuse"}}])
 @pytest.mark.parametrize("integrator", ["path", "volpath"])
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_nothing_is_no_reason_to_see_what_is_all_around(bsdf: Dict, integrator: str) -> None:
     assert not et.render(scene(pane(**bsdf), sky=SKY, integrator=integrator), spp=4).image.any()
 
 
 @pytest.mark.parametrize(("integrator", "seen"), [("path", 5.0), ("volpath", 0.0)])
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_light_behind_nothing_is_seen_where_crossings_are_vertices_as_in_mitsuba(
     integrator: str, seen: float
 ) -> None:

@@ -127,6 +127,7 @@ def lamp_in_glass(priority: int) -> et.Scene:
 
 
 @pytest.mark.parametrize("technique", ["mis", "light", "bsdf", "mixture"])
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_lamp_that_is_not_there_lights_nothing(technique: str) -> None:
     """T7: nor do points on it that are aimed at. The twin is a lamp of higher priority, which is there."""
     strategy = f"best,technique={technique}" if technique != "bsdf" else "bsdf"
@@ -166,6 +167,7 @@ def unlit_spot(folder: Path) -> Dict:
     return {"type": "bitmap", "filename": str(folder / "spot.png"), "filter_type": "nearest", "to_uv": turned}
 
 
+@pytest.mark.filterwarnings("ignore:the picture is black")
 def test_a_picture_whose_light_no_look_has_met_is_a_light(tmp_path: Path) -> None:
     """Its weights summed to nothing, so that there was a light without a table to pick it by, and no memory there."""
     lamp = {"type": "rectangle", "emitter": {"type": "area", "radiance": unlit_spot(tmp_path)}}

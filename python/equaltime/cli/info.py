@@ -24,20 +24,8 @@ FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Of what is told how many of each plugin there are."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
-    *(
-        "sources",
-        "spp",
-        "stopped_by",
-        "error",
-        "radiance_range",
-        "seconds",
-        "paths",
-        "rays",
-        "shadow_rays",
-        "threads",
-        "kernel",
-    ),
-    *("effects", "substitutions", "software", "build"),
+    *("sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
+    *("threads", "kernel", "effects", "substitutions", "software", "build"),
 )
 """What is told of a saved render: keys of its record."""
 

@@ -37,6 +37,7 @@ def time_limit(budget: float | None, reference: float = 0.0) -> float:
 
 
 DEFAULT_LIMIT = time_limit(None)
+"""Seconds for a peer that is used outside an experiment."""
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
