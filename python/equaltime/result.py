@@ -1,4 +1,4 @@
-"""What a render gives back: the image, what is known of its error, what it cost, and where it came from."""
+"""The result of a render: the image, its error, its cost and its origin."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def uninterrupted(result: Result) -> Result:
 
 @dataclass(frozen=True)
 class Stats:
-    """What a render cost, and which code did it."""
+    """Cost of a render, and the code that did it."""
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
