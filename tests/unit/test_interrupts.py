@@ -1,4 +1,4 @@
-"""What is finished outlasts Ctrl-C; what must end a process still does."""
+"""Finished results outlast Ctrl-C; signals that must end a process still do."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class CommandPeer:
     label: str
     command: str
     folder: Path = Path()
-    """Where the command is run."""
+    """Folder in which the command is run."""
     limit: float = DEFAULT_LIMIT
     """Seconds that one run of the command may take; one that takes longer is ended."""
     renderer: RendererKind = field(default="command", init=False)
