@@ -28,7 +28,7 @@ __all__ = ["Measurement", "Report", "Spread", "build_facts", "machine", "measure
 
 _LEVEL = 0.95
 _PILOT_SAMPLES = 2
-# What a repeat takes about, if nobody says how many samples it has.
+# Seconds that a repeat takes, about, if its number of samples is not given.
 _REPEAT_SECONDS = 0.5
 _MOST_SAMPLES = 256
 _FILMS = 2
@@ -60,7 +60,7 @@ def spread(values: Sequence[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What was measured for one scene on one number of threads."""
+    """Measurements of one scene on one number of threads."""
 
     name: str
     """The scene's file as it was given, or ``scene N``."""
@@ -84,7 +84,7 @@ class Measurement:
     max_depth: int
     triangles: int
     memory_bytes: int
-    """Of the scene in the core, without the film."""
+    """Bytes of the scene in the core, without the film."""
     seconds: Mapping[str, float] = field(hash=False)
     """``load``: reading the files, ``build``: making the core's scene."""
 

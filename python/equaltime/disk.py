@@ -1,4 +1,4 @@
-"""Files that take the place of others whole, outlast the machine, and leave nothing behind."""
+"""Writes files whole, so that they outlast a crash, and removes the rest of writes that were killed."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _mode(path: Path) -> int | None:
 
 
 def tidy(folder: Path) -> None:
-    """Remove what killed processes of this machine were writing; what cannot be is left."""
+    """Remove the files that killed processes of this machine were writing; files that cannot be removed are left."""
     part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
     with suppress(OSError):
         for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:

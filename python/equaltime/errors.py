@@ -56,7 +56,7 @@ class Problem:
     place: str
     """``file:line`` or ``file: key.path``, as exact as the format allows."""
     message: str
-    """What was found, what was expected, and the nearest known name."""
+    """The finding, the expectation, and the nearest known name."""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.message}" if self.place else self.message
@@ -123,7 +123,7 @@ class SampleError(RenderError):
     """
 
     kind: ClassVar[str] = "bad sample"
-    """What it is called where nobody says more."""
+    """Name of the problem if ``what`` is not given."""
 
     def __init__(
         self,

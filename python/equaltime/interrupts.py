@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, held back while what is finished must not be lost."""
+"""Ctrl-C and SIGTERM, held back while a finished result is saved."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def last_held_back() -> float:
 
 @contextmanager
 def held_back() -> Iterator[list[int]]:
-    """Only list those that come, so that an impatient second Ctrl-C does not cost the result of the first.
+    """List signals instead of hearing them, so that a second Ctrl-C does not cost the result of the first.
 
     A signal that would end the process does so, since nothing of Python's hears it; in any thread but the main one,
     which alone hears them, nothing is held back.
@@ -56,7 +56,7 @@ def _listed(told: Callable[[int], object]) -> Iterator[list[int]]:
 
 @contextmanager
 def put_off() -> Iterator[None]:
-    """Let the first of those that come be heard only when what is begun is done."""
+    """Put off the first signal that comes until the block is done; later ones are dropped."""
     seen: list[int] = []
     try:
         with _listed(lambda number: None) as seen:

@@ -82,7 +82,7 @@ _HALF: Final = (10 * 2.0**-14, 65504.0)
 
 @dataclass(frozen=True, eq=False)
 class RenderFile:
-    """What the file of a saved render holds."""
+    """The content of the file of a saved render."""
 
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB."""
@@ -98,7 +98,7 @@ class RenderFile:
     parts: NDArray[Any] | None = None
     """(H, W) of the type `equaltime.moments.PARTS`; None if nothing was merged."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """What samples may have missed: (H, W, C) by the name of the part."""
+    """Light that samples may have missed: (H, W, C) by the name of the part."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """(H, W) by the name of the channel."""
 

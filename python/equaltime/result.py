@@ -1,4 +1,4 @@
-"""What a render gives back: the image, what is known of its error, what it cost, and where it came from."""
+"""The result of a render: the image, its error, its cost and its origin."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def uninterrupted(result: Result) -> Result:
 
 @dataclass(frozen=True)
 class Stats:
-    """What a render cost, and which code did it."""
+    """Cost of a render, and the code that did it."""
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
@@ -64,7 +64,7 @@ class Stats:
     """The compiled path tracer that was chosen for the scene."""
     threads: int
     effects: tuple[str, ...] = ()
-    """What the scene called for."""
+    """Effects that the scene uses."""
     build: Mapping[str, Any] | None = field(default=None, hash=False)
     """How the core was built, and with which Embree."""
 
@@ -100,16 +100,16 @@ class Origin:
     without: tuple[str, ...] = ()
     """The effects that were left out, as `equaltime.effects.leave_out` takes them; biased if there are any."""
     substitutions: tuple[str, ...] = ()
-    """What was replaced in the scene because it cannot be rendered, if anything was."""
+    """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
-    """What was merged: of each seed its sample counts, seconds and build; empty for a render that was not merged."""
+    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
     """
 
     @property
     def record(self) -> dict[str, Any]:
-        """The same as JSON data, as it stands in the record of a result."""
+        """The origin as JSON data, as it stands in the record of a result."""
         return {
             "scene": self.scene,
             "digest": self.digest,
@@ -145,25 +145,24 @@ class Result:
     was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
     stats: Stats
     stopped_by: StoppedBy
-    """What ended the render: the sample count, the time limit, the error asked for, the ``count`` that a pilot chose
-    for it, Ctrl-C, or a sample that was not a number; ``unfinished`` is what was saved on the way."""
+    """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
+    chose for it, Ctrl-C, or a sample that was not a number. ``unfinished`` is a render that was saved on the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
     """(R, H, W): moments of every pixel in each replicate (`equaltime.moments`); None if another backend rendered."""
     looks: tuple[Look, ...] = ()
-    """What the render saw when it looked at its error, to stop at a target: samples a pixel, the error, its upper
-    limit."""
+    """Looks of a render that was to stop at an error: samples a pixel, the error, its upper limit."""
     bias: Estimate | None = None
     """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
     position: tuple[int, int, int] | None = None
-    """Where the passes stand, to take them up: samples that every pixel has on average, those of the blocks before the
-    next one, and that block's number."""
+    """Position of the passes, from which they are taken up: samples that every pixel has on average, those of the
+    blocks before the next one, and that block's number."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """What samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
+    """Light that samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
     stop: Stop | None = None
     """The rule by which the render, or one that it took up, was to stop at an error; None if none was asked for."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """What the scene's integrator asks for beside the image: channels (H, W) by name (`equaltime.first_hits`)."""
+    """Outputs beside the image that the integrator asks for: channels (H, W) by name (`equaltime.first_hits`)."""
     degrees: float = 1.0
     """Degrees of freedom behind the variance of each pixel: the number of replicates less 1. In a merged render: the
     harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""

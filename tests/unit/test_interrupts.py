@@ -1,4 +1,4 @@
-"""What is finished outlasts Ctrl-C; what must end a process still does."""
+"""Finished results outlast Ctrl-C; signals that must end a process still do."""
 
 from __future__ import annotations
 
@@ -75,9 +75,19 @@ def test_a_signal_that_nothing_of_python_hears_keeps_what_it_does() -> None:
         signal.signal(signal.SIGTERM, before)
 
 
-@pytest.mark.parametrize("install", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    ("install", "sent"),
+    [
+        (1, signal.SIGINT),
+        (2, signal.SIGTERM),
+        (3, signal.SIGTERM),
+        (4, signal.SIGTERM),
+        (3, signal.SIGINT),
+        (4, signal.SIGINT),
+    ],
+)
 def test_a_signal_between_two_installations_leaves_no_handler_behind(
-    monkeypatch: pytest.MonkeyPatch, install: int
+    monkeypatch: pytest.MonkeyPatch, install: int, sent: signal.Signals
 ) -> None:
     """The first two calls of signal.signal install the handlers of a command, the last two restore those before."""
     numbers = (signal.SIGINT, signal.SIGTERM)
@@ -89,7 +99,7 @@ def test_a_signal_between_two_installations_leaves_no_handler_behind(
         replaced = set_handler(number, handler)
         calls.append(number)
         if len(calls) == install:
-            signal.raise_signal(signal.SIGTERM if install > 2 else number)
+            signal.raise_signal(sent)
         return replaced
 
     try:

@@ -1,4 +1,4 @@
-"""What a container allows counts as what the machine has, and decides how many threads work by default."""
+"""A container's limits count as the machine's, and decide how many threads work by default."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def test_a_program_that_is_not_there_is_missed_before_the_first_run() -> None:
 
 def test_a_scene_that_is_no_file_has_no_name() -> None:
     described = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}})
-    with pytest.raises(PeerError, match="is no file"):
+    with pytest.raises(PeerError, match=r"mine: \{scene\} needs a scene file, but .* made in memory; use \{json\}"):
         CommandPeer("mine", f"{sys.executable} {{scene}} {{spp}} {{seed}} {{out}}").prepare(described, 1)
 
 

@@ -312,7 +312,7 @@ def test_seeds_of_runs_have_31_bits_and_are_all_different() -> None:
 
 
 def test_repeats_whose_hashes_are_the_same_have_seeds_of_their_own() -> None:
-    """Of these names the hashes of repeats 12745 and 17535 are."""
+    """The hashes of repeats 12745 and 17535 are the same for these names."""
     seeds = run_seeds("s", "best", 20_000)
     assert len(set(seeds)) == len(seeds)
     assert run_seeds("s", "best", 17_535) == seeds[:17_535], "more repeats change none"

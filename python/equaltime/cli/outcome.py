@@ -1,4 +1,4 @@
-"""What every command that makes an image says of it."""
+"""Lines that every command that makes an image prints of it."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import math
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import FrameType
 
 from equaltime.interrupts import last_held_back
@@ -15,13 +15,15 @@ from equaltime.startup import over
 __all__ = ["interruptible"]
 
 _ONE_PRESS = 1.0
-"""Seconds in which further ones are the same: who holds the keys down, or is impatient, means what was meant first.
-What was held back while a command ended was pressed, too."""
+"""Seconds in which further signals count as the first one: a key is held down, or pressed again and again.
+
+A signal that was held back while a command ended counts as a first one, too.
+"""
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let both raise `KeyboardInterrupt`, one for all that come at once; after it, a command that ends hears none."""
+    """Let both raise `KeyboardInterrupt`, once for all that come within a second; none while a command ends."""
     raised = -_ONE_PRESS
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -39,6 +41,7 @@ def interruptible() -> Iterator[None]:
     finally:
         raised = math.inf  # `interrupt` raises nothing from here on, so that both handlers are restored
         over()
-        for number, handler in before.items():
-            if signal.getsignal(number) is interrupt:
-                signal.signal(number, handler)
+        with ExitStack() as stack:  # a handler that is back may raise before the other is
+            for number, handler in before.items():
+                if signal.getsignal(number) is interrupt:
+                    stack.callback(signal.signal, number, handler)

@@ -26,7 +26,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Changes:
-    """What is different from what the experiments' files say; as for `equaltime.cost.cost`."""
+    """Changes to the experiments of the files; as for `equaltime.cost.cost`."""
 
     quick: bool = False
     size: tuple[int, int] | None = None
@@ -79,7 +79,7 @@ def run_all(
     Returns
     -------
     tuple of Card
-        What became of each.
+        The outcome of each.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def run_all(
 
 
 def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCallback | None, command: str) -> Card:
-    """Run one experiment, and say what became of it."""
+    """Run one experiment, and return its outcome."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
     failure = Folder(folder).failure
@@ -113,7 +113,7 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except (EqualtimeError, OSError) as error:
         return replace(card, state="failed", problem=str(error))
-    except Exception as error:  # whatever it is, it must not cost the others
+    except Exception as error:  # of any kind: it must not end the other experiments
         _LOG.exception("%s failed", card.name)
         kept = _keep_traceback(failure)
         return replace(card, state="failed", problem=f"{type(error).__name__}: {error}{kept}")
@@ -159,6 +159,6 @@ def _read(paths: Sequence[Path], changes: Changes) -> list[Experiment]:
 
 
 def _natural(path: Path) -> tuple[bool, list[tuple[int, str]]]:
-    """Sort ``x2`` before ``x10``, and what has no number behind what has one."""
+    """Return a key that sorts ``x2`` before ``x10``, and names without a number last."""
     parts = [(int(digits or 0), text) for text, digits in re.findall(r"(\D*)(\d*)", path.stem)]
     return not re.match(r"x\d", path.stem), parts

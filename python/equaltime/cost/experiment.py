@@ -52,7 +52,7 @@ class SceneEntry(Value):
     scene: Scene | dict[str, Any] | None = None
     """Or the scene itself: loaded, or as Mitsuba's dictionary."""
     name: str = ""
-    """What it is called in records and reports; the file's name without its ending, if not given."""
+    """Its name in records and reports; the file's name without its ending, if not given."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
     """Film size in pixels."""
     max_depth: Annotated[int, Field(ge=-1)] | None = None
@@ -108,7 +108,7 @@ class StrategyEntry(Value):
     """Something that is compared: one of equaltime's strategies, a peer, or a subject of your own."""
 
     label: str = ""
-    """What it is called in records and reports; the strategy's own text, if not given."""
+    """Its name in records and reports; the strategy's own text, if not given."""
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
@@ -154,7 +154,7 @@ class ReferenceWish(Value):
 
 
 class Experiment(Value):
-    """What is compared on what, for how long and how often."""
+    """A comparison: of which strategies, on which scenes, for how long and how often."""
 
     title: str = ""
     description: str = ""
@@ -177,18 +177,21 @@ class Experiment(Value):
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows large."""
     figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
-    """What else the report shows: the directions in which uniform and BSDF sampling send rays, scene by scene."""
+    """Further figures of the report: the directions in which uniform and BSDF sampling send rays, for each scene."""
     animate: bool = False
     """Whether the report shows the images forming, side by side at equal time."""
     question: Question = "time"
-    """What the verdict says: ``time`` to an error; which strategies are off the baseline by a ``bias`` (on scenes whose
-    light all of them find); or how many ``samples`` each needs."""
+    """The verdict's question: ``time`` to an error, ``bias`` or ``samples``.
+
+    ``bias``: which strategies are off the baseline, on scenes whose light all of them find. ``samples``: how many
+    samples each strategy needs.
+    """
     reference: ReferenceWish = ReferenceWish()
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 is one for each processor."""
 
     folder: File = Path()
-    """Where the commands of peers are run; for an experiment file its own folder, if it does not say."""
+    """Folder in which the commands of peers are run; by default that of the experiment file."""
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 

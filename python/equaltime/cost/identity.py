@@ -1,4 +1,4 @@
-"""What makes two experiments the same, so that one may continue the records of the other."""
+"""Identities of experiments: one with the same identity may continue the records of another."""
 
 from __future__ import annotations
 

@@ -39,20 +39,20 @@ Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Where an experiment stands."""
+    """Progress of an experiment."""
 
     phase: Phase
     scene: str
     strategy: str
     repeat: int
-    """Of the run that is going on."""
+    """Number of the repeat that is going on."""
     done: int
     """Runs that are recorded."""
     total: int
     fraction: float
-    """Done of the phase: of this agreement or reference, or of all runs."""
+    """Share of the phase that is done, in [0, 1]: of this agreement or reference, or of all runs."""
     time_left: float | None
-    """Estimated seconds to the end of the last run; None where nothing is known."""
+    """Estimated seconds to the end of the last run; None if they are unknown."""
 
 
 ProgressCallback = Callable[[RunProgress], object]
@@ -65,14 +65,14 @@ def run(
     cache: Path | None = None,
     command: str = "",
 ) -> None:
-    """Run an experiment, or what is left of it, and leave records and images in ``folder``.
+    """Run an experiment, or the runs that are not recorded yet, and leave records and images in ``folder``.
 
-    It may be stopped at any moment, by Ctrl-C or worse, and goes on where it was when it is run again.
+    It may be stopped at any moment, by Ctrl-C or a kill, and goes on where it was when it is run again.
 
     Parameters
     ----------
     cache
-        Where references are kept for other experiments; `reference.cache_folder` if not given.
+        Folder where references are kept for other experiments; `reference.cache_folder` if not given.
     command
         The command line that asked for the runs, for their provenance.
 
@@ -123,7 +123,7 @@ def _told_on(scene: str) -> Iterator[None]:
 class _Turn:
     repeat: int
     number: int
-    """Of the scene."""
+    """Number of the scene."""
     subject: Subject
     key: Key
     seed: int

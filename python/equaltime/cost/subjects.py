@@ -54,7 +54,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
 
 
 def close_subjects(subjects: Sequence[Subject]) -> None:
-    """Let go of processes and files."""
+    """Close the processes and files of subjects."""
     for subject in subjects:
         if close := getattr(subject, "close", None):
             close()
@@ -101,7 +101,7 @@ def _own(label: str, place: str) -> Subject:
 
 
 def _module(file: Path) -> ModuleType:
-    """Import a file by its path, once; what goes wrong in it is told with its line."""
+    """Import a file by its path, once; an error in it is told with its line."""
     name = f"equaltime_subject_{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]

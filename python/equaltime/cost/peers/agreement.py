@@ -1,7 +1,7 @@
-"""Whether a peer means the same image as equaltime: to be asked before the two are compared in time.
+"""Tests whether a peer means the same image as equaltime, before the two are compared in time.
 
-A peer that does not agree is no worse for that, but against equaltime's reference its error would end at the
-difference: then it is held against `own_reference`, and whoever shows its numbers shows the note.
+Against equaltime's reference, the error of a peer that means another image would end at the difference. Such a peer is
+measured against `own_reference`, and reports show the note.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _FEWEST, _WANTED = 8, 32
 
 @dataclass(frozen=True, eq=False)
 class Gate:
-    """What came of the comparison of a peer with equaltime on one scene."""
+    """The outcome of comparing a peer with equaltime on one scene."""
 
     agreement: Agreement
     ours: BlockMeans
@@ -51,11 +51,11 @@ class Gate:
     """Width and height of the images that were compared."""
     seeds: int
     reference_note: str = ""
-    """What must be known of a reference that the peer renders."""
+    """A caveat of the reference that the peer renders; empty if there is none."""
 
     @property
     def agrees(self) -> bool:
-        """Whether nothing speaks against equal expected images."""
+        """Whether the test does not reject equal expected images."""
         return bool(self.agreement.p > self.level)
 
     @property
@@ -131,8 +131,8 @@ def own_reference(
     """Render a reference with the peer itself: the mean of independent renders, its noise known from their spread.
 
     It ends when its own relative error is ``error``, or the ``seconds`` of rendering are used up, with eight renders at
-    least. The halves are the odd and the even renders. A peer whose sampler has a mean of its own does not render:
-    another one does, in which the sampler alone is different.
+    least. The halves are the odd and the even renders. If the peer's sampler is biased, another peer renders, in which
+    the sampler alone is different.
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed)
@@ -159,7 +159,7 @@ def _own_reference(
     begin, count, origin = time.perf_counter(), 0, None
     while True:
         image = _one(peer, first_seed + 1 + count, spp).astype(np.float64)
-        origin = image if origin is None else origin  # so that the squares do not lose what is small
+        origin = image if origin is None else origin  # so that the squares keep small differences
         sums[count % 2] += image - origin
         squares += np.square(image - origin)
         count += 1

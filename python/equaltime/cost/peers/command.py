@@ -16,7 +16,8 @@ The command is taken apart as a shell would (quotes work) and run without one. T
 - ``{json}``    a file with the whole scene, all changes included: see `equaltime.scene.mitsuba_dict`
 - ``{width}``, ``{height}``, ``{max_depth}``   of the image, and of paths, as the experiment wants them
 - ``{python}``  the Python that runs equaltime
-- ``{threads}`` how many threads it may use; it is confined to as many processors in any case
+- ``{threads}`` threads that it may use: as asked for, or else the processors that the machine or its container allows.
+  A number that was asked for confines the command to as many processors
 
 The pixel filter must be a box. What the command writes to stdout may end in a JSON object, as that of ``equaltime
 render --json`` does: then its ``seconds`` and ``cpu_seconds`` are the times of rendering alone, and its ``spp`` is the
@@ -61,7 +62,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""What may stand in braces."""
+"""Words that may stand in braces."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")
@@ -74,7 +75,7 @@ class CommandPeer:
     label: str
     command: str
     folder: Path = Path()
-    """Where the command is run."""
+    """Folder in which the command is run."""
     limit: float = DEFAULT_LIMIT
     """Seconds that one run of the command may take; one that takes longer is ended."""
     renderer: RendererKind = field(default="command", init=False)
@@ -107,7 +108,9 @@ class CommandPeer:
     def prepare(self, scene: Scene, threads: int) -> float:
         """Keep the scene; nothing is run, so that it takes no time. Raises PeerError if there is no such program."""
         if "{scene}" in self.command and scene.source is None:
-            raise PeerError(f"{self.label}: the scene is no file, so that there is nothing to put for {{scene}}")
+            raise PeerError(
+                f"{self.label}: {{scene}} needs a scene file, but this scene was made in memory; use {{json}} instead"
+            )
         program = self._arguments[0].replace("{python}", sys.executable)
         place = self.folder / program if "/" in program else program
         if shutil.which(place) is None:
@@ -169,7 +172,7 @@ class CommandPeer:
         return filled, Path(values["out"] + suffix)
 
     def _call(self, arguments: list[str], threads: int) -> tuple[float, float, dict[str, Any]]:
-        """Run the command to its end; return its wall and CPU seconds and what it says of itself."""
+        """Run the command to its end; return its wall and CPU seconds and the numbers that it prints."""
         with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
             begin = perf_counter()
             with _confined(threads):
@@ -202,7 +205,7 @@ class CommandPeer:
             return wall, usage.ru_utime + usage.ru_stime, self._said(stdout, wall)
 
     def _said(self, stdout: IO[bytes], wall: float) -> dict[str, Any]:
-        """Return the numbers of the JSON object that stdout is or ends in; raises PeerError if they cannot be."""
+        """Return the numbers of the JSON object that stdout is or ends in; raises PeerError for an impossible one."""
         stdout.seek(0)
         text = stdout.read().decode(errors="replace").strip()
         said = _json_object(text) or _json_object(text[text.rfind("\n") + 1 :])
@@ -243,7 +246,7 @@ def _json_object(text: str) -> Mapping[str, Any]:
 
 @contextmanager
 def _confined(threads: int) -> Iterator[None]:
-    """Let processes that are started in here run on so many processors at most, 0 for all, where the system can."""
+    """Confine processes that are started in here to ``threads`` processors, 0 for all, where the system can."""
     allowed = allowed_processors()
     confine = 0 < threads < len(allowed)
     try:

@@ -51,7 +51,7 @@ class MitsubaPeer:
     integrator: str = "path"
     sampler: str = "independent"
     rr_depth: int | None = None
-    """From where on roulette may end a path; the scene's (5, if it does not say) if not given."""
+    """Depth from which on roulette may end a path; if not given, that of the scene, whose default is 5."""
     python: str = sys.executable
     """A Python that has Mitsuba and equaltime."""
     limit: float = DEFAULT_LIMIT
@@ -62,7 +62,7 @@ class MitsubaPeer:
     renderer: RendererKind = field(default="mitsuba", init=False)
     biased: bool = field(default=False, init=False)
     version: str = field(default="", init=False)
-    """Mitsuba's, once it was started."""
+    """Version of Mitsuba, once it was started."""
     compiling: float = field(default=0.0, init=False)
     """Seconds of renders that were repeated because they had to compile, in all runs so far."""
     _worker: Worker | None = field(default=None, init=False, repr=False)
@@ -79,7 +79,7 @@ class MitsubaPeer:
 
     @property
     def reference_note(self) -> str:
-        """What must be known of a reference that `for_reference` renders."""
+        """The caveat of the reference that `for_reference` renders."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
@@ -135,7 +135,7 @@ class MitsubaPeer:
         self._setup.clear()
 
     def _start(self, threads: int) -> float:
-        """Have a process with so many threads; return the seconds of its import, 0 if it was there."""
+        """Start a process with ``threads`` threads unless it runs; return the seconds of its import, 0 if it ran."""
         if self._worker is not None and self._worker.running and threads == self._threads:
             return 0.0
         self.close()

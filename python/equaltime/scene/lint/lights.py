@@ -31,13 +31,13 @@ from equaltime.scene.model import (
 __all__ = ["check_lights"]
 
 AWAY = 1e-12
-"""What lies before a light by less than this share of the scene's size, a few roundings, lies in its plane."""
+"""Distance before a light, as a share of the scene's size, below which a point is in its plane: a few roundings."""
 FLAT = 1e-4
-"""How far the normals of a flat light's triangles may be apart, in radians."""
+"""Largest angle between the normals of a flat light's triangles, in radians."""
 
 
 def check_lights(world: World) -> Iterator[Finding]:
-    """Look at all that emits, and at what does not but seems to."""
+    """Find hazards of emitters, and emitters without power."""
     model = world.scene.model
     nodes = {
         id(node): node
