@@ -89,8 +89,8 @@ def progressive(
     Raises
     ------
     SceneError, StrategyError, ImageError, RenderError, ValueError
-        As `equaltime.render` does, at once; and `SampleError` from the loop, or from `Progressive.result`, with the
-        result so far.
+        As `equaltime.render` does, at once; and `SampleError` or `BrightImage` from the loop, or from
+        `Progressive.result`, with the result so far.
     """
     check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)

@@ -63,6 +63,19 @@ def test_a_checkpoint_that_float32_cannot_hold_is_kept_and_ends_the_render(tmp_p
     np.testing.assert_array_equal(kept.moments, np.asarray(caught.value.result.moments))
 
 
+def test_a_pilot_of_a_bright_room_is_refused_with_its_pixel() -> None:
+    room = {
+        "type": "cube",
+        "flip_normals": True,
+        "bsdf": {"type": "conductor", "specular_reflectance": 0.9},
+        "emitter": {"type": "area", "radiance": 1e200},
+    }
+    film = {"type": "hdrfilm", "width": 4, "height": 4}
+    parts = {"integrator": {"type": "path", "max_depth": 6}, "sensor": {"type": "perspective", "film": film}}
+    with pytest.raises(et.BrightImage, match=r"a pilot of 4x4 pixels: pixel 0,0 is inf, more than an image"):
+        et.render({"type": "scene", **parts, "room": room}, spp=2, threads=1, within=0.01)
+
+
 @pytest.mark.parametrize("radiance", [3.5e38, 1e155, 1e200, 1e306])
 @pytest.mark.filterwarnings("error")
 def test_an_experiment_does_not_measure_what_float32_cannot_hold(radiance: float) -> None:
