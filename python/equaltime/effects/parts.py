@@ -20,6 +20,7 @@ from equaltime.core_renderer import split_light
 from equaltime.cost.metrics import Reference
 from equaltime.cost.statistics import Interval
 from equaltime.effects.pairs import change_of, products, share_of
+from equaltime.float32 import beyond_float32
 from equaltime.scene import Scene
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import Directional, Point, Spot
@@ -100,8 +101,14 @@ def measure_parts_by(
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
 ) -> Iterator[Parts]:
-    """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3)."""
-    names: list[tuple[str, str]] = []
+    """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3).
+
+    Raises
+    ------
+    BrightImage
+        If float32 cannot hold an image.
+    """
+    names, width, height = list[tuple[str, str]](), 0, 0
     stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the most memory that this takes
     for repeat in range(repeats):
         names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
@@ -113,6 +120,10 @@ def measure_parts_by(
             progress((repeat + 1) / repeats)
     lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
     whole = stack[lengths].sum(axis=0, dtype=np.float64)
+    where = ": ".join(filter(None, (str(scene.source or ""), f"a pilot of {width}x{height} pixels")))
+    for image in whole:
+        if (beyond := beyond_float32(image, (0, 0), where)) is not None:
+            raise beyond
     tails = np.cumsum(stack[lengths][::-1], axis=0, dtype=np.float64)[::-1]
     nothing = np.zeros((1, repeats, repeats))
     for reference in references(whole):

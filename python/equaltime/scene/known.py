@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "shortened", "suggestion"]
 
-MOST_NAMES: Final = 256
+MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
 """Names to compare a word with, and letters of a word: comparing takes their product, and a scene may have many."""
 _NAMES: dict[Kind, str] = {
