@@ -215,7 +215,7 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
   counters_ = so_far;
 }
 
-bool Renderer::render_block(const BlockTask& task, Worker& worker) {
+bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
   std::uint64_t* rays = task.pixel_rays;
   const Counters counters = worker.probe.counters;
   const std::size_t logged = worker.nonfinite.size(), faults_logged = worker.faulty.size();
@@ -261,7 +261,7 @@ void Renderer::run_pass(Stop& stop) {
                            at_.done, at_.target, &schedule_,    options_.pixel_rays ? pixel_rays_.data() : nullptr};
       std::exception_ptr error;
       try {
-        if (render_block(task, worker)) continue;
+        if (add_samples(task, worker)) continue;
       } catch (...) {
         error = std::current_exception();
         stop.requested = true;

@@ -74,7 +74,7 @@ class Renderer {
   void run_pass(Stop& stop);
   /// Adds a task's samples to the film. Returns false where a path was given up; then, and after an exception, the
   /// block, the counters and the logs are as they were.
-  bool render_block(const BlockTask& task, Worker& worker);
+  bool add_samples(const BlockTask& task, Worker& worker);
   /// Whether every pixel of the block has what the schedule gives it at this average.
   [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
 

@@ -81,7 +81,7 @@ def profiles(command: list[str]) -> list[Profile]:
     """Run a command under callgrind, and return what its renders took, each time that it asked for a profile."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
-        tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--toggle-collect=*render_block*&)"]
+        tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--toggle-collect=*render_block<*&)"]
         subprocess.run([*tool, *command], capture_output=True, check=True)
         numbered = sorted(Path(folder).iterdir(), key=lambda file: (len(file.name), file.name))
         return [found for found in map(_read, numbered) if found.total]
