@@ -23,10 +23,10 @@ def test_every_reader_has_a_corpus() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(CORPUS)))
 def test_a_file_is_read_or_refused(path: Path) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     with Watch().within(path.stat().st_size):
         check(path.parent.name, path)
-    assert time.perf_counter() - begin < SECONDS
+    assert time.process_time() - begin < SECONDS
 
 
 @pytest.mark.parametrize("name", SUBJECTS)
