@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from equaltime.scene.toml_lines import line_numbers
@@ -35,3 +37,12 @@ def test_quotes_in_comments_and_in_other_strings_begin_no_string(text: str) -> N
 @pytest.mark.parametrize("letter", ["\u2028", "\u0085", "\f", "\v", "\x1c"])
 def test_only_a_line_feed_ends_a_line(letter: str) -> None:
     assert line_numbers(f"a = '{letter}'\r\n# {letter}\n[x]\n") == {"a": 1, "x": 3}
+
+
+@pytest.mark.parametrize(
+    "line", ["a" * 100_000, " " * 100_000, "a " * 50_000, "[" + "a " * 50_000, "= [" + " " * 100_000]
+)
+def test_a_long_line_takes_no_longer_than_its_length(line: str) -> None:
+    begin = time.process_time()
+    line_numbers(f'title = """\n{line}"""\nb = 1\n{line}\n')
+    assert time.process_time() - begin < 2

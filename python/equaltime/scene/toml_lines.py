@@ -9,9 +9,10 @@ from typing import Final
 
 __all__ = ["line_numbers", "malformed", "nearest"]
 
-_HEADER: Final = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_.\- \"']+?)\s*\]\]?\s*(#.*)?$")
-_ENTRY: Final = re.compile(r"\s*([A-Za-z0-9_.\- \"']+?)\s*=")
-_LIST: Final = re.compile(r".*=\s*\[\s*(#.*)?$")
+# Quantifiers that give nothing back: a line of blanks would take a time that grows with the cube of its length.
+_HEADER: Final = re.compile(r"\s*+\[\[?\s*+([A-Za-z0-9_.\- \"']++)\]\]?\s*+(#.*)?$")
+_ENTRY: Final = re.compile(r"\s*+([A-Za-z0-9_.\- \"']++)=")
+_LIST: Final = re.compile(r".*=\s*+\[\s*+(#.*)?$")
 _LITERAL: Final = re.compile(
     r"#[^\n]*"  # a comment
     r'|"{3}(?:[^\\]|\\.)*?"{3,5}'  # strings over several lines, which may end in two quotes of their own
