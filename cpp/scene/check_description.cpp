@@ -15,8 +15,8 @@ constexpr double kLargest = std::numeric_limits<double>::max();
 /// Parameters of BSDFs are kept in float32 as they are.
 constexpr double kLargestFloat = static_cast<double>(std::numeric_limits<float>::max());
 constexpr double kSmallestFloat = static_cast<double>(std::numeric_limits<float>::min());
-/// Largest index of refraction relative to the outside: that of Python's readers, which take indices from 0.001 to 1000
-/// on both sides. Far beyond it, float32 loses the light.
+/// Largest index of refraction relative to the outside. Python's readers take indices from 0.001 to 1000 on both sides,
+/// whose ratios reach 10^6; far beyond that, float32 loses the light.
 constexpr double kHighestIor = 1e6;
 
 /// A part of the scene whose numbers are checked, such as BSDF 3.

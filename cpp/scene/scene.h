@@ -152,8 +152,7 @@ struct Scene {
 /// Throws std::invalid_argument that names the shape and what is wrong: a vertex that is not finite, an index out of
 /// range.
 [[nodiscard]] Scene build_scene(SceneDescription description, Intersection mode = Intersection::robust);
-/// Like `build_scene`, for a description whose numbers have passed `check` or checks as strict, as those of Python's
-/// readers are.
+/// Builds a scene without calling `check`. The caller must have checked the numbers as strictly; Python's readers do.
 [[nodiscard]] Scene build_checked_scene(SceneDescription description, Intersection mode = Intersection::robust);
 
 template <auto E, class Guard>

@@ -94,8 +94,8 @@ TEST("a replay and a recording that find no memory throw") {
   CHECK(runs_out(20, kRays, measure));
 }
 
-/// A closed box of mirrors, lit from within, one of which reflects a number that is none.
-std::shared_ptr<const Scene> with_a_bad_mirror() {
+/// A closed sphere that emits, and whose reflectance is NaN in one channel.
+std::shared_ptr<const Scene> with_a_bad_reflectance() {
   SceneDescription d = room();
   d.bsdfs = {DiffuseDescription{{1, 1, 1}}};
   d.shapes = {SphereDescription{{0, 1, 0}, 10, true, {0, {}, Vec3d{1, 1, 1}}}};
@@ -109,7 +109,7 @@ TEST("a path whose throughput is not a number ends, and is a sample that is not 
   for (const Roulette roulette : {Roulette::throughput, Roulette::albedo, Roulette::none}) {
     Settings endless;
     endless.roulette = roulette;
-    Renderer renderer(with_a_bad_mirror(), endless, {.threads = 2});
+    Renderer renderer(with_a_bad_reflectance(), endless, {.threads = 2});
     renderer.advance(1);
     const Counters& counters = renderer.counters();
     CHECK(counters.nonfinite == counters.paths);
@@ -127,12 +127,12 @@ TEST("a log keeps its first entries, and drops the last of them when told to") {
 }
 
 TEST("a replay says that a throughput which is not a number ended the path") {
-  const Replay path = replay(*with_a_bad_mirror(), settings(), 0, 12, 20, 0, 2);
+  const Replay path = replay(*with_a_bad_reflectance(), settings(), 0, 12, 20, 0, 2);
   CHECK(path.end == PathEnd::not_finite && path.vertices.size() == 1);
 }
 
 TEST("samples that are not finite are counted one by one, and logged up to a limit") {
-  Renderer renderer(with_a_bad_mirror(), settings(), {.threads = 2});
+  Renderer renderer(with_a_bad_reflectance(), settings(), {.threads = 2});
   renderer.advance(32);
   CHECK(renderer.counters().nonfinite == std::uint64_t{32} * renderer.film().width() * renderer.film().height());
   CHECK(renderer.nonfinite().size() == 64);

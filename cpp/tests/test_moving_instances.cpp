@@ -41,7 +41,7 @@ bool same(const Optional<InstancedId>& a, const Optional<InstancedId>& b) {
   return a->instance == b->instance && a->id.geometry == b->id.geometry && a->id.primitive == b->id.primitive;
 }
 
-TEST("placements asked for in turn are each those of their motion and their time") {
+TEST("a placement does not depend on the placements that were asked for before") {
   const auto moving_to = [](double x) {
     Transform begin = scenes::placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}), end = begin;
     end.m[0][3] = x;

@@ -108,7 +108,7 @@ template <Effects E, class Probe>
     radiance_scale *= scattered->radiance_scale;
     if (!(0 < beta.sum() && beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
       if (beta.is_black()) return L;
-      if (!beta.is_finite()) return L + beta;  // a non-finite sample, whose path no roulette would end
+      if (!beta.is_finite()) return L + beta;  // The sample is not finite, and no roulette would end its path.
     }
     if (depth >= settings.roulette_depth) {
       float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),

@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kLongPath = 1024;
 class RayCounter {
  public:
   static constexpr bool listens = false;    // to events (transport/events.h): then it has a `note` for each
-  static constexpr bool allocates = false;  // memory as it counts: then the estimator may throw std::bad_alloc
+  static constexpr bool allocates = false;  // memory while it counts: the estimator may throw std::bad_alloc
 
   template <auto E>
   [[nodiscard]] EQUALTIME_INLINE MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {

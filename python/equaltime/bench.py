@@ -32,7 +32,7 @@ _PILOT_SAMPLES = 2
 _REPEAT_SECONDS = 0.5
 _MOST_SAMPLES = 256
 _FILMS = 2
-"""Films that are in memory at a time: that of the render and that of its replay."""
+"""Number of films in memory at once: the render's and its replay's."""
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,11 @@ __all__ = ["black_picture", "reasons", "unwarned", "warn_if_black"]
 _REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
 """Findings of lint that make a picture black."""
 _WARNS = ContextVar("_WARNS", default=True)
-"""Whether renders of this thread warn. Filters of warnings would be those of all threads."""
+"""Whether renders of this thread warn. A filter of `warnings` would hold for all threads."""
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
-    """Return the result, after a warning if its picture is black everywhere; ``stacklevel`` is that of the caller."""
+    """Return the result; warn first if its picture is black everywhere. ``stacklevel`` counts from the caller."""
     if _WARNS.get() and (message := black_picture(result, scene)):
         warnings.warn(message, EqualtimeWarning, stacklevel + 1)
     return result

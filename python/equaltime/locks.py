@@ -7,7 +7,7 @@ import errno
 try:
     import fcntl
 except ImportError:  # a system without POSIX locks
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # looked at before every use
 
 __all__ = ["lock", "try_lock"]
 

@@ -1,4 +1,4 @@
-"""Standard output whose errors are told from those of files and sockets, which may have no name either."""
+"""Gives errors of standard output a type of their own: an OSError of a file or a socket may lack a name, too."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ class Experiment(Value):
     """Worker threads; 0 is one for each processor."""
 
     folder: File = Path()
-    """Folder in which the commands of peers are run; by default that of the experiment file."""
+    """Folder in which the commands of peers are run; by default the folder of the experiment file."""
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 

@@ -125,7 +125,7 @@ class Folder:
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Make the folder that of the experiment with this ``identity``, or see that it already is; it must be locked.
+        """Record this ``identity`` in the folder, or check that the folder already has it. The folder must be locked.
 
         Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
         stays in the records. Whatever has the name of something there must be the same, and so must all else.

@@ -51,7 +51,7 @@ class Gate:
     """Width and height of the images that were compared."""
     seeds: int
     reference_note: str = ""
-    """A caveat of the reference that the peer renders; empty if there is none."""
+    """Caveat on a reference that the peer renders; an empty string if there is none."""
 
     @property
     def agrees(self) -> bool:
