@@ -120,7 +120,7 @@ struct Accel::Impl {
   EmbreeScene scene;  // of all but these, and what moves if that is few:
   Walls walls;
   std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
-  float reach = kEmbreeLargest;              // of the origins of rays, by the instances
+  Reach reach;                               // of the origins of rays, by the instances
 
   EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
                     const std::vector<InstanceGeometry>& instances, bool moves);
@@ -129,6 +129,8 @@ struct Accel::Impl {
   [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  /// Of its own, so that scenes without walls need no registers for them.
+  [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
   template <bool kMoves>
   [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
   /// How many geometries of the scene are no instances.
@@ -225,8 +227,7 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
   for (const auto& [group, to_world] : moving)
     impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
-  for (const InstanceGeometry& instance : instances)
-    impl_->reach = std::min(impl_->reach, static_cast<float>(reach(instance)));
+  for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
   std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
   impl_->walls = Walls(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
@@ -242,7 +243,7 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query;
-  if (!write(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
+  if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
     return {RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
   }
@@ -259,11 +260,11 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
 
 template <bool kMoves>
 EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
-  if (!walls.empty() && walls.any(RayD(Ray{o, d, t_max}))) return true;
+  if (!walls.empty() && blocked_by_walls({o, d, t_max})) return true;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay query;
-  if (!write(query, o, d, t_max, time, reach)) [[unlikely]] {
+  if (!write_unit(query, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
     return true;
   }

@@ -25,7 +25,7 @@ bool write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcep
   const Placement now = to_world.at(static_cast<double>(r.time));
   const Vec3d o = now.local_point(Vec3d(Vec3f(r.org_x, r.org_y, r.org_z)));
   const Vec3d d = now.local_vector(Vec3d(Vec3f(r.dir_x, r.dir_y, r.dir_z)));
-  return write(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
+  return write_any(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
 }
 
 __m128 inverse_direction(const RTCRay& r) noexcept { return 1 / _mm_load_ps(&r.dir_x); }
