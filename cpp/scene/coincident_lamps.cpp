@@ -28,12 +28,24 @@ constexpr std::size_t kMostPairs = 64;
 
 using Polygon = std::vector<Vec3d>;
 
+/// One triangle of the scene. What is no instance is part 0 of itself, and what rests has one place, 0.
+struct FaceName {
+  std::size_t shape, part, number;
+  std::size_t place;
+
+  auto operator<=>(const FaceName&) const = default;
+  [[nodiscard]] bool same_part(const FaceName& other) const noexcept {
+    return shape == other.shape && part == other.part;
+  }
+};
+
 /// A triangle in normalised space. Its winding gives the normal, and a lamp emits to that side.
 struct Face {
   std::array<Vec3d, 3> v;
   Vec3d n;
   double doubt;  // how far float32 and Embree may see it from its plane
-  std::size_t shape, number;
+  FaceName name;
+  bool emits;
 
   [[nodiscard]] Bounds bounds() const noexcept {
     Bounds b;
@@ -172,21 +184,24 @@ class LampTree {
 
 [[nodiscard]] bool shines(const SurfaceDescription& s) noexcept { return s.radiance && max_component(*s.radiance) > 0; }
 
-/// Whether a shape of the scene emits by its own surface.
-bool is_lamp(const ShapeDescription& shape) noexcept {
-  return std::visit(
-      [](const auto& s) {
-        if constexpr (requires { s.surface; }) return shines(s.surface);
-        return false;
-      },
-      shape);
-}
-
 /// Whether triangles stand for a kind of shape.
 template <class S>
 concept Flat = requires(const S& s) {
   for_each_triangle(s, [](auto&&...) {});
 };
+
+/// Where an instance is looked at: what slides in a surface is in it where its motion begins and where it ends.
+std::vector<Transform> places(const InstanceDescription& instance) {
+  if (instance.keys.empty()) return {instance.to_world};
+  if (stays(instance.keys)) return {instance.keys.front().to_world};
+  return {instance.keys.front().to_world, instance.keys.back().to_world};
+}
+
+/// The vector that a transform takes to `v`.
+Vec3d before(const Transform& transform, const Vec3d& v) noexcept {
+  const Vec3d x = transform.column(0), y = transform.column(1), z = transform.column(2);
+  return Vec3d{dot(cross(y, z), v), dot(cross(z, x), v), dot(cross(x, y), v)} / dot(x, cross(y, z));
+}
 
 /// Flat lamps.
 class FlatLamps {
@@ -204,98 +219,113 @@ class FlatLamps {
   }
 
  private:
-  using Number = std::pair<std::size_t, std::size_t>;  // of a shape, and of a face of it
   /// One lamp before another that emits to the same side.
   struct Above {
     std::size_t lamp;
-    Number below;
+    FaceName below;
     double by;
   };
 
-  [[nodiscard]] std::optional<Face> face(const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t shape,
-                                         std::size_t number) const {
-    const std::array<Vec3d, 3> v = {space_.point(a), space_.point(b), space_.point(c)};
+  [[nodiscard]] std::optional<Face> face(const std::array<Vec3d, 3>& corners) const {
+    const std::array<Vec3d, 3> v = {space_.point(corners[0]), space_.point(corners[1]), space_.point(corners[2])};
     const Vec3d normal = cross(v[1] - v[0], v[2] - v[0]);
     const double size = length(normal);
     if (!(size > 0) || !std::isfinite(size)) return std::nullopt;
     const auto doubt = static_cast<double>(triangle_plane(Vec3f(v[0]), Vec3f(v[1]), Vec3f(v[2])).offset);
     if (!std::isfinite(doubt)) return std::nullopt;  // no area is left in float32
-    return Face{v, normal / size, doubt, shape, number};
+    return Face{v, normal / size, doubt, {}, false};
+  }
+
+  /// Calls f with every face of a shape, wherever it is looked at. An instance is rounded once more; it emits if it
+  /// moves.
+  template <class F>
+  void for_each_face(std::size_t shape, F&& f) const {
+    const auto look_at = [&]<class S>(const S& s, const Transform& placed, FaceName name, const auto* instance) {
+      if constexpr (Flat<S>) {
+        const bool emits = shines(s.surface) && (instance == nullptr || !instance->keys.empty());
+        const bool mirrored = dot(cross(placed.column(0), placed.column(1)), placed.column(2)) < 0;
+        for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
+          auto found = face({placed.point(a), placed.point(mirrored ? c : b), placed.point(mirrored ? b : c)});
+          if (!found) return;
+          name.number = number;
+          found->name = name, found->emits = emits;
+          if (instance != nullptr) found->doubt *= 4;
+          f(*found);
+        });
+      }
+    };
+    const ShapeDescription& described = description_.shapes[shape];
+    const auto* instance = std::get_if<InstanceDescription>(&described);
+    if (instance == nullptr)
+      return std::visit([&](const auto& s) { look_at(s, Transform(), {shape, 0, 0, 0}, instance); }, described);
+    if (instance->group >= description_.groups.size()) return;
+    const std::vector<ShapeDescription>& parts = description_.groups[instance->group].shapes;
+    const std::vector<Transform> at = places(*instance);
+    for (std::size_t part = 0; part < parts.size(); ++part)
+      for (std::size_t place = 0; place < at.size(); ++place)
+        std::visit([&](const auto& s) { look_at(s, at[place], {shape, part, 0, place}, instance); }, parts[part]);
   }
 
   [[nodiscard]] std::vector<Face> collected() const {
     std::vector<Face> lamps;
-    const auto collect = [&]<class S>(const S& s, std::size_t shape) {
-      if constexpr (Flat<S>)
-        if (shines(s.surface))
-          for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
-            if (const auto lamp = face(a, b, c, shape, number)) lamps.push_back(*lamp);
-          });
-    };
-    for (std::size_t i = 0; i < description_.shapes.size(); ++i)
-      std::visit([&](const auto& s) { collect(s, i); }, description_.shapes[i]);
+    for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape)
+      for_each_face(shape, [&](const Face& face) {
+        if (face.emits) lamps.push_back(face);
+      });
     return lamps;
   }
 
-  /// Compares what stands still of a shape with the lamps. An instance is rounded once more.
   void compare_all(const LampTree& tree, std::size_t shape) {
-    const auto look_at = [&]<class S>(const S& s, const Transform& placed, double roundings) {
-      if constexpr (Flat<S>)
-        for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
-          auto other = face(placed.point(a), placed.point(b), placed.point(c), shape, number);
-          if (!other) return;
-          other->doubt *= roundings;
-          tree.find(other->bounds(), [&](std::size_t lamp) { compare(lamp, *other); });
-        });
-    };
-    const ShapeDescription& described = description_.shapes[shape];
-    const auto* instance = std::get_if<InstanceDescription>(&described);
-    if (instance == nullptr) return std::visit([&](const auto& s) { look_at(s, Transform(), 1); }, described);
-    if (instance->group >= description_.groups.size() || !instance->keys.empty()) return;
-    for (const ShapeDescription& part : description_.groups[instance->group].shapes)
-      std::visit([&](const auto& s) { look_at(s, instance->to_world, 4); }, part);
+    for_each_face(
+        shape, [&](const Face& other) { tree.find(other.bounds(), [&](std::size_t lamp) { compare(lamp, other); }); });
   }
 
   void compare(std::size_t number, const Face& other) {
-    const Face& lamp = lamps_[number];
-    if (lamp.shape == other.shape && lamp.number == other.number) return;
-    const auto by = coincidence(lamp, other);
+    const FaceName &lamp = lamps_[number].name, &name = other.name;
+    if (lamp == name || (lamp.shape == name.shape && lamp.place != name.place)) return;
+    const auto by = coincidence(lamps_[number], other);
     if (!by) return;
-    if (lamp.shape == other.shape)
-      fail(lamp.shape, "its triangles " + std::to_string(other.number) + " and " + std::to_string(lamp.number) +
+    if (lamp.same_part(name))
+      fail(lamp.shape, "its triangles " + std::to_string(name.number) + " and " + std::to_string(lamp.number) +
                            " emit from one place: leave one of them out, or make them two shapes");
-    const bool emits = is_lamp(description_.shapes[other.shape]);
-    if (emits && ++pairs_ > kMostPairs * lamps_.size())
+    if (other.emits && ++pairs_ > kMostPairs * lamps_.size())
       fail(lamp.shape, "too many lamps lie in one place: leave all but one of them out");
-    if (!emits || dot(lamp.n, other.n) < 0)
+    if (!other.emits || dot(lamps_[number].n, other.n) < 0)
       lifts_[number] = std::max(lifts_[number], *by);
-    else if (other.shape < lamp.shape)
-      above_.push_back({number, {other.shape, other.number}, *by});
+    else if (name < lamp)
+      above_.push_back({number, name, *by});
   }
 
   void raise_above_lamps() {
-    std::map<Number, std::size_t> numbers;
-    for (std::size_t i = 0; !above_.empty() && i < lamps_.size(); ++i) numbers[{lamps_[i].shape, lamps_[i].number}] = i;
-    std::ranges::sort(above_, {}, [&](const Above& a) { return lamps_[a.lamp].shape; });
+    std::map<FaceName, std::size_t> numbers;
+    for (std::size_t i = 0; !above_.empty() && i < lamps_.size(); ++i) numbers[lamps_[i].name] = i;
+    std::ranges::sort(above_, {}, [&](const Above& a) { return lamps_[a.lamp].name; });
     for (const auto& [lamp, below, by] : above_) lifts_[lamp] = std::max(lifts_[lamp], lifts_[numbers.at(below)] + by);
   }
 
-  /// Moves the shape of a face so that the face is as high above its place as it shall be, or higher.
+  /// Moves the shape of a face, in its own space, so that the face is as high above its place as it shall be, or
+  /// higher.
   void lift(const Face& lamp, double by) {
-    std::vector<Vec3d>& moved = moved_[lamp.shape];
-    ShapeDescription& shape = description_.shapes[lamp.shape];
-    auto* mesh = std::get_if<MeshDescription>(&shape);
+    ShapeDescription* shape = &description_.shapes[lamp.name.shape];
+    Transform to_world;
+    if (const auto* instance = std::get_if<InstanceDescription>(shape)) {
+      to_world = places(*instance)[lamp.name.place];
+      shape = &description_.groups[instance->group].shapes[lamp.name.part];
+    }
+    std::vector<Vec3d>& moved = moved_[{lamp.name.shape, lamp.name.part}];
+    auto* mesh = std::get_if<MeshDescription>(shape);
     moved.resize(mesh != nullptr ? mesh->vertices.size() : 1);
     const auto move = [&](std::size_t i) {
-      const Vec3d step = lamp.n * std::max(0.0, by - dot(lamp.n, moved[i]));
+      const double already = dot(lamp.n, to_world.vector(moved[i]));
+      const Vec3d step = before(to_world, lamp.n * std::max(0.0, space_.world_length(by) - already));
       moved[i] += step;
-      return step * space_.world_length(1);
+      return step;
     };
     if (mesh != nullptr)
-      for (const std::uint32_t i : mesh->triangles[lamp.number]) mesh->vertices[i] += move(i);
-    else if (auto* rectangle = std::get_if<RectangleDescription>(&shape))
+      for (const std::uint32_t i : mesh->triangles[lamp.name.number]) mesh->vertices[i] += move(i);
+    else if (auto* rectangle = std::get_if<RectangleDescription>(shape))
       translate(rectangle->to_world, move(0));
-    else if (auto* disk = std::get_if<DiskDescription>(&shape))
+    else if (auto* disk = std::get_if<DiskDescription>(shape))
       translate(disk->to_world, move(0));
   }
   static void translate(Transform& t, const Vec3d& by) noexcept {
@@ -307,8 +337,9 @@ class FlatLamps {
   std::vector<Face> lamps_;
   std::vector<double> lifts_;  // of each, in normalised space
   std::vector<Above> above_;
-  std::size_t pairs_ = 0;                            // of lamps
-  std::map<std::size_t, std::vector<Vec3d>> moved_;  // of a shape or, of a mesh, of its vertices
+  std::size_t pairs_ = 0;  // of lamps
+  /// How far a part of a shape, or each vertex of a mesh, is moved in its own space.
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<Vec3d>> moved_;
 };
 
 /// How far apart surfaces of two shapes of one kind are anywhere, at most, or infinite if they are two surfaces.

@@ -7,7 +7,8 @@
 
 namespace equaltime {
 
-/// Moves the lamps of a description that stand still: flat ones, and spheres and cylinders that are one with another.
+/// Moves the lamps of a description: flat ones, and spheres and cylinders that stand still and are one with another.
+/// What moves is looked at where its motion begins and where it ends.
 /// Throws std::invalid_argument that names the shape where one mesh emits twice from one place.
 void bring_lamps_forward(SceneDescription& description, const Normalization& space);
 

@@ -75,6 +75,22 @@ def instance(matrix: Array) -> Add:
     return add
 
 
+def sliding(radiance: ArrayLike | None = None, size: float = 1.0, turn: float = 30.0) -> Add:
+    """A square that slides and turns in its plane; at rest in the frame of its group it is smaller and mirrored."""
+    way = [moved(x=-0.25, size=size), moved(x=0.25, y=0.1, size=size)]
+    way[1][:3, :2] = way[1][:3, :2] @ turned((0, 0, 1), turn)[:2, :2]
+    scale = np.diag([0.1, 0.1, -0.1, 1.0])
+    inner = np.linalg.inv(scale)
+
+    def add(b: _core.SceneBuilder) -> None:
+        grey = b.add_diffuse([0.5] * 3)
+        glow = None if radiance is None else np.asarray(radiance).tolist()
+        square = b.add_rectangle(scale, flip_normals=False, front=grey, back=grey, radiance=glow)
+        b.add_moving_instance(b.add_group(square), [0.0, 1.0], [matrix @ inner for matrix in way])
+
+    return add
+
+
 def sphere(center: ArrayLike, radius: float, radiance: ArrayLike | None = None) -> Add:
     def add(b: _core.SceneBuilder) -> None:
         grey = b.add_diffuse([0.5] * 3)
@@ -118,6 +134,9 @@ ALONE: dict[str, tuple[Add, Add]] = {
     "a disk on a wall": (rectangle(moved(size=2.0)), disk(moved(), RADIANCE)),
     "a mesh on a mesh": (mesh(moved(size=2.0)), mesh(moved(), RADIANCE)),
     "a mesh on the same mesh": (mesh(moved()), mesh(moved(), RADIANCE)),
+    "a lamp that slides in a wall": (rectangle(moved(size=2.0)), sliding(RADIANCE)),
+    "a wall that slides round a lamp": (sliding(size=2.0), LAMP),
+    "a lamp that slides in what slides": (sliding(size=2.0, turn=-40.0), sliding(RADIANCE)),
     "a ball in a ball": (sphere(ASKEW @ [0.0, 0.0, -1.0], 1.0), sphere(ASKEW @ [0.0, 0.0, -1.0], 1.0, RADIANCE)),
     "a tube in a tube": (tube(), tube(RADIANCE)),
 }
