@@ -1,9 +1,9 @@
-// The diffuse reflectance of a surface at a point, for outputs beside the image: what a denoiser calls albedo. By
-// Mitsuba's rule: the colour of the diffuse part for models that have one, whatever reflects above it; for others π
-// times what comes back when light falls straight on, without what goes into discrete directions.
+// The albedo of a surface at a point, for outputs beside the image, which denoisers read: in [0, 1] everywhere. For
+// models with a diffuse part it is that part's colour, whatever reflects above it, as in Mitsuba; for others the share
+// of the light that the surface sends on, all directions together, where it is seen from.
 #pragma once
 
-#include <numbers>
+#include <algorithm>
 #include <optional>
 
 #include "scene/scene.h"
@@ -12,19 +12,20 @@
 namespace equaltime {
 
 template <auto E>
-[[nodiscard]] Spectrum diffuse_reflectance(const Scene& scene, std::uint32_t material, const Interaction& it) noexcept {
+[[nodiscard]] Spectrum output_albedo(const Scene& scene, std::uint32_t material, const Interaction& it) noexcept {
   if (material == kNone) return {};
   const Material& m = scene.materials[material];
   if (m.kind == Material::Kind::nothing) return {};
   if (m.kind == Material::Kind::mixture) {
-    const auto part = [&](int i) noexcept { return diffuse_reflectance<E>(scene, m.parts[i], it); };
+    const auto part = [&](int i) noexcept { return output_albedo<E>(scene, m.parts[i], it); };
     if (scene.materials[m.parts[0]].kind == Material::Kind::nothing) return part(1);  // a mask hides nothing of it
     const float w = m.weight_at(scene.textures, scene.place(it));
     return part(0) * (1 - w) + part(1) * w;
   }
   Interaction at = it;
   std::optional<Bsdf> own;
-  return visit<E>(scene.bsdf<E>(material, at, own, 0), [&](const auto& model) noexcept -> Spectrum {
+  const Bsdf& bsdf = scene.bsdf<E>(material, at, own, 0);
+  const Spectrum found = visit<E>(bsdf, [&](const auto& model) noexcept -> Spectrum {
     if constexpr (requires { model.diffuse_reflectance; })
       return model.diffuse_reflectance;
     else if constexpr (requires { model.base_color; })
@@ -32,8 +33,10 @@ template <auto E>
     else if constexpr (requires { model.reflectance; })
       return model.reflectance;
     else
-      return model.eval(at.frame.to_local(at.wo), {0, 0, 1}, at.front).f * std::numbers::pi_v<float>;
+      return albedo<E>(at, bsdf);
   });
+  const auto share = [](float value) noexcept { return std::clamp(value, 0.0F, 1.0F); };
+  return {share(found.r), share(found.g), share(found.b)};
 }
 
 }  // namespace equaltime
