@@ -12,7 +12,7 @@
 
 #include "bindings/bindings.h"
 #include "math/threads.h"
-#include "scene/diffuse_reflectance.h"
+#include "scene/output_albedo.h"
 #include "scene/scene.h"
 #include "transport/effects.h"
 
@@ -120,7 +120,7 @@ void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d
     put(to.uv, i, &place.x, 2);
   }
   if (to.albedo != nullptr) {
-    const Spectrum color = it ? diffuse_reflectance<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
+    const Spectrum color = it ? output_albedo<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
     put(to.albedo, i, &color.r, 3);
   }
   if (to.dp_du == nullptr && to.dp_dv == nullptr) return;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bindings/bindings.h"
+#include "transport/alpha.h"
 #include "transport/in_sight.h"
 #include "transport/specular.h"
 #include "transport/split.h"
@@ -40,6 +41,18 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
   const py::capsule owner(measured.get(), [](void* held) { delete static_cast<Split*>(held); });
   (void)measured.release();  // the capsule deletes it from here on
   return py::make_tuple(names, py::array_t<float>(shape, means, owner));
+}
+
+py::array_t<float> alpha_of(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed,
+                            unsigned threads, std::uint64_t samples, std::uint32_t replicates) {
+  if (samples == 0) throw py::value_error("samples must be at least 1");
+  const std::size_t shape[] = {scene->film.crop_height, scene->film.crop_width};
+  const std::vector<float> found = [&] {
+    const py::gil_scoped_release release;
+    return alpha(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, samples,
+                 check_signals);
+  }();
+  return py::array_t<float>(shape, found.data());
 }
 
 py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& settings,
@@ -106,6 +119,9 @@ py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_
 }  // namespace
 
 void bind_split(py::module_& m) {
+  m.def("alpha", &alpha_of, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "replicates"_a = 2,
+        "How opaque each pixel is, (H, W) in [0, 1]: the share of a render's camera rays that meet something. "
+        "Interrupts are honoured.");
   m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
         "replicates"_a = 2, "only_lengths"_a = false,
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "

@@ -6,21 +6,41 @@
 
 namespace equaltime {
 
-/// The camera ray of one sample of a pixel of the full film, its path, and the weight of its place under the filter.
+/// The numbers of one sample of a pixel of the full film, and its place under the filter.
+struct FilmSample {
+  Sampler sampler;
+  PixelFilter::Offset offset;
+
+  EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index,
+                              std::uint32_t replicates) noexcept
+      : sampler(Sampler::at(task.settings.sampler, task.seed, py * task.scene.film.width + px, index, replicates)),
+        offset(task.scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
+
+  /// When the sample is taken, in shares of the shutter's opening; 0 if nothing moves.
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE float time() const noexcept {
+    return E.motion ? sampler.get_1d(slot(CameraDimension::time)) : 0.0F;
+  }
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE Ray ray(const Scene& scene, std::uint64_t px, std::uint64_t py,
+                                         float time) const noexcept {
+    return camera_ray<E>(
+        scene.sensor, scene.camera_motion, static_cast<double>(px) + 0.5 + offset.x,
+        static_cast<double>(py) + 0.5 + offset.y,
+        [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); }, time);
+  }
+};
+
+/// One sample of a pixel of the full film: its path's radiance with the weight.
 template <Effects E, class Probe>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
                                             std::uint64_t index, std::uint32_t replicates, Probe& probe) {
-  const Scene& scene = task.scene;
-  const std::uint64_t pixel = py * scene.film.width + px;
-  const Sampler sampler = Sampler::at(task.settings.sampler, task.seed, pixel, index, replicates);
-  const PixelFilter::Offset offset = scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)));
-  probe.begin(offset.weight);
-  if constexpr (E.motion) probe.time = sampler.get_1d(slot(CameraDimension::time));
-  const Ray ray = camera_ray<E>(
-      scene.sensor, scene.camera_motion, static_cast<double>(px) + 0.5 + offset.x,
-      static_cast<double>(py) + 0.5 + offset.y, [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); },
-      probe.time);
-  return trace_path<E>(scene, task.settings, ray, sampler, Forks<E>(task.settings, px, py), probe) * offset.weight;
+  const FilmSample begin(task, px, py, index, replicates);
+  probe.begin(begin.offset.weight);
+  if constexpr (E.motion) probe.time = begin.time<E>();
+  const Ray ray = begin.ray<E>(task.scene, px, py, probe.time);
+  return trace_path<E>(task.scene, task.settings, ray, begin.sampler, Forks<E>(task.settings, px, py), probe) *
+         begin.offset.weight;
 }
 
 /// The same of a pixel of the crop.

@@ -1,19 +1,14 @@
 #include "transport/split.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <exception>
-#include <thread>
 
-#include "math/threads.h"
+#include "transport/block_loop.h"
 #include "transport/sample_pixel.h"
 
 namespace equaltime {
 
 namespace {
 
-constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
 constexpr const char* kBsdfNames[SplitParts::kBsdfs] = {
     "none",    "diffuse",      "roughconductor",  "conductor",  "dielectric", "thindielectric",
@@ -72,15 +67,10 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   const std::size_t row = 3 * std::size_t{split.kept};
   split.means.resize(row * split.height * split.width);
   const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
-  const std::vector<PixelBlock> blocks = renderer.blocks();
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr error;
-  const auto worker = [&, caller = std::this_thread::get_id()](unsigned) {
-    SplitProbe probe(split.parts);
-    std::vector<double> sums(3 * std::size_t{split.parts.count()});  // of one pixel: what is kept of it is rounded once
-    auto last_poll = std::chrono::steady_clock::now();
-    for (std::size_t i = next++; i < blocks.size(); i = next++) {
-      const PixelBlock& block = blocks[i];
+  for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
+    // The sums are of one pixel: what is kept of it is rounded once.
+    return [&, probe = SplitProbe(split.parts),
+            sums = std::vector<double>(3 * std::size_t{split.parts.count()})](const PixelBlock& block) mutable {
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
@@ -91,20 +81,8 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
           std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
                                  [](double sum) { return static_cast<float>(sum); });
         }
-      if (!poll || std::this_thread::get_id() != caller) continue;
-      if (const auto now = std::chrono::steady_clock::now(); now - last_poll >= kPollInterval) {
-        last_poll = now;
-        try {
-          poll();
-        } catch (...) {
-          error = std::current_exception();
-          next = blocks.size();
-        }
-      }
-    }
-  };
-  on_threads(renderer.threads(), worker);
-  if (error) std::rethrow_exception(error);
+    };
+  });
   return split;
 }
 

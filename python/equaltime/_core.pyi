@@ -299,6 +299,9 @@ class Renderer:
     @property
     def threads(self) -> int: ...
 
+def alpha(
+    scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1, replicates: int = 2
+) -> NDArray[np.float32]: ...
 def split_light(
     scene: Scene,
     settings: Settings,

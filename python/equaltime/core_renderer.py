@@ -23,6 +23,7 @@ __all__ = [
     "MOMENTS_BYTES",
     "REPLICATES",
     "AdaptiveRenderer",
+    "alpha",
     "bad_sample",
     "build_info",
     "check_memory",
@@ -109,6 +110,12 @@ def split_light(
     """
     settings = core_settings(scene, strategy)
     return _core.split_light(scene.core, settings, seed, worker_threads(threads), samples, REPLICATES, only_lengths)
+
+
+def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
+    """Return how opaque each pixel is (H, W), in [0, 1], by the first camera rays of `make_renderer`'s renderer."""
+    settings = core_settings(scene, strategy)
+    return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, REPLICATES)
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
