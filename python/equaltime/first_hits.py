@@ -38,9 +38,13 @@ STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the outputs that the scene asks for beside the image: the name of each, and what it is."""
+    """Return the outputs that the scene asks for beside the image: the name of each, and what it is.
+
+    Alpha that the film asks for has no name.
+    """
     integrator = scene.model.integrator
-    return integrator.channels if isinstance(integrator, Aov | Depth) else ()
+    channels = integrator.channels if isinstance(integrator, Aov | Depth) else ()
+    return (*channels, ("", "alpha")) if scene.model.sensor.film.has_alpha else channels
 
 
 def first_hits(

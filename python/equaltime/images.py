@@ -148,7 +148,7 @@ class Part:
     channels: tuple[str, ...]
     pixels: NDArray[Any]
     attributes: dict[str, Any]
-    """Strings, or tuples of floats."""
+    """Strings, whole numbers, or tuples of floats."""
     kind: str = ""
     """OpenImageIO's name of the type in the file; empty for the pixels' own."""
 
@@ -164,6 +164,8 @@ class Part:
         for name, value in self.attributes.items():
             if isinstance(value, str):
                 spec.attribute(name, escaped(value))
+            elif isinstance(value, int):
+                spec.attribute(name, value)
             else:
                 spec.attribute(name, f"float[{len(value)}]", value)
         return spec

@@ -1,7 +1,10 @@
-"""What a scene asks for beside the image: what is seen first, what a pixel costs, what each bounce brings.
+"""What a scene asks for beside the image: what is seen first, how opaque a pixel is, what it costs, ...
 
 The first is `first_hits`. The others are this renderer's own, under the names that ``aov`` gives them:
 
+``alpha``           how opaque a pixel is, in [0, 1]: the share of its paths that meet something. Light from all around
+                    is nothing, and so are emitters that the scene hides; masks and surfaces that are nothing count
+                    for what they stop. A film with alpha asks for it too; its channel is ``A``
 ``rays``            how many rays a sample of the pixel takes, on the average over some samples; the same each time
 ``time_from_rays``  seconds that the pixel took, of all threads: the render's time, by the counted rays. That is a
                     clock's, and never the same twice
@@ -19,7 +22,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.core_renderer import make_renderer, split_light
+from equaltime.core_renderer import alpha, make_renderer, split_light
 from equaltime.first_hits import asked_for, first_hits
 from equaltime.scene import Scene
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS
@@ -61,12 +64,15 @@ def outputs(
     counts = kinds & {"rays", "time_from_rays"}
     rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if counts else None
     bounces = _bounces(rendered, strategy, seed, threads, samples) if "bounces" in kinds else {}
+    opaque = alpha(rendered, strategy, seed, threads, samples) if "alpha" in kinds else None
     found: Planes = {}
     for name, kind in asked:
         if kind in OUTPUTS:
             found |= {f"{name}.{letter}": seen[f"{name}.{letter}"] for letter in OUTPUTS[kind]}
         elif kind == "bounces":
             found |= {f"{name}.{ending}": plane for ending, plane in bounces.items()}
+        elif kind == "alpha" and opaque is not None:
+            found[f"{name}.A".lstrip(".")] = opaque
         elif rays is not None:
             share = 1.0 if kind == "rays" else seconds / rays.sum()
             found[f"{name}.{OWN_OUTPUTS[kind]}"] = (share * rays).astype(np.float32)

@@ -25,18 +25,38 @@ def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
     return np.asarray(np.round(255.0 * encoded), np.uint8)
 
 
-def write_png(path: Path, image: NDArray[Any], description: str = "", scene: str | None = None) -> None:
+def write_png(
+    path: Path,
+    image: NDArray[Any],
+    description: str = "",
+    scene: str | None = None,
+    alpha: NDArray[Any] | None = None,
+) -> None:
     """Write the preview of a linear image (H, W, 3), rendered of a ``scene`` file, to a PNG file, whole or not at all.
+
+    With ``alpha`` (H, W), by which the image is weighted (associated), the file has it, and colours without that
+    weight, as PNG wants; a pixel that is all transparent keeps what it adds.
 
     Raises
     ------
     ImageError
         If the file cannot be written; what was there before is left alone.
     """
-    attributes = {"oiio:ColorSpace": "sRGB", "Software": images.SOFTWARE, "ImageDescription": description}
+    attributes: dict[str, Any] = {
+        "oiio:ColorSpace": "sRGB",
+        "Software": images.SOFTWARE,
+        "ImageDescription": description,
+    }
     if scene is not None:
         attributes[SOURCE] = scene
-    images.write(path, "png", [images.Part(("R", "G", "B"), srgb_bytes(image), attributes)])
+    channels: tuple[str, ...] = images.RGB
+    pixels = srgb_bytes(image)
+    if alpha is not None:
+        weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]
+        opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
+        channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight), opaque])
+        attributes["oiio:UnassociatedAlpha"] = 1  # it is not to divide once more
+    images.write(path, "png", [images.Part(channels, pixels, attributes)])
 
 
 def png_bytes(image: NDArray[Any]) -> bytes:

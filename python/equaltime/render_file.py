@@ -6,7 +6,9 @@ A saved render is an OpenEXR file of several parts, of which other programs read
 part      channels                content
 ========  ======================  =======================================================================
 beauty    R G B, float32          the image: linear radiance, Rec. 709 primaries, in the scene's units; with
-                                  ``small`` rounded to 11 significant bits, as half where that holds it
+                                  ``small`` rounded to 11 significant bits, as half where that holds it;
+                                  and A, or Y, or X Y Z, or half, if the film asks for it (`FilmPicture`)
+image     R G B, float32          the image as above, where the beauty part has not the numbers themselves
 stderr    R G B, float32          standard error of each pixel, rounded to 6 significant bits; inf: unknown
 samples   samples, uint32         number of samples of each pixel
 moments   r0.mean.R.0 …, uint32   mean, count and spread of each replicate, to the bit (`equaltime.packing`)
@@ -16,10 +18,10 @@ lamps     R G B share, float32    lamps smaller than a pixel, and their share of
 aovs      by the scene            outputs beside the image, float32 (`equaltime.first_hits`)
 ========  ======================  =======================================================================
 
-Only the first three are always there; a file saved with ``small`` has no others, and can be neither taken up nor
-merged. Three attributes of the first part tell the rest: ``Software``; ``equaltime:record``, JSON, how the render was
-made; and ``equaltime:sha256``, JSON, the SHA-256 of the record's text and of each part's numbers. A file whose numbers
-do not agree with it is refused.
+Beauty, stderr and samples are always there; a file saved with ``small`` has no others but image, and can be neither
+taken up nor merged. Three attributes of the first part tell the rest: ``Software``; ``equaltime:record``, JSON, how the
+render was made; and ``equaltime:sha256``, JSON, the SHA-256 of the record's text and of each part's numbers. A file
+whose numbers do not agree with it is refused.
 
 The keys of the record (s: seconds; px: pixels):
 
@@ -60,6 +62,7 @@ from numpy.typing import NDArray
 
 from equaltime import format_1, images
 from equaltime.errors import ImageError
+from equaltime.film_picture import ALPHA, FilmPicture
 from equaltime.image_files import read_part
 from equaltime.images import RGB, SOFTWARE, Part, Picture, Window
 from equaltime.moments import DTYPE, PARTS
@@ -76,6 +79,8 @@ _MISSED: Final = {"unseen": RGB, "lamps": (*RGB, "share")}
 _STDERR_BITS: Final = 6
 """Significant bits of standard errors: that is within 1.6 %, and the 49 pixels they come from tell them to 10 %."""
 _SMALL_BITS: Final = 11
+_BEAUTY: Final = (*RGB, "X", "Y", "Z", ALPHA)
+"""Channels that a first part may have, in the order of writing."""
 _HALF: Final = (10 * 2.0**-14, 65504.0)
 """Least mean and largest value of an image whose halves are as exact as 11 bits, or as a thousandth of its mean."""
 
@@ -101,6 +106,10 @@ class RenderFile:
     """Light that samples may have missed: (H, W, C) by the name of the part."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """(H, W) by the name of the channel."""
+    picture: FilmPicture = field(default_factory=FilmPicture)
+    """The form of the first part."""
+    alpha: NDArray[np.float32] | None = None
+    """(H, W): how opaque each pixel is."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
         """Write the file, whole or not at all; with ``small`` only what is looked at, rounded.
@@ -123,9 +132,14 @@ class RenderFile:
 
     def _looked_at(self, image: NDArray[np.float32], kind: str, small: bool) -> Iterator[tuple[str, Part]]:
         lossless = "pxr24" if small and kind == "float" else "zip"  # Pixar's 24 bits hold what was rounded to 11
-        beauty = _part("beauty", RGB, image, lossless, kind)
-        beauty.attributes.update(images.linear_rgb())
+        channels, pixels = self.picture.channels(self.alpha), self.picture.pixels(image, self.alpha)
+        form = "half" if self.picture.half else kind
+        pixels = _as_half(pixels) if form == "half" else pixels
+        beauty = _part("beauty", channels, pixels, lossless if channels == RGB else "zip", form)
+        beauty.attributes.update(self.picture.attributes)
         yield "beauty", beauty
+        if not self.picture.is_exact:
+            yield "image", _part("image", RGB, image, lossless, kind)
         yield "stderr", _part("stderr", RGB, _rounded(self.standard_error, _STDERR_BITS), "pxr24")
         counts = np.minimum(self.samples, np.iinfo(np.uint32).max).astype(np.uint32)
         yield "samples", _part("samples", ("samples",), counts[..., None])
@@ -158,7 +172,8 @@ class RenderFile:
         moments, parts = _film(path, picture, guard)
         missed = {name: found for name, of in _MISSED.items() if (found := _guarded(path, name, of, guard)) is not None}
         there = {"moments": moments is not None, "parts": parts is not None, **dict.fromkeys(missed, True)}
-        if lacking := {name for name in guard or () if name not in _ALWAYS and not there.get(name, name == "aovs")}:
+        known = {**there, "aovs": True, "image": True}
+        if lacking := {name for name in guard or () if name not in _ALWAYS and not known.get(name)}:
             raise ImageError(f"{path}: is damaged: it lacks the part '{min(lacking)}'")
         shape = picture.image.shape
         errors = picture.standard_error if picture.standard_error is not None else np.full(shape, np.inf, np.float32)
@@ -211,12 +226,23 @@ def _guarded_picture(path: str | os.PathLike[str]) -> tuple[Picture, Guard]:
     if lacking := _ALWAYS - {*guard}:
         raise ImageError(f"{path}: is damaged: the attribute {_SHA256} lacks '{min(lacking)}'")
     _check(text, "record", guard, path)
-    _check(picture.image, "beauty", guard, path)
+    _check(_beauty(picture), "beauty", guard, path)
+    if "image" in guard:
+        image = _guarded(path, "image", RGB, guard)
+        if image is None:
+            raise ImageError(f"{path}: is damaged: it lacks the part 'image'")
+        picture = replace(picture, channels={c: image[..., i] for i, c in enumerate(RGB)})
     errors, samples = _guarded(path, "stderr", RGB, guard), _guarded(path, "samples", ("samples",), guard, "uint")
     if errors is None or samples is None or {errors.shape[:2], samples.shape[:2]} != {picture.image.shape[:2]}:
         raise ImageError(f"{path}: its parts are not of one size")
     more = {**{f"stderr.{c}": errors[..., i] for i, c in enumerate(RGB)}, "samples": samples[..., 0]}
     return replace(picture, record=record, channels={**picture.channels, **more}), guard
+
+
+def _beauty(picture: Picture) -> NDArray[np.float32]:
+    """Return the pixels (H, W, C) of the first part in the order in which they were written."""
+    there = [name for name in _BEAUTY if name in picture.channels]
+    return np.stack([picture.channels[name] for name in there or picture.channels], axis=-1)
 
 
 def _json(text: str, name: str, path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -307,8 +333,14 @@ def _rounded_image(image: NDArray[Any]) -> tuple[NDArray[np.float32], str]:
     """Return an image that needs half the room, and the type of its channels."""
     least, most = _HALF
     if image.size and float(np.abs(image).max()) <= most and float(image.mean()) >= least:
-        return image.astype(np.float16).astype(np.float32), "half"
+        return _as_half(image), "half"
     return _rounded(image, _SMALL_BITS), "float"
+
+
+def _as_half(numbers: NDArray[Any]) -> NDArray[np.float32]:
+    """Return the nearest numbers that half holds."""
+    most = _HALF[1]
+    return np.asarray(np.clip(numbers, -most, most).astype(np.float16), np.float32)
 
 
 def _rounded(numbers: NDArray[Any], bits: int) -> NDArray[np.float32]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from equaltime import images, preview
 from equaltime.budget import Look
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
+from equaltime.film_picture import ALPHA, FilmPicture
 from equaltime.float32 import as_float32, beyond_float32
 from equaltime.focus import Focus
 from equaltime.images import Window
@@ -106,6 +107,8 @@ class Origin:
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
     """
+    picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
+    """The form in which the film asks for the picture: no bit of the render depends on it."""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -184,6 +187,11 @@ class Result:
         return float(self.samples.mean())
 
     @property
+    def alpha(self) -> NDArray[np.float32] | None:
+        """(H, W): how opaque each pixel is (`equaltime.outputs`); None unless the film asks for it."""
+        return self.aovs.get(ALPHA)
+
+    @property
     def radiance_range(self) -> float:
         """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
 
@@ -234,6 +242,7 @@ class Result:
         path
             ``NAME.exr`` gets the image, its standard error, the sample counts, how it was made, and the moments by
             which the render is taken up or merged (`equaltime.render_file`), with a preview ``NAME.png`` beside it.
+            The first picture of it has the channels that the film asks for (`FilmPicture`), as has the preview.
             ``NAME.png`` gets the preview alone. A render that is there already and took more than a minute is kept as
             ``NAME.exr~``, unless this one has all of its samples.
         small
@@ -252,7 +261,8 @@ class Result:
         if path != picture:
             kept = keep_work(path, self.record)
             self._file.write(path, description, small)
-        preview.write_png(picture, self.image, description, self.origin.scene)
+        alpha = self.alpha if self.origin.picture.alpha else None
+        preview.write_png(picture, self.image, description, self.origin.scene, alpha)
         written = (path, picture) if path != picture else (picture,)
         return written if kept is None else (*written, kept)
 
@@ -267,7 +277,9 @@ class Result:
             self.moments,
             self.parts,
             self.missed,
-            self.aovs,
+            {name: plane for name, plane in self.aovs.items() if name != ALPHA},
+            self.origin.picture,
+            self.alpha,
         )
 
     def _summary(self) -> str:

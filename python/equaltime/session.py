@@ -17,6 +17,7 @@ from equaltime.checkpoint import Checkpoint
 from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import BrightImage, ImageError, RenderError
+from equaltime.film_picture import FilmPicture
 from equaltime.images import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
@@ -259,4 +260,5 @@ def origin_of(
         backend=backend,
         without=without,
         scene_max_depth=scene.own_max_depth,
+        picture=FilmPicture.of(film),
     )

@@ -111,21 +111,47 @@ LEAVES = {
     "plastic": ({"type": "plastic", "diffuse_reflectance": 0.3}, 0.3),
     "rough plastic": ({"type": "roughplastic", "diffuse_reflectance": 0.3}, 0.3),
     "principled": ({"type": "principled", "base_color": 0.3, "metallic": 0.5}, 0.3),
-    "a mirror": ({"type": "conductor"}, 0.0),
-    "glass": ({"type": "dielectric"}, 0.0),
+    "a mirror": ({"type": "conductor"}, 1.0),
+    "a grey mirror": ({"type": "conductor", "specular_reflectance": 0.3}, 0.3),
+    "a rough mirror": ({"type": "roughconductor", "alpha": 0.02, "specular_reflectance": 0.3}, 0.3),
+    "glass": ({"type": "dielectric"}, 1.0),
+    "rough glass": ({"type": "roughdielectric", "alpha": 0.1}, 1.0),
+    "a sheet of glass": ({"type": "thindielectric"}, 1.0),
     "a mask": ({"type": "mask", "opacity": 0.2, "bsdf": {"type": "diffuse", "reflectance": 0.3}}, 0.3),
     "nothing": ({"type": "null"}, 0.0),
 }
 
 
 @pytest.mark.parametrize("name", LEAVES)
-def test_the_albedo_is_the_colour_of_the_diffuse_part(name: str) -> None:
+def test_the_albedo_is_the_colour_of_the_diffuse_part_or_what_is_sent_on_in_all(name: str) -> None:
     bsdf, expected = LEAVES[name]
     wall = {"type": "rectangle", "to_world": [{"look_at": {"origin": [0, 0, 4], "target": [0, 0, 0]}}], "bsdf": bsdf}
     view = {"type": "perspective", "fov": 10.0, "film": {"type": "hdrfilm", "width": 4, "height": 4}}
     integrator = {"type": "aov", "aovs": "a:albedo"}
     found = et.render({"type": "scene", "integrator": integrator, "sensor": view, "wall": wall}, spp=1).aovs
     assert [found[f"a.{c}"][1, 1] for c in "RGB"] == pytest.approx([expected] * 3)
+
+
+SHINY = {
+    "a metal": {"type": "roughconductor", "material": "Au", "alpha": 0.02},
+    "a rough metal": {"type": "roughconductor", "alpha": 0.8},
+    "rough glass": {"type": "roughdielectric", "alpha": 0.02, "int_ior": 2.0},
+    "rough glass from inside": {"type": "roughdielectric", "alpha": 0.3, "int_ior": 1.0, "ext_ior": 1.5},
+    "rough plastic": {"type": "roughplastic", "alpha": 0.02, "diffuse_reflectance": 1.0},
+    "principled": {"type": "principled", "base_color": 1.0, "metallic": 1.0, "roughness": 0.1, "clearcoat": 1.0},
+}
+
+
+@pytest.mark.parametrize("name", SHINY)
+def test_no_albedo_is_above_1_anywhere_on_a_ball(name: str) -> None:
+    film = {"type": "hdrfilm", "width": 16, "height": 16}
+    view = {"type": "perspective", "fov": 40.0, "film": film, "to_world": [{"translate": [0, 0, -3.5]}]}
+    ball = {"type": "sphere", "bsdf": SHINY[name]}
+    integrator = {"type": "aov", "aovs": "a:albedo"}
+    found = et.render({"type": "scene", "integrator": integrator, "sensor": view, "ball": ball}, spp=1).aovs
+    colors = np.stack([found[f"a.{c}"] for c in "RGB"])
+    assert colors.max() <= 1.0
+    assert colors[:, 4:12, 4:12].min() > 0.2
 
 
 def leaning(path: Path) -> Path:

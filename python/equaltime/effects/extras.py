@@ -56,7 +56,7 @@ def measure_outputs(
 
         return seconds
 
-    single = {f"{name}:{what}": beside(((name, what),)) for name, what in asked}
+    single = {f"{name}:{what}".lstrip(":"): beside(((name, what),)) for name, what in asked}
     cases = {"": image, **single, ALL: beside(asked)}
     found: dict[str, list[float]] = {name: [] for name in cases}
     for repeat in range(repeats):

@@ -33,7 +33,7 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
     if np.allclose(chromaticities, REC709, rtol=0.0, atol=TOLERANCE):
         return None
     try:
-        matrix = np.asarray(np.linalg.solve(_to_xyz(REC709), _to_xyz(chromaticities)), np.float64)
+        matrix = np.asarray(np.linalg.solve(to_xyz(REC709), to_xyz(chromaticities)), np.float64)
     except np.linalg.LinAlgError:
         matrix = np.full((3, 3), np.nan)
     if not np.isfinite(matrix).all():
@@ -42,7 +42,7 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def _to_xyz(chromaticities: Sequence[float]) -> NDArray[np.float64]:
+def to_xyz(chromaticities: Sequence[float]) -> NDArray[np.float64]:
     """Return the matrix (3, 3) to CIE XYZ, in which white has a luminance of 1."""
     x, y = np.array(chromaticities, np.float64).reshape(4, 2).T
     xyz = np.array([x, y, 1.0 - x - y])

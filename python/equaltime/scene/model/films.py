@@ -83,7 +83,7 @@ Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Fiel
 class HdrFilm(Plugin):
     """The image: its size, the part of it to render, and how samples become pixels.
 
-    The output parameters are checked and kept, and change nothing: the file name says which format is written.
+    The name of the output says which kind of file is written, whatever ``file_format`` says.
     """
 
     kind: ClassVar[Kind] = "film"
@@ -104,7 +104,9 @@ class HdrFilm(Plugin):
     pixel_format: Annotated[
         Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(as_lower)
     ] = "rgb"
+    """Channels of the picture: R, G, B, or Y, or X, Y, Z; and A, the share of paths that meet something."""
     component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(as_lower)] = "float16"
+    """Numbers of the picture: of 16 bits if a scene names that format, of 32 if it names none."""
     sample_border: bool = False
     """Without effect: every pixel gets its whole filter, at the border too."""
     compensate: bool = False
@@ -130,6 +132,16 @@ class HdrFilm(Plugin):
     def size(self) -> tuple[int, int]:
         """Width and height of the whole film."""
         return self.width, self.height
+
+    @property
+    def colors(self) -> str:
+        """``rgb``, ``luminance`` or ``xyz``: the channels of the picture beside alpha."""
+        return {"rgba": "rgb", "luminance_alpha": "luminance", "xyza": "xyz"}.get(self.pixel_format, self.pixel_format)
+
+    @property
+    def has_alpha(self) -> bool:
+        """Whether the picture tells how opaque each pixel is."""
+        return self.colors != self.pixel_format
 
     @property
     def crop(self) -> tuple[int, int, int, int]:

@@ -31,7 +31,7 @@ OUTPUTS: Final = {
     **{"prim_index": "I", "shape_index": "I", "dp_du": "XYZ", "dp_dv": "XYZ", "duv_dx": "UV", "duv_dy": "UV"},
 }
 """What can be written beside the image, and the endings of its channels' names: all of it Mitsuba's."""
-OWN_OUTPUTS: Final = {"rays": "N", "time_from_rays": "T", "bounces": ""}
+OWN_OUTPUTS: Final = {"alpha": "A", "rays": "N", "time_from_rays": "T", "bounces": ""}
 """The same of what Mitsuba does not know: see `equaltime.outputs`. The last has as many channels as it needs."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
