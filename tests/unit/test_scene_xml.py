@@ -185,6 +185,12 @@ IN_A_SPHERE = [
     ('<float name="radius" value="nan"/>', "radius: expected a finite number, found 'nan'"),
     ('<float name="radius" value="1"/><float name="radius" value="2"/>', "'radius' is given more than once"),
     ('<float name="radius" value="1"><rgb name="y" value="1"/></float>', "<rgb> cannot stand inside <float>"),
+    (
+        '<transform name="to_world"><scale value="2"><scale value="2"/></scale></transform>',
+        "<scale> cannot stand inside <scale>",
+    ),
+    ('<ref id="x"><rgb name="y" value="1"/></ref>', "<rgb> cannot stand inside <ref>"),
+    ('<default name="a" value="1"><rgb name="y" value="1"/></default>', "<rgb> cannot stand inside <default>"),
     ('<string name="radius" value="1"/>', "radius: expected a number, found '1'"),
     ('<float name="radus" value="1"/>', "unknown parameter 'radus' of 'sphere'; did you mean 'radius'?"),
     ('<boolean name="flip_normals" value="1"/>', "flip_normals: expected 'true' or 'false', found '1'"),

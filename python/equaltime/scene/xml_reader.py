@@ -47,6 +47,7 @@ def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: R
     variables, aliases = Variables(defines), list[Alias]()
     reader = _Interpreter(variables, report, search, aliases, old=old, files=(Path(file),), includes=Includes())
     scene = reader.nested(root, "scene")
+    reader.report_unread(root)
     variables.report_unused(Place(file), report)
     if scene is not None:
         scene.aliases.extend(aliases)
@@ -89,6 +90,15 @@ class _Interpreter:
         self._files = files
         self._includes = includes
         self._values = VALUES | OLD_VALUES if old else VALUES
+        self._looked_at: set[int] = set()
+
+    def report_unread(self, root: Element) -> None:
+        """Report the elements within `root` that nothing has looked at, such as one inside a number."""
+        for child in root.children:
+            if id(child) in self._looked_at:
+                self.report_unread(child)
+            else:
+                self._report.add(child.place, f"<{child.tag}> cannot stand inside <{root.tag}>")
 
     def nested(self, element: Element, kind: Kind) -> Object | None:
         """Return the object that `element` describes, with its children."""
@@ -105,6 +115,7 @@ class _Interpreter:
             variable=variable,
         )
         for child in element.children:
+            self._looked_at.add(id(child))
             if child.tag == "default":
                 self._declare(child)
             elif child.tag == "alias":
@@ -165,6 +176,7 @@ class _Interpreter:
             includes=self._includes,
         )
         node = inner.nested(root, "scene" if root.tag == "scene" else OBJECTS[root.tag])
+        inner.report_unread(root)
         if node is None:
             return []
         return node.children if root.tag == "scene" else [Child(attributes.get("name", node.key), node)]
@@ -186,8 +198,6 @@ class _Interpreter:
         if tag == "spectrum" and "filename" in element.attributes:
             return self._spectrum_file(element)
         if tag in self._values:
-            for child in element.children:
-                self._report.add(child.place, f"<{child.tag}> cannot stand inside <{tag}>")
             data = self._read(element, self._values[tag])
             return None if data is None else Value(place, data)
         if tag == "path":
@@ -217,6 +227,7 @@ class _Interpreter:
 
     def _file(self, element: Element) -> tuple[float, str] | None:
         """Return a key of an animation of files."""
+        self._looked_at.add(id(element))
         if element.tag != "string":
             self._report.add(element.place, f"an <animation> of files holds <string time=...>, not <{element.tag}>")
             return None
@@ -224,6 +235,7 @@ class _Interpreter:
 
     def _key(self, element: Element) -> tuple[float, NDArray[np.float64]] | None:
         """Return a key of an animation: a transform with a time."""
+        self._looked_at.add(id(element))
         if element.tag != "transform":
             self._report.add(element.place, f"<animation> holds <transform time=...>, not <{element.tag}>")
             return None
@@ -233,6 +245,7 @@ class _Interpreter:
 
     def _step(self, element: Element) -> NDArray[np.float64]:
         """Return one step of a transform; one that cannot be read does nothing."""
+        self._looked_at.add(id(element))
         if element.tag not in STEPS:
             self._report.add(element.place, f"unknown transform step <{element.tag}>{suggestion(element.tag, STEPS)}")
             return np.eye(4)
