@@ -29,7 +29,7 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
     """Return the scene in `scene`, the dictionary that ``mitsuba.load_dict`` takes; problems go to `report`."""
     place = Place(path="")
-    if _type_of(scene) != "scene":
+    if not isinstance(kind := scene.get("type"), str) or kind != "scene":
         report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
         return None
     return DictReader(report, search).nested(scene, place)
@@ -106,10 +106,11 @@ class DictReader:
                 return Value(place, self._plain(value))
             if name == "filename" and "animation" in value:
                 return Value(place, deforming.parse({key: self._expanded(item) for key, item in value.items()}))
-            if _type_of(value) == "ref":
+            kind = self._type_of(value)
+            if kind == "ref":
                 return self._reference(value, place)
-            if _type_of(value) in ("rgb", "spectrum"):
-                return Value(place, self._color(value))
+            if kind in ("rgb", "spectrum"):
+                return Value(place, self._color(value, kind))
         except ValueError as error:
             self._report.add(place, str(error))
             return None
@@ -131,15 +132,20 @@ class DictReader:
             raise ValueError("a reference has a 'type' and an 'id' that is a string, nothing else")
         return Reference(place, str(self.string(table["id"])))
 
-    def _color(self, table: Mapping[str, object]) -> object:
+    def _type_of(self, table: Mapping[str, object]) -> str | None:
+        """Return the type that a table gives, if it is a string: others may not even be compared with one."""
+        kind = table.get("type")
+        return str(self.string(kind)) if isinstance(kind, str) else None
+
+    def _color(self, table: Mapping[str, object], kind: str) -> object:
         """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""
-        sources = {"value"} if table["type"] == "rgb" else {"value", "filename"}
+        sources = {"value"} if kind == "rgb" else {"value", "filename"}
         given = set(table) - {"type"}
         if len(given) != 1 or not given <= sources:
             found = ", ".join(sorted(map(str, given))) or "none"
-            raise ValueError(f"'{table['type']}' needs a {' or a '.join(map(repr, sorted(sources)))}, found {found}")
+            raise ValueError(f"'{kind}' needs a {' or a '.join(map(repr, sorted(sources)))}, found {found}")
         value = self._plain(table[given.pop()])
-        if table["type"] == "rgb":
+        if kind == "rgb":
             return value
         if "filename" in table:
             return read_spectrum(self._search.find(str(value)))
@@ -169,12 +175,6 @@ class DictReader:
         if isinstance(value, int):
             raise ValueError(f"expected a number below 1.8e308, found {_shown(value)}")
         raise ValueError(f"expected plain data, found an object of type {type(value).__name__}")
-
-
-def _type_of(table: Mapping[str, object]) -> str | None:
-    """Return the type that a table gives, if it is a string: others may not even be compared with one."""
-    kind = table.get("type")
-    return kind if isinstance(kind, str) else None
 
 
 def _transform(value: object, *, flat: bool) -> object:
