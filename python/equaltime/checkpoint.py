@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from equaltime.budget import Look
 from equaltime.errors import ImageError
+from equaltime.film_picture import FilmPicture
 from equaltime.moments import nonfinite
 from equaltime.parts_of_merge import MergedFilm
 from equaltime.render_file import RenderFile
@@ -40,6 +41,8 @@ class Checkpoint:
     """What samples may have missed, as `Result.missed` has it."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over what was merged (`equaltime.parts_of_merge`); None if nothing was, or by equaltime 0.1.0."""
+    alpha: NDArray[np.float32] | None = None
+    """(H, W): how opaque its pixels are, if its film asked for that."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
@@ -59,12 +62,17 @@ class Checkpoint:
             raise ImageError(f"{path}: pixel {wrong[0]},{wrong[1]} has moments that are not finite")
         if parts is not None and not MergedFilm(moments, parts).consistent:
             raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
-        return cls(Path(path), file.record, moments, missed, parts)
+        return cls(Path(path), file.record, moments, missed, parts, file.alpha)
 
     @property
     def film(self) -> MergedFilm:
         """Its samples for merging. Without sums over parts it is one part."""
         return MergedFilm.of(self.moments) if self.parts is None else MergedFilm(self.moments, self.parts)
+
+    @property
+    def picture(self) -> FilmPicture:
+        """The form in which its film asked for the picture."""
+        return FilmPicture.from_dict(self.record["picture"])
 
     @property
     def seconds(self) -> float:

@@ -7,7 +7,7 @@ Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for anot
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -39,6 +39,15 @@ class FilmPicture:
         """Return what a film asks for. Numbers have 32 bits unless it names another format."""
         half = film.component_format == "float16" and "component_format" in film.model_fields_set
         return cls(film.colors, film.has_alpha, half)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any] | None) -> FilmPicture:
+        """Return the form of which `as_dict` told; the default one if there is none."""
+        return cls() if data is None else cls(data["colors"], data["alpha"], data["half"])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the form as JSON data."""
+        return asdict(self)
 
     @property
     def is_exact(self) -> bool:

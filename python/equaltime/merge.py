@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from equaltime.checkpoint import Checkpoint, differences
 from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
+from equaltime.film_picture import ALPHA
 from equaltime.focus import Focus
 from equaltime.images import Window
 from equaltime.parts_of_merge import MergedFilm
@@ -28,7 +33,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
     Its standard error and its error come from the spread of all parts and their replicates
     (`equaltime.parts_of_merge`). The result can be merged again. The order of merging changes the image and its
-    standard error by one float32 ulp at most.
+    standard error by one float32 ulp at most. Of what is beside the image, alpha alone is joined.
 
     Parameters
     ----------
@@ -52,7 +57,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         _check_alike(first, part)
     _check_disjoint(parts)
     film = reduce(MergedFilm.joined, (part.film for part in parts))
-    return make_result(
+    result = make_result(
         film.statistics(),
         _stats(parts),
         "merge",
@@ -63,6 +68,16 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         parts=film.parts,
         stop=_stop(parts),
     )
+    return replace(result, aovs=_alpha(parts))
+
+
+def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
+    """Return the mean alpha by the samples of the parts, if all have it; of outputs it alone can be joined."""
+    planes = [(part.alpha, part.moments["count"].sum(axis=0)) for part in parts if part.alpha is not None]
+    if len(planes) < len(parts):
+        return {}
+    samples = np.maximum(1, sum(counts for _, counts in planes))
+    return {ALPHA: np.asarray(sum(alpha * counts for alpha, counts in planes) / samples, np.float32)}
 
 
 def _check_even(part: Checkpoint) -> None:
@@ -155,6 +170,7 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
         substitutions=tuple(record["substitutions"]),
         sources=tuple(source for part in parts for source in _sources(part)),
         scene_max_depth=_scene_max_depth(parts),
+        picture=first.picture,
     )
 
 

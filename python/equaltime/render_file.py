@@ -34,6 +34,7 @@ without, bias                effects that were left out, if any, and the error t
 seed, replicates, backend    with the strategy, what decides the bits
 substitutions                what was replaced in the scene since it cannot be rendered
 sources                      of a merged render: seed, samples, seconds and build of each part
+picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             what ended the render; the rule by which it was to end at an error
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
@@ -178,7 +179,10 @@ class RenderFile:
         shape = picture.image.shape
         errors = picture.standard_error if picture.standard_error is not None else np.full(shape, np.inf, np.float32)
         samples = picture.samples if picture.samples is not None else np.zeros(shape[:2], np.int64)
-        return cls(picture.image, errors, samples, record, picture.window, moments, parts, missed)
+        form, alpha = FilmPicture.from_dict(record["picture"]), picture.channels.get(ALPHA)
+        return cls(
+            picture.image, errors, samples, record, picture.window, moments, parts, missed, picture=form, alpha=alpha
+        )
 
 
 _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
@@ -231,7 +235,7 @@ def _guarded_picture(path: str | os.PathLike[str]) -> tuple[Picture, Guard]:
         image = _guarded(path, "image", RGB, guard)
         if image is None:
             raise ImageError(f"{path}: is damaged: it lacks the part 'image'")
-        picture = replace(picture, channels={c: image[..., i] for i, c in enumerate(RGB)})
+        picture = replace(picture, channels={**picture.channels, **{c: image[..., i] for i, c in enumerate(RGB)}})
     errors, samples = _guarded(path, "stderr", RGB, guard), _guarded(path, "samples", ("samples",), guard, "uint")
     if errors is None or samples is None or {errors.shape[:2], samples.shape[:2]} != {picture.image.shape[:2]}:
         raise ImageError(f"{path}: its parts are not of one size")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
@@ -71,6 +71,12 @@ class _Stop(_Facts):
     pilot_seconds: Seconds = 0.0
 
 
+class _Picture(_Facts):
+    colors: Literal["rgb", "luminance", "xyz"]
+    alpha: bool
+    half: bool
+
+
 class _Record(_Facts):
     """The keys that taking up and merging go by; `equaltime.render_file` says what they mean."""
 
@@ -89,6 +95,7 @@ class _Record(_Facts):
     without: list[str] = []
     substitutions: list[str]
     sources: list[_Source]
+    picture: _Picture | None = None
     samples: dict[str, int]
     stopped_by: StoppedBy
     bias: _Interval | None = None

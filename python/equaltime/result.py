@@ -127,6 +127,7 @@ class Origin:
             **({"without": list(self.without)} if self.without else {}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
+            **({} if self.picture == FilmPicture() else {"picture": self.picture.as_dict()}),
         }
 
 

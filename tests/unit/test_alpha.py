@@ -185,6 +185,20 @@ def test_the_render_itself_is_read_again(pixel_format: str, tmp_path: Path) -> N
     assert tuple(oiio.ImageBuf(str(path)).spec().channelnames) == CHANNELS[pixel_format]
 
 
+def test_merged_renders_have_the_alpha_of_all_their_samples(tmp_path: Path) -> None:
+    edge = wall() | {"to_world": [{"scale": 50}, {"translate": [-49.7, 0, 0]}]}
+    parts = []
+    for seed, spp in ((1, 8), (2, 24)):
+        parts.append(et.render(scene({"component_format": "float16"}, wall=edge, sky=SKY), spp=spp, seed=seed))
+        parts[-1].save(tmp_path / f"{seed}.exr")
+    merged = et.merge([tmp_path / "1.exr", tmp_path / "2.exr"])
+    few, many = (np.asarray(part.alpha, np.float64) for part in parts)
+    assert merged.alpha == pytest.approx((8 * few + 24 * many) / 32, abs=1e-3)
+    merged.save(tmp_path / "all.exr")
+    seen = oiio.ImageBuf(str(tmp_path / "all.exr")).spec()
+    assert (tuple(seen.channelnames), str(seen.format)) == (("R", "G", "B", "A"), "half")
+
+
 def test_an_alpha_of_others_is_a_damage(tmp_path: Path) -> None:
     path = tmp_path / "a.exr"
     result = et.render(scene(wall=mask(0.25), sky=SKY), spp=8)
