@@ -101,7 +101,7 @@ def test_a_mistake_in_an_included_file_is_told_with_its_own_line(tmp_path: Path)
 
 def test_files_are_looked_for_in_the_folders_that_the_scene_names(tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "grey.spd").write_text("# grey\n360 0.5\n830 0.5  # end\n")
+    (tmp_path / "data" / "grey.spd").write_bytes(b"\xef\xbb\xbf# grey\r\n360 0.5\r830\t0.5  # end\n")
     body = '<path value="data"/><shape type="sphere"><bsdf type="diffuse">{}</bsdf></shape>'
     (found,) = read(tmp_path, body.format('<spectrum name="reflectance" filename="grey.spd"/>')).model.shapes
     assert found.bsdf.reflectance == pytest.approx((0.5, 0.5, 0.5), abs=1e-3)  # type: ignore[union-attr]
@@ -109,7 +109,7 @@ def test_files_are_looked_for_in_the_folders_that_the_scene_names(tmp_path: Path
 
 def test_names_written_on_windows_are_found(tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "grey.spd").write_text("360 0.5\n830 0.5")
+    (tmp_path / "data" / "grey.spd").write_bytes(b"\xef\xbb\xbf360 0.5\n830 0.5")
     assert bsdf(tmp_path, r'<bsdf type="diffuse"><spectrum name="reflectance" filename="data\grey.spd"/></bsdf>')
 
 

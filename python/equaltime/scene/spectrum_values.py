@@ -56,7 +56,7 @@ def read_spectrum(path: Path) -> Curve:
 @lru_cache(maxsize=16)  # many parts of a scene may name one file
 def _curve_of(content: bytes) -> Curve | str:
     """Return the curve that a file holds, or why it holds none."""
-    lines = (line.partition("#")[0].split() for line in content.decode("utf-8", "replace").splitlines())
+    lines = (line.partition("#")[0].split() for line in content.decode("utf-8-sig", "replace").splitlines())
     try:
         return curve(line for line in lines if line)
     except ValueError as error:
