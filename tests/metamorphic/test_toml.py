@@ -14,7 +14,7 @@ import equaltime as et
 from equaltime.scene import toml_reader
 
 from .examples import EVERYDAY, sizes, try_spellings
-from .spellings import decimal
+from .scene_spellings import decimal
 
 Table = dict[str, Any]
 

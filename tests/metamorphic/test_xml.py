@@ -17,7 +17,7 @@ import equaltime as et
 from equaltime.scene import xml_elements, xml_values
 
 from .examples import EVERYDAY, sizes, try_spellings
-from .spellings import blanks, decimal
+from .scene_spellings import blanks, decimal
 
 
 @dataclass
