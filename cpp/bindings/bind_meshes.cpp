@@ -40,12 +40,16 @@ struct MeshArrays {
         normals(mesh.normals.empty() ? py::object(py::none()) : rows(std::move(mesh.normals), 3)),
         uvs(mesh.uvs.empty() ? py::object(py::none()) : rows(std::move(mesh.uvs), 2)),
         warnings(std::move(mesh.warnings)) {
-    for (MeshAttributeData& a : mesh.attributes)
+    for (MeshAttributeData& a : mesh.attributes) {
       attributes[py::str(a.name)] = rows(std::move(a.values), static_cast<py::ssize_t>(a.width));
+      full[py::str(a.name)] = a.full;
+    }
+    for (const NamedFile& file : mesh.files) files.append(py::make_tuple(py::bytes(file.name), file.line));
   }
 
   py::object vertices, faces, normals, uvs;
-  py::dict attributes;
+  py::dict attributes, full;
+  py::list files;
   std::vector<std::string> warnings;
 };
 
@@ -75,7 +79,7 @@ MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, co
     const py::ssize_t width = values.ndim() == 2 ? values.shape(1) : 0;
     if (width < 1 || values.shape(0) != static_cast<py::ssize_t>(count))
       throw py::value_error("a mesh has as many values of an attribute as vertices");
-    mesh.attributes.push_back({name, static_cast<std::size_t>(width), false, copied(values, width)});
+    mesh.attributes.push_back({name, static_cast<std::size_t>(width), false, copied(values, width), 1});
   }
   for (const std::uint32_t i : mesh.faces)
     if (i >= count) throw py::value_error("a face names a vertex that does not exist");
@@ -120,7 +124,12 @@ void bind_meshes(py::module_& m) {
       .def_readonly("uvs", &MeshArrays::uvs, "(N, 2) float64 or None")
       .def_readonly("attributes", &MeshArrays::attributes,
                     "By Mitsuba's names: vertex_... (N, 1 or 3) and face_... (M, 1 or 3) float64")
-      .def_readonly("warnings", &MeshArrays::warnings, "What was repaired or dropped, counted; without the path");
+      .def_readonly("full", &MeshArrays::full, "By the same names: what stands for 1, such as 255 for bytes")
+      .def_readonly(
+          "files", &MeshArrays::files,
+          "Libraries of materials of an OBJ file, images of a PLY file: their names in bytes, and their lines")
+      .def_readonly("warnings", &MeshArrays::warnings,
+                    "What was repaired, dropped or is not used, counted; without the path");
   m.def("finished_mesh", &finished, py::arg("path"), py::arg("vertices"), py::arg("faces"), py::arg("normals"),
         py::arg("uvs"), py::arg("vertex_attributes") = py::dict(),
         "Bring arrays of another reader to the promises of MeshData; `path` is for messages. Raises MeshError.");
@@ -137,17 +146,20 @@ void bind_meshes(py::module_& m) {
   m.def(
       "read_obj_by_material",
       [](const std::filesystem::path& path) {
-        auto meshes = [&] {
+        auto materials = [&] {
           const py::gil_scoped_release release;
           return read_obj_by_material(path);
         }();
         py::dict arrays;
-        for (auto& [name, mesh] : meshes) arrays[py::bytes(name)] = MeshArrays(std::move(mesh));
+        for (auto& [name, mesh] : materials) arrays[py::bytes(name)] = MeshArrays(std::move(mesh));
         return arrays;
       },
       py::arg("path"),
-      "Read a Wavefront OBJ file once: the meshes of all materials that have faces, by their names in bytes. Raises "
-      "MeshError.");
+      "Read a Wavefront OBJ file once: the meshes of all materials that have faces, by their names in bytes, in the "
+      "order of their first faces. Raises MeshError.");
+  m.def(
+      "obj_name", [](const std::string& rest) { return py::bytes(std::string(obj_name(rest))); }, py::arg("rest"),
+      "The name in the rest of a statement such as usemtl or newmtl, in bytes: without blanks and comment.");
 }
 
 }  // namespace equaltime

@@ -86,7 +86,10 @@ class FileBytes {
   std::size_t begin_ = 0, end_ = 0;
 };
 
-// The lines of a text, without their ends: \n, \r\n or a lone \r, whichever the first line has. Counts from 1.
+// The lines of a text, without their ends: \n, \r\n or a lone \r, each wherever it stands. Counts from 1.
+//
+// The end of the first line is what most lines have. It alone ends the window that is looked at, so that a header in
+// text stops where binary data begins. The other end is looked for once in each window, not in each line.
 class Lines {
  public:
   explicit Lines(FileBytes& bytes) : bytes_(bytes) {
@@ -95,7 +98,7 @@ class Lines {
       const char c = bytes_.data()[looked++];
       if (c == '\n') return;
       if (c != '\r') continue;
-      if (looked == bytes_.available() || bytes_.data()[looked] != '\n') separator_ = '\r';
+      if (looked == bytes_.available() || bytes_.data()[looked] != '\n') separator_ = '\r', other_ = '\n';
       return;
     }
   }
@@ -103,13 +106,16 @@ class Lines {
   // The next line, valid until the next call; false at the end of the file.
   bool next(std::string_view& line) {
     bytes_.advance(std::exchange(consumed_, 0));
-    const std::size_t length = find_separator();
+    const std::size_t length = find_other(find_separator());
     const std::size_t available = bytes_.available();
     if (available == 0) return false;
     ++number_;
     consumed_ = std::min(length + 1, available);
     line = {bytes_.data(), length};
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    if (separator_ == '\n' && length + 1 < available && bytes_.data()[length] == '\r' &&
+        bytes_.data()[length + 1] == '\n') {
+      ++consumed_;
+    }
     return true;
   }
 
@@ -123,21 +129,41 @@ class Lines {
   [[noreturn]] void fail(const std::string& message) const { throw MeshError(place() + message); }
 
  private:
+  // How far the next separator is. It is kept, since other ends may come before.
   std::size_t find_separator() {
+    if (separator_end_ > bytes_.offset()) return static_cast<std::size_t>(separator_end_ - 1 - bytes_.offset());
     std::size_t looked = 0;
     for (std::size_t have = bytes_.ensure(1); looked < have; have = bytes_.ensure(2 * have)) {
       if (const void* hit = std::memchr(bytes_.data() + looked, separator_, have - looked)) {
-        return static_cast<std::size_t>(static_cast<const char*>(hit) - bytes_.data());
+        looked = static_cast<std::size_t>(static_cast<const char*>(hit) - bytes_.data());
+        break;
       }
       looked = have;
     }
+    separator_end_ = bytes_.offset() + looked + 1;
     return looked;
+  }
+
+  // How far the next end of a line of the other kind is, or `length` if that is less.
+  std::size_t find_other(std::size_t length) {
+    const std::uint64_t here = bytes_.offset();
+    clear_until_ = std::max(clear_until_, here);
+    while (clear_until_ < here + length) {
+      const auto looked = static_cast<std::size_t>(clear_until_ - here);
+      if (bytes_.data()[looked] == other_) return looked;
+      const void* hit = std::memchr(bytes_.data() + looked, other_, bytes_.available() - looked);
+      clear_until_ =
+          here + (hit ? static_cast<std::size_t>(static_cast<const char*>(hit) - bytes_.data()) : bytes_.available());
+    }
+    return length;
   }
 
   static constexpr std::size_t kLongestFirstLine = 1 << 16;  // after that it is \n, whatever comes
 
   FileBytes& bytes_;
-  char separator_ = '\n';
+  char separator_ = '\n', other_ = '\r';
+  // Places in the file: after the separator that was found last, and up to where no other end stands.
+  std::uint64_t separator_end_ = 0, clear_until_ = 0;
   std::size_t consumed_ = 0;
   std::uint64_t number_ = 0;
 };

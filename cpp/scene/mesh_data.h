@@ -18,6 +18,13 @@ struct MeshAttributeData {
   std::size_t width = 3;  // numbers a vertex or a face
   bool per_face = false;
   std::vector<double> values;
+  double full = 1;  // what stands for 1: the largest value of the file's type if it holds whole numbers
+};
+
+// A file that a mesh file names for how it looks: a library of materials, or an image.
+struct NamedFile {
+  std::string name;  // bytes of the file, in whatever encoding
+  std::uint64_t line = 0;
 };
 
 struct MeshData {
@@ -26,13 +33,20 @@ struct MeshData {
   std::vector<double> normals;       // 3 N, or empty
   std::vector<double> uvs;           // 2 N, or empty
   std::vector<MeshAttributeData> attributes;
-  std::vector<std::string> warnings;  // what was repaired or dropped, counted; without the path
+  std::vector<NamedFile> files;       // those that the file names; nothing is looked for
+  std::vector<std::string> warnings;  // what was repaired, dropped or is not used, counted; without the path
 };
 
 // A mesh file that cannot be read. The text starts with the place: "path:line: ", "path: byte offset N: " or "path: ".
 class MeshError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+// A mesh of which no face is left.
+class EmptyMesh : public MeshError {
+ public:
+  using MeshError::MeshError;
 };
 
 // Says where vertex i of a mesh stands in its file, and which one it is, for an error: "path:12: vertex 3".

@@ -1,12 +1,14 @@
-// Wavefront OBJ: v, vt, vn and f with polygons (fans round their first corner) and negative indices. Corners with the
-// same v/vt/vn become one vertex, in the order of their first use. Groups, objects, smoothing groups and vertex colours
-// are ignored; so are lines, points and curves, with one warning that counts them. Of materials there are the names.
+// Wavefront OBJ: v, vt, vn and f with polygons (concave ones are cut by ears) and negative indices. Corners with the
+// same v/vt/vn become one vertex, in the order of their first use. Colours after the numbers of v are the attribute
+// vertex_color. Of materials there are the names, and those of their libraries. obj_words.h says what becomes of each
+// other statement; what is not used is told.
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "scene/mesh_data.h"
 
@@ -14,10 +16,21 @@ namespace equaltime {
 
 // Throws MeshError with the line. A corner without vt gets uv (0, 0), one without vn the normal of the faces around it,
 // each with a counted warning, if other corners of the file have them. A face may come before its vertices. With a
-// material, only the faces that are of it are read: those after a usemtl of that name, or "" for those before any.
+// material, only the faces that are of it are read: those after a usemtl of that name, or "" for those of none.
 [[nodiscard]] MeshData read_obj(const std::filesystem::path& path, const std::optional<std::string>& material = {});
 
-// The meshes of all materials that have faces, by their names, as read_obj gives each; the file is read once.
-[[nodiscard]] std::map<std::string, MeshData> read_obj_by_material(const std::filesystem::path& path);
+struct ObjMaterial {
+  std::string name;  // bytes of the file, in whatever encoding
+  MeshData mesh;
+};
+
+// The meshes of all materials that have faces, in the order of their first faces, each as read_obj gives it; the file
+// is read once. Throws MeshError if one of them is wrong, or if there is none.
+[[nodiscard]] std::vector<ObjMaterial> read_obj_by_material(const std::filesystem::path& path);
+
+// The name in the rest of a statement such as usemtl: without blanks around it and without a comment. A # is part of
+// the name within a word, before a word that follows nothing, and before a number that ends the line, as in the
+// "Material #25" of 3ds Max.
+[[nodiscard]] std::string_view obj_name(std::string_view rest) noexcept;
 
 }  // namespace equaltime

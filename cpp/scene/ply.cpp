@@ -2,45 +2,89 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
+#include "scene/ears.h"
 #include "scene/ply_columns.h"
 #include "scene/ply_header.h"
+#include "scene/wedges.h"
 
 namespace equaltime {
 namespace {
 
 class PlyReader {
  public:
-  PlyReader(FileBytes& bytes, Lines& lines, const PlyHeader& header, const PlyMesh& mesh)
-      : bytes_(bytes), lines_(lines), header_(header), vertex_(mesh.vertex), face_(mesh.face), indices_(mesh.indices) {}
+  PlyReader(FileBytes& bytes, Lines& lines, PlyHeader& header, const PlyMesh& mesh)
+      : bytes_(bytes),
+        lines_(lines),
+        header_(header),
+        vertex_(mesh.vertex),
+        face_(mesh.face),
+        indices_(mesh.indices),
+        uvs_(mesh.wedges) {}
 
   MeshData read() {
-    if (face_->find("texcoord")) mesh_.warnings.emplace_back("uvs per face are not read");
     for (const PlyElement& element : header_.elements) {
-      const bool ascii = header_.format == PlyFormat::ascii;
       if (element.properties.empty()) continue;
       check_room(element);
       if (&element == vertex_) {
-        columns_ = vertex_columns(*vertex_, mesh_);
-        vertex_begin_ = bytes_.offset();
-        ascii ? ascii_vertices() : element.has_list() ? binary_listed(element) : binary_vertices();
+        read_vertices();
       } else if (&element == face_) {
-        face_columns_ = face_columns(*face_, mesh_, row_);
-        mesh_.faces.reserve(3 * static_cast<std::size_t>(std::min(element.count, most_triangles())));
-        ascii ? ascii_faces() : binary_listed(element);
+        read_faces();
       } else {
-        ascii ? ascii_skipped(element) : binary_listed(element);
+        if (element.count > 0) header_.account.tell(element.name, "is an element that is not used", element.line);
+        is_ascii() ? ascii_skipped(element) : binary_listed(element);
       }
+    }
+    return finished();
+  }
+
+ private:
+  [[nodiscard]] bool is_ascii() const noexcept { return header_.format == PlyFormat::ascii; }
+
+  void read_vertices() {
+    columns_ = vertex_columns(*vertex_, uvs_.has_value(), mesh_);
+    tell_unused(*vertex_, columns_, {}, header_.account);
+    vertex_begin_ = bytes_.offset();
+    is_ascii() ? ascii_vertices() : vertex_->has_list() ? binary_listed(*vertex_) : binary_vertices();
+  }
+  void read_faces() {
+    face_columns_ = face_columns(*face_, mesh_, row_);
+    tell_unused(*face_, face_columns_, {indices_, uvs_.value_or(indices_)}, header_.account);
+    mesh_.faces.reserve(3 * static_cast<std::size_t>(std::min(face_->count, most_triangles())));
+    is_ascii() ? ascii_faces() : binary_listed(*face_);
+  }
+  MeshData finished() {
+    tell_rest();
+    if (uvs_) wedges_.apply(mesh_);
+    const UncutFaces uncut = cut_concave_faces(mesh_, fans_);
+    mesh_.files = header_.images;
+    header_.account.add_to(mesh_.warnings);
+    if (uncut.count > 0) {
+      mesh_.warnings.push_back("face " + std::to_string(uncut.first_place) + " (counted from 0) " + kUncutFace +
+                               (uncut.count > 1 ? " (first of " + std::to_string(uncut.count) + ")" : ""));
     }
     finish_mesh(mesh_, bytes_.path(), dropped_, [this](std::uint32_t i) { return vertex_place(i); });
     return std::move(mesh_);
   }
+  // Whatever follows the last element that the header declares; lines with nothing on them do not count.
+  void tell_rest() {
+    if (is_ascii()) {
+      for (std::string_view line; lines_.next(line);) {
+        if (!TextScanner(line).line_ends())
+          return mesh_.warnings.push_back("line " + std::to_string(lines_.number()) +
+                                          ": text after the last element is not read");
+      }
+    } else if (const std::uint64_t rest = bytes_.remaining(); rest > 0) {
+      mesh_.warnings.push_back(std::to_string(rest) + " bytes after the last element are not read");
+    }
+  }
 
- private:
   [[noreturn]] void fail(const std::string& message) const {
-    throw MeshError((header_.format == PlyFormat::ascii ? lines_.place() : place_at(bytes_.offset())) + message);
+    throw MeshError((is_ascii() ? lines_.place() : place_at(bytes_.offset())) + message);
   }
   std::string place_at(std::uint64_t offset) const {
     return bytes_.path().string() + ": byte offset " + std::to_string(offset) + ": ";
@@ -48,7 +92,7 @@ class PlyReader {
 
   // A text has a character for every value and one between two.
   void check_room(const PlyElement& element) const {
-    const bool ascii = header_.format == PlyFormat::ascii;
+    const bool ascii = is_ascii();
     const std::uint64_t least = ascii ? 2 * element.properties.size() : element.least_bytes();
     if (element.count <= (bytes_.remaining() + (ascii ? 1 : 0)) / least) return;
     fail("the header declares " + std::to_string(element.count) + " elements '" + element.name + "' of at least " +
@@ -56,8 +100,7 @@ class PlyReader {
   }
   std::uint64_t most_triangles() const {
     const PlyProperty& list = face_->properties[indices_];
-    const bool ascii = header_.format == PlyFormat::ascii;
-    return bytes_.remaining() / (ascii ? 8 : size_of(*list.list_count) + 3 * size_of(list.type)) + 1;
+    return bytes_.remaining() / (is_ascii() ? 8 : size_of(*list.list_count) + 3 * size_of(list.type)) + 1;
   }
 
   // What is kept of an element's numbers; of any but vertices and faces nothing.
@@ -87,7 +130,7 @@ class PlyReader {
     with_type(column.type, [&, swap = swap()](auto type) {
       double* to = column.first + first * column.stride;
       for (std::size_t i = 0; i < n; ++i, from += stride, to += column.stride) {
-        *to = static_cast<double>(load<typename decltype(type)::type>(from, swap));
+        *to = column.factor * static_cast<double>(load<typename decltype(type)::type>(from, swap));
       }
     });
   }
@@ -104,7 +147,7 @@ class PlyReader {
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const PlyProperty& property = element.properties[i];
         if (property.list_count) {
-          binary_list(property, &element == face_ && i == indices_);
+          binary_list(property, &element == face_ && i == indices_, &element == face_ && i == uvs_);
           continue;
         }
         need(size_of(property.type), element.name.c_str());
@@ -113,27 +156,28 @@ class PlyReader {
         }
         bytes_.advance(size_of(property.type));
       }
-      if (!row_.empty()) give_row();
+      if (&element == face_) end_face(record);
     }
   }
-  void binary_list(const PlyProperty& property, bool corners) {
+  void binary_list(const PlyProperty& property, bool corners, bool uvs) {
     need(size_of(*property.list_count), "list");
     const std::int64_t n = integer(*property.list_count);
     if (n < 0) fail("a list has the length " + std::to_string(n));
     bytes_.advance(size_of(*property.list_count));
     const std::uint64_t size = static_cast<std::uint64_t>(n) * size_of(property.type);
-    if (!corners) {
+    if (!corners && !uvs) {
       if (!bytes_.skip(size)) fail("the file ends within a list");
       return;
     }
     need(size, "face");
     with_type(property.type, [&, swap = swap()](auto type) {
       using T = typename decltype(type)::type;
-      if constexpr (std::is_integral_v<T>) {
-        const char* at = bytes_.data();
-        begin_face();
+      const char* at = bytes_.data();
+      if (uvs) {
+        for (std::int64_t k = 0; k < n; ++k, at += sizeof(T))
+          face_uvs_.push_back(static_cast<double>(load<T>(at, swap)));
+      } else if constexpr (std::is_integral_v<T>) {
         for (std::int64_t k = 0; k < n; ++k, at += sizeof(T)) add_corner(load<T>(at, swap));
-        end_face(static_cast<std::uint64_t>(n));
       }
     });
     bytes_.advance(static_cast<std::size_t>(size));
@@ -188,7 +232,7 @@ class PlyReader {
     const std::vector<PlyColumn>& columns = columns_of(element);
     return [record, column = columns.begin(), end = columns.end()](std::size_t i, double value) mutable {
       if (column == end || column->property != i) return;
-      column->first[static_cast<std::size_t>(record) * column->stride] = value, ++column;
+      column->first[static_cast<std::size_t>(record) * column->stride] = column->factor * value, ++column;
     };
   }
 
@@ -205,31 +249,51 @@ class PlyReader {
     for (std::uint64_t f = 0; f < face_->count; ++f) {
       TextScanner scan = next_line(*face_, f);
       ascii_record(scan, *face_, keep(*face_, f), [&](std::size_t i, std::int64_t n) {
-        if (i != indices_) return step_over(scan, face_->properties[i], n);
-        begin_face();
-        for (std::int64_t k = 0; k < n; ++k) add_corner(integer(scan, face_->properties[i]));
-        end_face(static_cast<std::uint64_t>(n));
+        const PlyProperty& list = face_->properties[i];
+        if (i == indices_) {
+          for (std::int64_t k = 0; k < n; ++k) add_corner(integer(scan, list));
+        } else if (i == uvs_) {
+          for (std::int64_t k = 0; k < n; ++k) face_uvs_.push_back(number(scan, list));
+        } else {
+          step_over(scan, list, n);
+        }
       });
-      if (!row_.empty()) give_row();
+      end_face(f);
     }
   }
   void ascii_skipped(const PlyElement& element) {
     for (std::uint64_t i = 0; i < element.count; ++i) next_line(element, i);
   }
 
-  // ---- faces: a fan round the first corner
-  void begin_face() noexcept { corner_ = 0; }
+  // ---- faces: a fan round the first corner, until all are read
   void add_corner(std::int64_t index) {
     if (index < 0 || static_cast<std::uint64_t>(index) >= vertex_->count) {
       fail("face with vertex index " + std::to_string(index) + ": the file has the vertices 0 to " +
            std::to_string(vertex_->count - 1));
     }
-    const auto vertex = static_cast<std::uint32_t>(index);
-    if (corner_ == 0) first_ = vertex;
-    if (corner_ >= 2) mesh_.faces.insert(mesh_.faces.end(), {first_, last_, vertex});
-    last_ = vertex, ++corner_;
+    face_corners_.push_back(static_cast<std::uint32_t>(index));
   }
-  void end_face(std::uint64_t corners) noexcept { dropped_ += corners < 3 ? 1 : 0; }
+  void end_face(std::uint64_t record) {
+    if (uvs_) give_uvs();
+    const std::size_t n = face_corners_.size();
+    if (n < 3) ++dropped_;
+    if (n > 3) fans_.push_back({mesh_.faces.size() / 3, n - 2, record});
+    for (std::size_t k = 2; k < n; ++k) {
+      mesh_.faces.insert(mesh_.faces.end(), {face_corners_[0], face_corners_[k - 1], face_corners_[k]});
+    }
+    face_corners_.clear();
+    if (!row_.empty()) give_row();
+  }
+  // A list that has not two numbers for each corner gives none.
+  void give_uvs() {
+    const bool complete = face_uvs_.size() == 2 * face_corners_.size();
+    if (!complete) face_uvs_.assign(2 * face_corners_.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t k = 0; k < face_corners_.size(); ++k) {
+      face_corners_[k] = wedges_.number(face_corners_[k], face_uvs_[2 * k], face_uvs_[2 * k + 1]);
+    }
+    if (wedges_.count() >= std::numeric_limits<std::uint32_t>::max()) fail("more than 2^32 - 2 different corners");
+    face_uvs_.clear();
+  }
   // Each new triangle has the attributes of the face that it is of.
   void give_row() {
     const double* values = row_.data();
@@ -241,10 +305,11 @@ class PlyReader {
     }
   }
 
-  std::string vertex_place(std::uint32_t i) const {
+  std::string vertex_place(std::uint32_t number) const {
+    const std::uint32_t i = uvs_ ? wedges_.vertex(number) : number;
     const auto found = std::find_if(suspects_.begin(), suspects_.end(), [i](auto& s) { return s.first == i; });
     const std::uint64_t record = vertex_->has_list() ? 0 : i * vertex_->least_bytes();
-    const std::string place = header_.format != PlyFormat::ascii ? place_at(vertex_begin_ + record)
+    const std::string place = !is_ascii() ? place_at(vertex_begin_ + record)
                               : found != suspects_.end()
                                   ? bytes_.path().string() + ":" + std::to_string(found->second) + ": "
                                   : bytes_.path().string() + ": ";
@@ -253,14 +318,18 @@ class PlyReader {
 
   FileBytes& bytes_;
   Lines& lines_;
-  const PlyHeader& header_;
+  PlyHeader& header_;
   const PlyElement* vertex_;
   const PlyElement* face_;
-  std::size_t indices_;  // the property of the faces that lists their vertices
+  std::size_t indices_;             // the property of the faces that lists their vertices
+  std::optional<std::size_t> uvs_;  // the one that lists the uvs of their corners
   std::vector<PlyColumn> columns_, face_columns_;
   std::vector<double> row_;  // the attributes of the face being read
-  std::uint64_t vertex_begin_ = 0, dropped_ = 0, corner_ = 0;
-  std::uint32_t first_ = 0, last_ = 0;
+  std::uint64_t vertex_begin_ = 0, dropped_ = 0;
+  std::vector<std::uint32_t> face_corners_;  // of the face being read, as its uvs
+  std::vector<double> face_uvs_;
+  std::vector<FannedFace> fans_;
+  Wedges wedges_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> suspects_;  // vertices that are not finite, and their lines
   MeshData mesh_;
 };
@@ -270,7 +339,7 @@ class PlyReader {
 MeshData read_ply(const std::filesystem::path& path) {
   FileBytes bytes(path);
   Lines lines(bytes);
-  const PlyHeader header = read_ply_header(lines);
+  PlyHeader header = read_ply_header(lines);
   if (header.format != PlyFormat::ascii) lines.release();
   return PlyReader(bytes, lines, header, find_mesh(header, path)).read();
 }

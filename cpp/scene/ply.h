@@ -1,6 +1,7 @@
 // Stanford PLY: ascii, little and big endian, any scalar type. Elements `vertex` (x y z; nx ny nz; u v, s t or
-// texture_u texture_v) and `face` (vertex_indices or vertex_index; polygons become fans round their first corner); the
-// rest is skipped.
+// texture_u texture_v) and `face` (vertex_indices or vertex_index, polygons of which the concave ones are cut by ears;
+// texcoord, the uvs of its corners), the attributes of ply_columns.h, and the names of images in comments. The rest is
+// told.
 #pragma once
 
 #include <filesystem>

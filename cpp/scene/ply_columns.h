@@ -1,8 +1,9 @@
 // Which numbers of a PLY file's vertices and faces go where in a mesh.
 //
-// Attributes have the names that Mitsuba 3 gives them: r, g, b or red, green, blue (and alpha, which is not kept) are
-// "color"; consecutive p_r, p_g, p_b are "p_color"; p_x, p_y, p_z and p_0, p_1, p_2 are "p"; a lone p_0, p_x or p_r is
-// an attribute of one number; before all that stands "vertex_" or "face_". What has no such name is not read.
+// Attributes have the names that Mitsuba 3 gives them: r, g, b or red, green, blue (and alpha, which is not kept), and
+// diffuse_red, diffuse_green, diffuse_blue, which Mitsuba does not know, are "color"; consecutive p_r, p_g, p_b are
+// "p_color"; p_x, p_y, p_z and p_0, p_1, p_2 are "p"; a lone p_0, p_x or p_r is an attribute of one number; before all
+// that stands "vertex_" or "face_". What has no such name is not read.
 #pragma once
 
 #include <algorithm>
@@ -22,6 +23,7 @@ struct PlyColumn {
   PlyType type;
   double* first;
   std::size_t stride;
+  double factor = 1;  // brings colours of several types to one
 };
 
 struct PlyAttribute {
@@ -45,7 +47,8 @@ inline std::vector<std::size_t> ply_run(const PlyElement& element, std::size_t f
 }
 
 inline void add_ply_colors(const PlyElement& element, std::vector<PlyAttribute>& found) {
-  for (const auto& names : {std::array{"r", "g", "b"}, std::array{"red", "green", "blue"}}) {
+  for (const auto& names : {std::array{"r", "g", "b"}, std::array{"red", "green", "blue"},
+                            std::array{"diffuse_red", "diffuse_green", "diffuse_blue"}}) {
     std::vector<std::size_t> places;
     for (const char* name : names) {
       const auto at = element.find(name);
@@ -109,23 +112,34 @@ inline void sort_ply_columns(std::vector<PlyColumn>& columns) {
   std::sort(columns.begin(), columns.end(), [](auto& a, auto& b) { return a.property < b.property; });
 }
 
+/// What stands for 1 in an attribute: that of its largest type. The columns that were added last are brought to it.
+inline double unite(std::vector<PlyColumn>& columns, const PlyAttribute& attribute) {
+  double most = 0;
+  const auto begin = columns.end() - static_cast<std::ptrdiff_t>(attribute.properties.size());
+  for (auto column = begin; column != columns.end(); ++column) most = std::max(most, full(column->type));
+  for (auto column = begin; column != columns.end() && attribute.name == "color"; ++column) {
+    column->factor = most / full(column->type);
+  }
+  return most;
+}
+
 }  // namespace detail
 
 /// Where the numbers of vertices go in the mesh, in the order of the file; gives them room.
-[[nodiscard]] inline std::vector<PlyColumn> vertex_columns(const PlyElement& vertex, MeshData& mesh) {
+[[nodiscard]] inline std::vector<PlyColumn> vertex_columns(const PlyElement& vertex, bool has_wedges, MeshData& mesh) {
   std::vector<PlyColumn> columns;
   detail::add_ply_columns(columns, vertex, mesh.vertices, {"x", "y", "z"});
   detail::add_ply_columns(columns, vertex, mesh.normals, {"nx", "ny", "nz"});
   const std::array<std::vector<const char*>, 4> uv_names = {
       {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
   for (const auto& names : uv_names) {
-    if (mesh.uvs.empty()) detail::add_ply_columns(columns, vertex, mesh.uvs, names);
+    if (mesh.uvs.empty() && !has_wedges) detail::add_ply_columns(columns, vertex, mesh.uvs, names);
   }
-  for (const auto& [name, properties] : ply_attributes(vertex)) {
-    const std::size_t width = properties.size();
+  for (const PlyAttribute& a : ply_attributes(vertex)) {
+    const std::size_t width = a.properties.size();
     std::vector<double> values(width * static_cast<std::size_t>(vertex.count));
-    detail::add_ply_columns(columns, vertex, properties, values.data(), width);
-    mesh.attributes.push_back({"vertex_" + name, width, false, std::move(values)});
+    detail::add_ply_columns(columns, vertex, a.properties, values.data(), width);
+    mesh.attributes.push_back({"vertex_" + a.name, width, false, std::move(values), detail::unite(columns, a)});
   }
   detail::sort_ply_columns(columns);
   return columns;
@@ -140,13 +154,25 @@ inline void sort_ply_columns(std::vector<PlyColumn>& columns) {
   for (const PlyAttribute& a : attributes) size += a.properties.size();
   row.assign(size, 0.0);
   std::vector<PlyColumn> columns;
-  for (double* first = row.data(); const auto& [name, properties] : attributes) {
-    detail::add_ply_columns(columns, face, properties, first, 0);
-    first += properties.size();
-    mesh.attributes.push_back({"face_" + name, properties.size(), true, {}});
+  for (double* first = row.data(); const PlyAttribute& a : attributes) {
+    detail::add_ply_columns(columns, face, a.properties, first, 0);
+    first += a.properties.size();
+    mesh.attributes.push_back({"face_" + a.name, a.properties.size(), true, {}, detail::unite(columns, a)});
   }
   detail::sort_ply_columns(columns);
   return columns;
+}
+
+/// Tells the properties of which no numbers are kept: all but those of columns and the lists that are read.
+inline void tell_unused(const PlyElement& element, const std::vector<PlyColumn>& columns,
+                        const std::vector<std::size_t>& lists, WordAccount& account) {
+  std::vector<bool> used(element.properties.size());
+  for (const PlyColumn& column : columns) used[column.property] = true;
+  for (const std::size_t list : lists) used[list] = true;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const PlyProperty& property = element.properties[i];
+    if (!used[i]) account.tell(property.name, "is a property that is not used", property.line);
+  }
 }
 
 }  // namespace equaltime

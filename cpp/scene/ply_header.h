@@ -18,6 +18,7 @@
 
 #include "scene/file_bytes.h"
 #include "scene/text_scanner.h"
+#include "scene/word_account.h"
 
 namespace equaltime {
 
@@ -29,6 +30,11 @@ inline std::size_t size_of(PlyType type) noexcept {
   return sizes[static_cast<std::size_t>(type)];
 }
 inline bool is_float(PlyType type) noexcept { return type >= PlyType::float32; }
+// The value that stands for 1 in a colour of this type.
+inline double full(PlyType type) noexcept {
+  constexpr double largest[] = {127, 255, 32767, 65535, 2147483647, 4294967295, 1, 1};
+  return largest[static_cast<std::size_t>(type)];
+}
 
 // A value of type T in a file's bytes.
 template <typename T>
@@ -67,12 +73,14 @@ struct PlyProperty {
   std::string name;
   PlyType type{};                     // of the value, or of the items of a list
   std::optional<PlyType> list_count;  // the type of a list's length; none for a scalar
+  std::uint64_t line = 0;
 };
 
 struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
+  std::uint64_t line = 0;
 
   [[nodiscard]] bool has_list() const noexcept {
     for (const PlyProperty& p : properties) {
@@ -97,6 +105,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyFormat format{};
   std::vector<PlyElement> elements;
+  std::vector<NamedFile> images;  // of comments TextureFile
+  WordAccount account;
 
   [[nodiscard]] const PlyElement* find(std::string_view element) const noexcept {
     for (const PlyElement& e : elements) {
@@ -121,7 +131,7 @@ inline PlyType ply_type(std::string_view word, const Lines& lines) {
   lines.fail("expected a PLY type (char uchar short ushort int uint float double), found " + TextScanner::quoted(word));
 }
 
-inline PlyFormat ply_format(TextScanner scan, const Lines& lines) {
+inline PlyFormat ply_format(TextScanner& scan, const Lines& lines) {
   const std::string_view name = scan.word(), version = scan.word();
   if (version != "1.0") lines.fail("expected version 1.0 of PLY, found " + TextScanner::quoted(version));
   if (name == "ascii") return PlyFormat::ascii;
@@ -130,7 +140,7 @@ inline PlyFormat ply_format(TextScanner scan, const Lines& lines) {
   lines.fail("expected format ascii, binary_little_endian or binary_big_endian, found " + TextScanner::quoted(name));
 }
 
-inline PlyElement ply_element(TextScanner scan, const PlyHeader& header, const Lines& lines) {
+inline PlyElement ply_element(TextScanner& scan, const PlyHeader& header, const Lines& lines) {
   PlyElement element;
   element.name = scan.word();
   if (header.find(element.name)) lines.fail("a second element " + TextScanner::quoted(element.name));
@@ -138,10 +148,11 @@ inline PlyElement ply_element(TextScanner scan, const PlyHeader& header, const L
   const std::string found = scan.found();
   if (!scan.integer(count) || count < 0) lines.fail("expected the number of elements, found " + found);
   element.count = static_cast<std::uint64_t>(count);
+  element.line = lines.number();
   return element;
 }
 
-inline PlyProperty ply_property(TextScanner scan, const PlyElement& element, const Lines& lines) {
+inline PlyProperty ply_property(TextScanner& scan, const PlyElement& element, const Lines& lines) {
   PlyProperty property;
   std::string_view type = scan.word();
   if (type == "list") {
@@ -151,9 +162,15 @@ inline PlyProperty ply_property(TextScanner scan, const PlyElement& element, con
   }
   property.type = ply_type(type, lines);
   property.name = scan.word();
+  property.line = lines.number();
   if (property.name.empty()) lines.fail("a property without a name");
   if (element.find(property.name)) lines.fail("a second property " + TextScanner::quoted(property.name));
   return property;
+}
+
+// A comment means nothing, but for the one by which MeshLab and others name an image.
+inline void ply_comment(TextScanner& scan, PlyHeader& header, const Lines& lines) {
+  if (scan.word() == "TextureFile") header.images.push_back({std::string(scan.rest()), lines.number()});
 }
 
 // Reads up to and with the line end_header.
@@ -162,6 +179,7 @@ inline PlyHeader read_ply_header(Lines& lines) {
   PlyHeader header;
   std::string_view line;
   if (!lines.next(line)) lines.fail("not a PLY file: it is empty");
+  if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
   if (TextScanner(line).word() != "ply") {
     throw MeshError(lines.place() + "not a PLY file: it does not begin with 'ply'");
   }
@@ -173,7 +191,11 @@ inline PlyHeader read_ply_header(Lines& lines) {
       if (!has_format) lines.fail("the header has no line 'format'");
       return header;
     }
-    if (word.empty() || word == "comment" || word == "obj_info") continue;
+    if (word.empty() || word == "obj_info") continue;  // a comment, too
+    if (word == "comment") {
+      ply_comment(scan, header, lines);
+      continue;
+    }
     if (word == "format") {
       header.format = ply_format(scan, lines), has_format = true;
     } else if (word == "element") {
@@ -184,6 +206,7 @@ inline PlyHeader read_ply_header(Lines& lines) {
     } else {
       lines.fail("expected format, element, property, comment or end_header, found " + TextScanner::quoted(word));
     }
+    if (!scan.line_ends()) header.account.tell(word, "has more words than are read", lines.number());
   }
   lines.fail("the file ends within its header: no line 'end_header'");
 }
@@ -192,7 +215,8 @@ inline PlyHeader read_ply_header(Lines& lines) {
 struct PlyMesh {
   const PlyElement* vertex;
   const PlyElement* face;
-  std::size_t indices;  // the property of the faces that lists their vertices
+  std::size_t indices;                // the property of the faces that lists their vertices
+  std::optional<std::size_t> wedges;  // the one that lists the uvs of their corners
 };
 
 inline PlyMesh find_mesh(const PlyHeader& header, const std::filesystem::path& path) {
@@ -210,7 +234,9 @@ inline PlyMesh find_mesh(const PlyHeader& header, const std::filesystem::path& p
   if (!indices || !face->properties[*indices].list_count || is_float(face->properties[*indices].type)) {
     fail("the faces have no list 'vertex_indices' (or 'vertex_index') of an integer type");
   }
-  return {vertex, face, *indices};
+  std::optional<std::size_t> wedges = face->find("texcoord");
+  if (wedges && !face->properties[*wedges].list_count) wedges.reset();
+  return {vertex, face, *indices, wedges};
 }
 
 }  // namespace equaltime

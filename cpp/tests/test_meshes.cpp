@@ -88,10 +88,12 @@ TEST("a face may come before its vertices, in any kind of line ends, with commen
   CHECK(obj("\xef\xbb\xbf" + kCorners + "f 1 \\\n 2 3 # the end\n").faces == one);
 }
 
-TEST("groups, materials and colours are ignored, other statements are counted") {
-  CHECK(obj("mtllib a.mtl\ng a f b\nusemtl c\ns off\nv 0 0 0 1 nan 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").warnings.empty());
-  const MeshData mesh = obj(kCorners + "l 1 2\np 3\nf 1 2 3\n");
-  CHECK(mesh.warnings.size() == 1 && mesh.warnings[0].find("line 5: 2 statements were ignored") != std::string::npos);
+TEST("names are silent, statements that are not read are told, one line a kind") {
+  CHECK(obj("mtllib a.mtl\ng a f b\nusemtl c\ns 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").warnings.empty());
+  const MeshData mesh = obj(kCorners + "l 1 2\np 3\nl 2 3\nfoo\nf 1 2 3\n");
+  CHECK((mesh.warnings == std::vector<std::string>{"line 5: 'l' is not rendered: a line has no surface (first of 2)",
+                                                   "line 6: 'p' is not rendered: a point has no surface",
+                                                   "line 8: 'foo' is no statement of OBJ that is read"}));
 }
 
 TEST("a corner without a normal gets that of its faces, one without uv gets 0, each with a warning") {
