@@ -144,10 +144,12 @@ void finish_mesh(MeshData& mesh, const std::filesystem::path& path, std::uint64_
   const auto warn = [&](const std::string& text) { mesh.warnings.push_back(text); };
   std::vector<bool> used(mesh.vertices.size() / 3);
   dropped += keep_real_faces(mesh, used, place);
-  if (mesh.faces.empty() && dropped == 0) throw EmptyMesh(path.string() + ": the mesh is empty: it has no faces");
+  if (mesh.faces.empty() && dropped == 0) throw MeshError(path.string() + ": the mesh is empty: it has no faces", true);
   if (mesh.faces.empty()) {
-    throw EmptyMesh(path.string() + ": the mesh is empty: all its faces are degenerate (" + std::to_string(dropped) +
-                    ", repeated corners or no area)");
+    const std::string count = std::to_string(dropped);
+    throw MeshError(path.string() + ": the mesh is empty: all its faces are degenerate (" + count +
+                        ", repeated corners or no area)",
+                    true);
   }
   drop_unused_vertices(mesh, used);
   if (dropped > 0) {

@@ -40,13 +40,12 @@ struct MeshData {
 // A mesh file that cannot be read. The text starts with the place: "path:line: ", "path: byte offset N: " or "path: ".
 class MeshError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
-};
+  explicit MeshError(const std::string& text, bool no_face_left = false)
+      : std::runtime_error(text), no_face_left_(no_face_left) {}
+  [[nodiscard]] bool no_face_left() const noexcept { return no_face_left_; }
 
-// A mesh of which no face is left.
-class EmptyMesh : public MeshError {
- public:
-  using MeshError::MeshError;
+ private:
+  bool no_face_left_;
 };
 
 // Says where vertex i of a mesh stands in its file, and which one it is, for an error: "path:12: vertex 3".

@@ -355,7 +355,7 @@ std::vector<ObjMaterial> read_obj_by_material(const std::filesystem::path& path)
   });
   reader.read();
   std::erase_if(parts, [](const auto& part) { return part.second.faces.empty(); });
-  if (parts.empty()) throw EmptyMesh(path.string() + ": the mesh is empty: it has no faces");
+  if (parts.empty()) throw MeshError(path.string() + ": the mesh is empty: it has no faces", true);
   std::vector<std::pair<const std::string, Part>*> ordered;
   for (auto& part : parts) ordered.push_back(&part);
   std::sort(ordered.begin(), ordered.end(),
@@ -366,8 +366,8 @@ std::vector<ObjMaterial> read_obj_by_material(const std::filesystem::path& path)
     const std::uint64_t line = part->second.first_line;
     try {
       meshes.push_back({part->first, reader.mesh(std::move(part->second), part == ordered.back())});
-    } catch (const EmptyMesh&) {
-      if (meshes.empty() && part == ordered.back()) throw;
+    } catch (const MeshError& error) {
+      if (!error.no_face_left() || (meshes.empty() && part == ordered.back())) throw;
       left_out.tell(part->first, "is a material without area: all its faces are degenerate", line);
     }
   }

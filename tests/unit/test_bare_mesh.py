@@ -70,8 +70,9 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
     assert reflectances(scene) == [grey, (0.5, 0.1, 1.0), grey]
     assert scene.core.triangles == 4
     assert scene.warnings == (
-        "the image 'wood.png' of the material 'wood' is left out: no such file",
-        "the material 'lost' is in no library: it is grey",
+        "a.mtl:3: 'Kd' is cut to [0, 1]",
+        "a.mtl:4: 'Ks' is not used: surfaces are diffuse",
+        "a.obj: the material 'lost' is in no library",
         "the file is a mesh without a camera: one is added that has everything in view",
         "and without light: a sky of radiance 0.5 and a sun of irradiance 1.5 are added",
     )
@@ -87,7 +88,7 @@ def test_an_image_is_a_bitmap_whatever_options_it_has(options: str, tmp_path: Pa
 def test_without_a_library_all_is_grey(tmp_path: Path) -> None:
     scene = et.load(written(tmp_path, materials=None))
     assert reflectances(scene) == [(0.5, 0.5, 0.5)]
-    assert "the materials of 'a.mtl' are left out: No such file or directory" in scene.warnings
+    assert "line 1: the materials of 'a.mtl' are left out: No such file or directory" in scene.warnings
 
 
 def test_an_obj_within_a_scene_has_the_materials_of_the_scene(tmp_path: Path) -> None:

@@ -14,17 +14,17 @@ import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
-from equaltime import _core
 from equaltime.image_files import complaint, excess
 from equaltime.scene.gltf import Contents, Texels, Triangles, split
+from equaltime.scene.mesh_readers import MeshData, read_obj, read_obj_by_material, read_ply
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.primaries import to_srgb
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
-__all__ = ["Assets", "Mesh", "read_ply"]
+__all__ = ["Assets", "Mesh"]
 
-Mesh = _core.MeshData | Triangles
+Mesh = MeshData | Triangles
 """Vertices, faces, and normals and texture coordinates if there are any."""
 CHUNK = 1 << 22
 
@@ -79,14 +79,15 @@ class Assets:
     def _read_obj(self, path: Path, material: str | None) -> Mesh:
         """Read the faces of one material, or of all. Of a file with many, one reading serves them all."""
         if material is None:
-            return _core.read_obj(path)
+            return read_obj(path)
         if path not in self._by_material:
             try:
-                self._by_material[path] = {**_core.read_obj_by_material(path)}
+                self._by_material[path] = {**read_obj_by_material(path)}
             except ValueError:  # not all of it is good; what is asked for may be
                 self._by_material[path] = {}
-        mesh = self._by_material[path].pop(material.encode(errors="surrogateescape"), None)
-        return _core.read_obj(path, material) if mesh is None else mesh
+        name = material.encode(errors="surrogateescape")  # as the file has it, whatever its encoding
+        mesh = self._by_material[path].pop(name, None)
+        return read_obj(path, name) if mesh is None else mesh
 
     def _within(self, path: Path) -> Contents:
         """Return the contents of the glTF file at `path`; files that it names stand beside it."""
@@ -165,11 +166,6 @@ class Assets:
         if self._stamps.setdefault(path, stamp) != stamp:
             raise ValueError(f"the file has changed since the scene was loaded: {path}")
         return path
-
-
-def read_ply(path: Path) -> Mesh:
-    """Return the mesh of a PLY file; raises ValueError if it cannot be read."""
-    return _core.read_ply(path)
 
 
 def _check_mesh(path: Path, mesh: Mesh) -> None:

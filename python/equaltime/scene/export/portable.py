@@ -11,9 +11,10 @@ import numpy as np
 import OpenImageIO
 
 from equaltime.errors import Problem, SceneError
-from equaltime.scene.assets import Assets, Mesh, read_ply
+from equaltime.scene.assets import Assets, Mesh
 from equaltime.scene.export.files import Folder, write_ply
 from equaltime.scene.gltf import split
+from equaltime.scene.mesh_readers import read_ply
 from equaltime.scene.model import Bitmap, Deformation, Gltf, Obj, Plugin, Ply, SceneModel, mesh_files
 
 __all__ = ["portable"]

@@ -113,9 +113,11 @@ class MeshAttribute(TexturePlugin):
     name: Annotated[str, AfterValidator(_of_vertices_or_faces)]
     """What it is called in the mesh. ``r, g, b`` and ``red, green, blue`` of a PLY file are ``vertex_color`` or
     ``face_color``, ``p_r, p_g, p_b`` ``vertex_p_color``, ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` ``vertex_p``; the
-    colours of a serialized mesh and of glTF are ``vertex_color``."""
+    colours of an OBJ file, a serialized mesh and of glTF are ``vertex_color``."""
     scale: float = 1.0
     """What its numbers are multiplied by; whole ones are taken as they are, so that bytes want 1/255."""
+    cut: bool = False
+    """Cut to [0, 1] what is beyond after that, which is an extension to Mitsuba."""
     times: Bitmap | Checkerboard | None = None
     """A texture that multiplies it, which is an extension to Mitsuba, for parameters of BSDFs."""
 

@@ -1,0 +1,312 @@
+"""Reads MTL files, the libraries of materials of OBJ files, into what this renderer can use of them.
+
+`WORDS` says what becomes of each statement. A statement that is not used goes into the account. Words of statements and
+options are known in any letter case. Names are bytes: they are compared as they stand in the two files, whatever their
+encoding.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from equaltime.scene.account import Account
+from equaltime.scene.mesh_readers import obj_name
+
+__all__ = ["WORDS", "Color", "ImageMap", "Material", "read_mtl", "shown"]
+
+Color = tuple[float, float, float]
+Use = Literal["color", "radiance", "number", "image", "name", "silent", "told"]
+
+_DIFFUSE: Final = "surfaces are diffuse"
+_FLAT: Final = "surfaces have no relief"
+WORDS: Final[dict[str, tuple[Use, str]]] = {
+    # word in small letters: its use, and the reason of those that are not used
+    "newmtl": ("name", ""),
+    "kd": ("color", ""),
+    "ke": ("radiance", ""),
+    "d": ("number", ""),
+    "tr": ("number", ""),
+    "map_kd": ("image", ""),
+    "map_ke": ("image", ""),
+    "map_d": ("image", ""),
+    "ka": ("silent", "ambient light stands for what is traced here"),
+    "map_ka": ("silent", "ambient light stands for what is traced here"),
+    "ns": ("silent", "the exponent of Ks and map_Ks, which are told"),
+    "map_ns": ("silent", "the exponent of Ks and map_Ks, which are told"),
+    "ni": ("silent", "counts for the glass of illum 4 to 9, which is told"),
+    "sharpness": ("silent", "counts for refl, which is told"),
+    "pcr": ("silent", "counts for Pc, which is told"),
+    "anisor": ("silent", "counts for aniso, which is told"),
+    "map_aat": ("silent", "asks for antialiasing, which is there"),
+    "illum": ("told", "mirrors and glass are diffuse"),
+    "ks": ("told", _DIFFUSE),
+    "map_ks": ("told", _DIFFUSE),
+    "refl": ("told", _DIFFUSE),
+    "map_refl": ("told", _DIFFUSE),
+    "tf": ("told", "what is not opaque lets all colours through"),
+    "map_tf": ("told", "what is not opaque lets all colours through"),
+    "pr": ("told", _DIFFUSE),
+    "pm": ("told", _DIFFUSE),
+    "ps": ("told", _DIFFUSE),
+    "pc": ("told", _DIFFUSE),
+    "aniso": ("told", _DIFFUSE),
+    "map_pr": ("told", _DIFFUSE),
+    "map_pm": ("told", _DIFFUSE),
+    "map_ps": ("told", _DIFFUSE),
+    "bump": ("told", _FLAT),
+    "map_bump": ("told", _FLAT),
+    "norm": ("told", _FLAT),
+    "disp": ("told", _FLAT),
+    "map_disp": ("told", _FLAT),
+    "decal": ("told", "images do not replace each other"),
+    "map_tr": ("told", "opacities come from map_d"),
+}
+NEUTRAL: Final[dict[str, frozenset[float]]] = {
+    "illum": frozenset({0.0, 1.0, 2.0}),
+    "tf": frozenset({1.0}),
+    "pr": frozenset({1.0}),
+    **dict.fromkeys(("ks", "pm", "ps", "pc", "aniso"), frozenset({0.0})),
+}
+"""Values with which a statement that is told asks for what is rendered anyway."""
+
+_OPTIONS: Final[dict[bytes, int]] = {
+    **dict.fromkeys((b"-s", b"-o", b"-t"), 3),
+    b"-mm": 2,
+    **dict.fromkeys(
+        (b"-bm", b"-boost", b"-texres", b"-clamp", b"-blendu", b"-blendv", b"-cc", b"-imfchan", b"-type"), 1
+    ),
+}
+"""How many words follow an option at most; of ``-s``, ``-o`` and ``-t``, numbers only."""
+_DEFAULTS: Final[dict[bytes, frozenset[bytes]]] = {
+    b"-blendu": frozenset({b"on", b"off"}),  # how a texture is filtered, which is not a matter of the file here
+    b"-blendv": frozenset({b"on", b"off"}),
+    b"-cc": frozenset({b"off"}),
+    b"-imfchan": frozenset({b"l"}),
+}
+"""Words of options that ask for what is rendered anyway."""
+_NUMBER: Final = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMBERED: Final = frozenset({b"-s", b"-o", b"-t"})
+
+
+@dataclass(frozen=True, slots=True)
+class ImageMap:
+    """An image of a material, and how it lies on the surface: at (su u + ou, sv v + ov)."""
+
+    rest: bytes
+    """What follows the options: the name of the file, perhaps in quotes or with a comment."""
+    line: int
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    clamp: bool = False
+
+
+@dataclass(slots=True)
+class Material:
+    """What a library says of one material, as far as it is used."""
+
+    line: int
+    color: Color | None = None
+    """``Kd``, in [0, 1]."""
+    opacity: float = 1.0
+    """``d``, or 1 less ``Tr``."""
+    radiance: Color = (0.0, 0.0, 0.0)
+    """``Ke``, not negative."""
+    images: dict[str, ImageMap] = field(default_factory=dict)
+    """By the words ``map_kd``, ``map_d`` and ``map_ke``."""
+    words: set[str] = field(default_factory=set)
+    """Those that were given."""
+
+    @property
+    def has_color(self) -> bool:
+        """Whether the material says what it reflects."""
+        return self.color is not None or "map_kd" in self.images
+
+
+def shown(name: bytes) -> str:
+    """Return a name of a file as it is told: in UTF-8, with ``�`` for what is not."""
+    return name.decode("utf-8", "replace")
+
+
+def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
+    """Return the materials in the `content` of a library; what is not used goes into the account."""
+    return _Reader(file, account).read(content)
+
+
+class _Reader:
+    def __init__(self, file: str, account: Account) -> None:
+        self._file = file
+        self._account = account
+        self._materials: dict[bytes, Material] = {}
+        self._current: Material | None = None
+        self._line = 0
+
+    def read(self, content: bytes) -> dict[bytes, Material]:
+        for self._line, statement in _statements(content):
+            word, rest = _first(statement)
+            if word:
+                self._take(word, rest)
+        return self._materials
+
+    def _tell(self, kind: str) -> None:
+        self._account.tell(kind, f"{self._file}:{self._line}")
+
+    def _take(self, word: bytes, rest: bytes) -> None:
+        key = word.lower().decode("ascii", "replace")
+        name = shown(word[:64])
+        use, why = WORDS.get(key, ("told", ""))
+        if use == "silent":
+            return
+        if use == "told":
+            if not _is_neutral(key, rest):
+                self._tell(f"'{name}' is not used: {why}" if why else f"'{name}' is no statement of MTL that is read")
+        elif use == "name":
+            self._begin(obj_name(rest))
+        elif self._current is None:
+            self._tell(f"'{name}' stands before any material and is not used")
+        else:
+            if key in self._current.words:
+                self._tell(f"'{name}' of a material is given again: the last one counts")
+            self._set(self._current, key, name, rest)
+            self._current.words.add(key)
+
+    def _begin(self, name: bytes) -> None:
+        """Begin a material; one without a name belongs to no face."""
+        if not name:
+            self._tell("'newmtl' has no name: its material is not used")
+        if name in self._materials:
+            self._tell(f"the material '{shown(name)}' is defined again: the last one counts")
+        self._current = Material(self._line)
+        if name:
+            self._materials[name] = self._current
+
+    def _set(self, material: Material, key: str, name: str, rest: bytes) -> None:
+        if key.startswith("map_"):
+            material.images[key] = self._image(name, rest)
+        elif key == "kd":
+            material.color = self._color(name, rest, 1.0)
+        elif key == "ke":
+            material.radiance = self._color(name, rest, float("inf")) or (0.0, 0.0, 0.0)
+        else:
+            self._set_opacity(material, key, name, rest)
+
+    def _set_opacity(self, material: Material, key: str, name: str, rest: bytes) -> None:
+        values = self._numbers(name, rest, 1)
+        if values is None:
+            return
+        value = self._within(name, values[0], 1.0)
+        opacity = value if key == "d" else 1.0 - value
+        if {"d", "tr"} - {key} <= material.words and opacity != material.opacity:
+            self._tell("'d' and 'Tr' of a material do not add up to 1: 'd' counts")
+            opacity = opacity if key == "d" else material.opacity
+        material.opacity = opacity
+
+    def _color(self, name: str, rest: bytes, most: float) -> Color | None:
+        """Return a colour, one number standing for three; None if it is another kind."""
+        if (kind := _first(rest)[0].lower()) in (b"spectral", b"xyz"):
+            self._tell(f"'{name} {kind.decode()}' is not used: colours are read as R, G, B")
+            return None
+        values = self._numbers(name, rest, 3)
+        if values is None:
+            return None
+        values = values if len(values) == 3 else values * 3
+        red, green, blue = (self._within(name, value, most) for value in values)
+        return red, green, blue
+
+    def _within(self, name: str, value: float, most: float) -> float:
+        if not 0.0 <= value <= most:
+            self._tell(f"'{name}' is cut to [0, 1]" if most == 1.0 else f"'{name}' is negative and counts as 0")
+        return min(max(value, 0.0), most)
+
+    def _numbers(self, name: str, rest: bytes, count: int) -> list[float] | None:
+        """Return one number or `count`; None, which is told, if the statement has others."""
+        words = rest.split(b"#", 1)[0].split()
+        numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
+        if len(numbers) != len(words) or len(numbers) not in (1, count) or not all(map(_is_finite, numbers)):
+            expected = "one number" if count == 1 else f"one number or {count}"
+            self._tell(f"'{name}' is not used: expected {expected}, found '{shown(rest[:40])}'")
+            return None
+        return numbers
+
+    def _image(self, name: str, rest: bytes) -> ImageMap:
+        """Return an image with its options, which stand before the name of its file."""
+        given: dict[bytes, list[bytes]] = {}
+        while (option := _first(rest)[0].lower()) in _OPTIONS:
+            rest = _first(rest)[1]
+            given[option] = words = []
+            for _ in range(_OPTIONS[option]):
+                word, after = _first(rest)
+                if not after or (option in _NUMBERED and not _NUMBER.fullmatch(word)):
+                    break  # the last word is the name
+                words.append(word)
+                rest = after
+        scale = self._pair(name, given.pop(b"-s", []), 1.0)
+        offset = self._pair(name, given.pop(b"-o", []), 0.0)
+        clamp = [word.lower() for word in given.pop(b"-clamp", [])] == [b"on"]
+        for option, words in given.items():
+            if not _asks_for_nothing(option, words):
+                self._tell(f"'{option.decode()}' of '{name}' is not used")
+        return ImageMap(rest, self._line, scale, offset, clamp)
+
+    def _pair(self, name: str, words: list[bytes], usual: float) -> tuple[float, float]:
+        """Return the numbers of an option for u and v; the third is for solid textures."""
+        numbers = [float(word) for word in words]
+        first, second = [*numbers, usual, usual][:2] if numbers else (usual, usual)
+        limit = 2.0**20
+        if not (abs(first) <= limit and abs(second) <= limit) or (usual and not min(abs(first), abs(second)) > 1e-6):
+            self._tell(f"a scale or an offset of '{name}' is not used: it leaves nothing of the image")
+            return usual, usual
+        return first, second
+
+
+def _statements(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """Iterate over the statements with their lines; a line that ends in a backslash of its own goes on in the next."""
+    begun, first = b"", 0
+    text = content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    for number, line in enumerate(text.split(b"\n"), 1):
+        statement, first = (begun + line, first) if begun else (line, number)
+        if _goes_on(statement):
+            begun = statement.rstrip()[:-1] + b" "
+            continue
+        begun = b""
+        if not statement.lstrip().startswith(b"#"):
+            yield first, statement
+    if begun:
+        yield first, begun
+
+
+def _goes_on(statement: bytes) -> bool:
+    """Tell whether a backslash ends the line and not a comment or a name, as of a folder of Windows."""
+    word, rest = _first(statement)
+    use = WORDS.get(word.lower().decode("ascii", "replace"), ("told", ""))[0]
+    if word.startswith(b"#") or use == "name":
+        return False
+    numeric = use in ("color", "radiance", "number")
+    said = rest.split(b"#", 1)[0].rstrip() if numeric else obj_name(rest)
+    return said.endswith(b"\\") if numeric else said == b"\\" or said.endswith((b" \\", b"\t\\"))
+
+
+def _first(text: bytes) -> tuple[bytes, bytes]:
+    """Return the first word of a text and the rest without blanks around it."""
+    word, rest = [*text.split(None, 1), b"", b""][:2]
+    return word, rest.strip()
+
+
+def _is_finite(number: float) -> bool:
+    return abs(number) != float("inf")
+
+
+def _is_neutral(key: str, rest: bytes) -> bool:
+    """Tell whether a statement asks for what is rendered anyway."""
+    words = rest.split(b"#", 1)[0].split()
+    numbers = {float(word) for word in words if _NUMBER.fullmatch(word)}
+    return bool(words) and key in NEUTRAL and all(map(_NUMBER.fullmatch, words)) and numbers <= NEUTRAL[key]
+
+
+def _asks_for_nothing(option: bytes, words: list[bytes]) -> bool:
+    numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
+    if option in (b"-t", b"-mm"):
+        return numbers == ([0.0, 1.0] if option == b"-mm" else [0.0] * len(words))
+    return option in _DEFAULTS and [word.lower() in _DEFAULTS[option] for word in words] == [True]

@@ -1,0 +1,163 @@
+"""The materials of an OBJ file: its libraries are found and read, and what they say becomes BSDFs and emitters.
+
+========================  ==========================================================================================
+``Kd``, ``map_Kd``        `diffuse` on both sides; with an image, ``Kd`` is not used
+``d`` or ``Tr``, map_d    `mask`: where the material is not opaque, light passes as if there were no surface
+``Ke``, ``map_Ke``        `area`, from the front side only; with an image, ``Ke`` is not used
+========================  ==========================================================================================
+
+Images lie as ``-s``, ``-o`` and ``-clamp`` say. They stand beside their library, or beside the mesh.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Final
+
+from equaltime.scene.account import Account
+from equaltime.scene.gltf.plant import plant
+from equaltime.scene.mesh_readers import obj_name
+from equaltime.scene.mtl import ImageMap, Material, read_mtl, shown
+from equaltime.scene.search import Search
+from equaltime.scene.tree import Object, Place
+
+__all__ = ["GREY", "Materials", "file_beside"]
+
+GREY: Final = 0.5
+"""The reflectance of what has no material."""
+_IMAGES: Final = {"map_kd": "map_Kd", "map_d": "map_d", "map_ke": "map_Ke"}
+_WHITE: Final = (1.0, 1.0, 1.0)
+
+
+class Materials:
+    """The materials in the libraries that an OBJ file names."""
+
+    def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
+        self._path = path
+        self._account = account
+        self._search = search
+        self._found: dict[bytes, tuple[str, Material]] = {}
+        self._libraries: dict[str, None] = {}
+        for rest, line in libraries:
+            for name in self._names(rest):
+                if name not in self._libraries:
+                    self._read(name, line)
+
+    def __bool__(self) -> bool:
+        """Tell whether there are any."""
+        return bool(self._found)
+
+    def of(self, name: bytes) -> tuple[str, Material] | None:
+        """Return the library and the material of a name, or of what it is without quotes or a number as a comment."""
+        for spelling in dict.fromkeys((name, _unquoted(name), re.sub(rb"\s+#\d+$", b"", name))):
+            for known in dict.fromkeys((spelling, b'"' + spelling + b'"')):
+                if known in self._found:
+                    return self._found[known]
+        return None
+
+    def _names(self, rest: bytes) -> list[str]:
+        """Return the files that a statement mtllib names: one whose name has blanks, or several."""
+        for spelling in dict.fromkeys((rest, obj_name(rest), _unquoted(obj_name(rest)))):
+            if (name := file_beside(self._path, "", spelling)) is not None:
+                return [name]
+        words = [_unquoted(word) for word in re.findall(rb'"[^"]*"|\S+', obj_name(rest))]
+        return [file_beside(self._path, "", word) or os.fsdecode(word) for word in words]
+
+    def _read(self, name: str, line: int) -> None:
+        self._libraries[name] = None
+        told = shown(os.fsencode(name))
+        try:
+            content = _content(self._search.note(self._path.parent / name))
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            self._account.tell(f"the materials of '{told}' are left out: {reason}", f"line {line}")
+            return
+        for material, said in read_mtl(content, told, self._account).items():
+            if material in self._found:
+                first = shown(os.fsencode(self._found[material][0]))
+                message = f"the material '{shown(material)}' is defined in '{first}' too: the last one counts"
+                self._account.tell(message, f"{told}:{said.line}")
+            self._found[material] = name, said
+
+    def bsdf(self, library: str, material: Material, own: object, place: Place, *, has_uvs: bool) -> Object:
+        """Return the BSDF of a material, on both sides; `own` is the reflectance of one that does not say it."""
+        image = self._image(library, material, "map_kd", has_uvs, place)
+        if image is not None and material.color not in (None, _WHITE):
+            self._tell("'Kd' is not used beside an image", library, material.line)
+        diffuse = plant("bsdf", "diffuse", place, reflectance=image or material.color or own)
+        both = plant("bsdf", "twosided", place, bsdf=diffuse)
+        opacity: object = self._image(library, material, "map_d", has_uvs, place, raw=True)
+        if opacity is not None and material.opacity != 1.0:
+            self._tell("'d' is not used beside an image", library, material.line)
+        if opacity is None and material.opacity == 1.0:
+            return both
+        if opacity is None and material.opacity == 0.0:
+            self._tell("a material is wholly transparent: nothing is seen of it", library, material.line)
+        return plant("bsdf", "mask", place, opacity=material.opacity if opacity is None else opacity, bsdf=both)
+
+    def emitter(self, library: str, material: Material, place: Place, *, has_uvs: bool) -> Object | None:
+        """Return the emitter of a material that shines."""
+        image = self._image(library, material, "map_ke", has_uvs, place)
+        if image is not None and material.radiance not in ((0.0, 0.0, 0.0), _WHITE):
+            self._tell("'Ke' is not used beside an image", library, material.line)
+        if image is None and not any(material.radiance):
+            return None
+        return plant("emitter", "area", place, radiance=image or material.radiance)
+
+    def _image(
+        self, library: str, material: Material, word: str, has_uvs: bool, place: Place, raw: bool | None = None
+    ) -> Object | None:
+        """Return the image of a material, if it can be used."""
+        image = material.images.get(word)
+        if image is None:
+            return None
+        folder = os.path.dirname(library)
+        spellings = (image.rest, obj_name(image.rest), _unquoted(obj_name(image.rest)))
+        names = (
+            file_beside(self._path, base, s) for base in dict.fromkeys((folder, "")) for s in dict.fromkeys(spellings)
+        )
+        name = next((name for name in names if name is not None), None)
+        if name is None:
+            self._tell(f"the image '{shown(spellings[1])}' is left out: no such file", library, image.line)
+        elif not has_uvs:
+            self._tell(f"'{_IMAGES[word]}' is not used: the faces of the material have no vt", library, image.line)
+        if name is None or not has_uvs:
+            return None
+        wrap_mode = "clamp" if image.clamp else None
+        return plant("texture", "bitmap", place, filename=name, to_uv=_to_uv(image), wrap_mode=wrap_mode, raw=raw)
+
+    def _tell(self, kind: str, library: str, line: int) -> None:
+        self._account.tell(kind, f"{shown(os.fsencode(library))}:{line}")
+
+
+def file_beside(path: Path, folder: str, name: bytes) -> str | None:
+    """Return the file of that name in a folder beside `path`, if there is one; Windows' separators are understood."""
+    for spelling in dict.fromkeys((name, name.replace(b"\\", b"/"))):
+        found = os.path.join(folder, os.fsdecode(spelling))
+        try:
+            if spelling and (path.parent / found).is_file():
+                return found
+        except (OSError, ValueError):  # a name that no file can have
+            continue
+    return None
+
+
+def _to_uv(image: ImageMap) -> list[list[float]] | None:
+    """Return where the image lies, for an OBJ file's v, which is turned over: 1 - v."""
+    if image.scale == (1.0, 1.0) and image.offset == (0.0, 0.0):
+        return None
+    (su, sv), (ou, ov) = image.scale, image.offset
+    return [[su, 0.0, 0.0, ou], [0.0, sv, 0.0, 1.0 - sv - ov], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+
+
+def _unquoted(name: bytes) -> bytes:
+    return name[1:-1] if len(name) > 2 and name[:1] == name[-1:] == b'"' else name
+
+
+def _content(path: Path) -> bytes:
+    """Return what is in a file; raises OSError, or ValueError for a name that none can have."""
+    if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
+        raise ValueError("not a regular file")
+    return path.read_bytes()
