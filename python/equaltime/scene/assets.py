@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +86,10 @@ class Assets:
                 self._by_material[path] = {**read_obj_by_material(path)}
             except ValueError:  # not all of it is good; what is asked for may be
                 self._by_material[path] = {}
-        name = material.encode(errors="surrogateescape")  # as the file has it, whatever its encoding
-        mesh = self._by_material[path].pop(name, None)
-        return read_obj(path, name) if mesh is None else mesh
+        for name in _encodings(material):
+            if (mesh := self._by_material[path].pop(name, None)) is not None:
+                return mesh
+        return read_obj(path, material.encode(errors="surrogateescape"))
 
     def _within(self, path: Path) -> Contents:
         """Return the contents of the glTF file at `path`; files that it names stand beside it."""
@@ -166,6 +168,13 @@ class Assets:
         if self._stamps.setdefault(path, stamp) != stamp:
             raise ValueError(f"the file has changed since the scene was loaded: {path}")
         return path
+
+
+def _encodings(name: str) -> Iterator[bytes]:
+    """Yield the bytes that a name in a file may have: UTF-8, or Latin-1."""
+    yield name.encode(errors="surrogateescape")
+    with suppress(UnicodeEncodeError):
+        yield name.encode("latin-1")
 
 
 def _check_mesh(path: Path, mesh: Mesh) -> None:

@@ -83,7 +83,9 @@ def _painted(
         if found is not None:
             bsdf = materials.bsdf(*found, own, place, has_uvs=mesh.uvs is not None)
             emitter = materials.emitter(*found, place, has_uvs=mesh.uvs is not None)
-        material = name.decode("utf-8", "surrogateescape")
+        material = shown(name)
+        if material.encode() != name and material.encode() in parts:
+            material = name.decode("utf-8", "surrogateescape")  # another name looks like this one
         yield _shape("obj", path, place, bsdf, emitter=emitter, material=material)
 
 

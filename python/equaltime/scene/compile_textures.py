@@ -55,10 +55,7 @@ class Textures:
             if values is None:
                 raise Unsupported(texture, f"the shape has no attribute '{texture.name}'{_what_there_is(attributes)}")
             per_face = texture.name.startswith("face_")
-            scaled = texture.scale * values
-            self._builder.set_attribute(
-                shape, index, np.clip(scaled, 0.0, 1.0) if texture.cut else scaled, per_face=per_face
-            )
+            self._builder.set_attribute(shape, index, texture.numbers(values), per_face=per_face)
 
     def _add(self, texture: Texture) -> int:
         if isinstance(texture, Bitmap):

@@ -126,8 +126,11 @@ class Material:
 
 
 def shown(name: bytes) -> str:
-    """Return a name of a file as it is told: in UTF-8, with ``�`` for what is not."""
-    return name.decode("utf-8", "replace")
+    """Return a name as text: it is UTF-8, or else taken for Latin-1."""
+    try:
+        return name.decode("utf-8")
+    except UnicodeDecodeError:
+        return name.decode("latin-1")
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
@@ -120,6 +122,11 @@ class MeshAttribute(TexturePlugin):
     """Cut to [0, 1] what is beyond after that, which is an extension to Mitsuba."""
     times: Bitmap | Checkerboard | None = None
     """A texture that multiplies it, which is an extension to Mitsuba, for parameters of BSDFs."""
+
+    def numbers(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the texture makes of the attribute's `values`, without what multiplies it."""
+        scaled = self.scale * values
+        return np.clip(scaled, 0.0, 1.0) if self.cut else scaled
 
 
 Texture = Annotated[Bitmap | Checkerboard | MeshAttribute, Field(discriminator="type")]
