@@ -18,6 +18,7 @@ import pytest
 import equaltime as et
 from equaltime import _core
 from equaltime.first_hits import first_hits
+from equaltime.scene import assets
 
 from ..statistical.worlds import affine, build, octahedron
 
@@ -105,13 +106,13 @@ def test_an_obj_of_many_materials_is_read_once(tmp_path: Path, monkeypatch: pyte
     reads: list[str] = []
 
     def counted(name: str) -> None:
-        read = getattr(_core, name)
+        read = getattr(assets, name)
 
         def reader(*arguments: Any) -> Any:
             reads.append(name)
             return read(*arguments)
 
-        monkeypatch.setattr(_core, name, reader)
+        monkeypatch.setattr(assets, name, reader)
 
     counted("read_obj")
     counted("read_obj_by_material")
