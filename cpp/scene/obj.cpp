@@ -334,7 +334,11 @@ std::string_view obj_name(std::string_view rest) noexcept {
     const bool spaced = after.empty() || TextScanner(after).word_ends();
     if (at == 0 && !spaced) continue;
     if (at > 0 && !TextScanner(rest.substr(at - 1)).word_ends()) continue;
-    if (!after.empty() && after.find_first_not_of("0123456789") == after.npos) continue;
+    const std::size_t digits = std::min(after.find_first_not_of("0123456789"), after.size());
+    const std::string_view behind = trimmed(after.substr(digits));
+    if (digits > 0 &&
+        (digits == after.size() || (TextScanner(after.substr(digits)).word_ends() && behind.starts_with('#'))))
+      continue;
     return trimmed(rest.substr(0, at));
   }
   return rest;

@@ -29,8 +29,8 @@ struct ObjMaterial {
 [[nodiscard]] std::vector<ObjMaterial> read_obj_by_material(const std::filesystem::path& path);
 
 // The name in the rest of a statement such as usemtl: without blanks around it and without a comment. A # is part of
-// the name within a word, before a word that follows nothing, and before a number that ends the line, as in the
-// "Material #25" of 3ds Max.
+// the name within a word, in a word that begins the name, and before a number that ends it, as in the "Material #25" of
+// 3ds Max.
 [[nodiscard]] std::string_view obj_name(std::string_view rest) noexcept;
 
 }  // namespace equaltime
