@@ -102,7 +102,10 @@ def _mtl(names: list[bytes], random: Random) -> bytes:
 def _said(name: bytes, paint: Paint, random: Random | None) -> list[bytes]:
     """Return the statements of a material: in one way, or in one of many."""
     rng = random or Random(0)
-    spelt = (lambda x: number(x, rng)) if random else (lambda x: repr(x).encode())
+
+    def spelt(value: float) -> bytes:
+        return number(value, rng) if random else repr(value).encode()
+
     said: list[tuple[bytes, list[bytes]]] = []
     if paint.color is not None:
         alike = random is not None and len(set(paint.color)) == 1 and rng.random() < 0.5

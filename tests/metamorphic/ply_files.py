@@ -27,7 +27,7 @@ CODES: Final = {
 WHOLE: Final = [type_ for type_, code in CODES.items() if code.lower() in "bhi"]
 BYTES: Final = ["uchar", "uint8"]
 REALS: Final = ["float", "float32", "double", "float64"]
-NAMES: Final = {
+NAMES: Final[dict[str, list[tuple[str, ...]]]] = {
     "uv": [("u", "v"), ("s", "t"), ("texture_u", "texture_v"), ("texture_s", "texture_t")],
     "color": [("r", "g", "b"), ("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue")],
 }
@@ -47,7 +47,10 @@ def rewritten(random: Random) -> bytes:
     """Return the same file in other words."""
     elements = [("vertex", _vertex(random), len(POINTS)), ("face", _faces(random), len(FACES))]
     if random.random() < 0.3:
-        extra = [("list uchar float", "weights", [(0.5,) * k for k in range(3)]), ("short", "id", [1, 2, 3])]
+        extra: list[Column] = [
+            ("list uchar float", "weights", [(0.5,) * k for k in range(3)]),
+            ("short", "id", [1, 2, 3]),
+        ]
         elements.insert(random.randrange(3), ("edge", extra, 3))
     elif random.random() < 0.3:
         elements.reverse()
@@ -55,10 +58,14 @@ def rewritten(random: Random) -> bytes:
 
 
 def _vertex(random: Random) -> list[Column]:
-    groups = [("xyz", POINTS, REALS), (("nx", "ny", "nz"), NORMALS, REALS)]
-    groups += [(random.choice(NAMES["uv"]), UVS, REALS), (random.choice(NAMES["color"]), COLORS, BYTES)]
+    groups: list[tuple[Sequence[str], Sequence[Sequence[float]], list[str]]] = [
+        ("xyz", POINTS, REALS),
+        (("nx", "ny", "nz"), NORMALS, REALS),
+        (random.choice(NAMES["uv"]), UVS, REALS),
+        (random.choice(NAMES["color"]), COLORS, BYTES),
+    ]
     byte = random.choice(BYTES)
-    columns = [
+    columns: list[Column] = [
         (byte if types is BYTES else random.choice(types), name, [row[k] for row in rows])
         for names, rows, types in groups
         for k, name in enumerate(names)
