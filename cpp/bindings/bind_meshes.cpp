@@ -33,16 +33,27 @@ py::array rows(std::vector<T>&& values, py::ssize_t width) {
   return array;
 }
 
+// A word of a file that is quoted may be no UTF-8.
+py::str text(std::string_view bytes) {
+  const auto size = static_cast<py::ssize_t>(bytes.size());
+  return py::reinterpret_steal<py::str>(PyUnicode_DecodeUTF8(bytes.data(), size, "replace"));
+}
+py::list texts(const std::vector<std::string>& lines) {
+  py::list out;
+  for (const std::string& line : lines) out.append(text(line));
+  return out;
+}
+
 struct MeshArrays {
   explicit MeshArrays(MeshData&& mesh)
       : vertices(rows(std::move(mesh.vertices), 3)),
         faces(rows(std::move(mesh.faces), 3)),
         normals(mesh.normals.empty() ? py::object(py::none()) : rows(std::move(mesh.normals), 3)),
         uvs(mesh.uvs.empty() ? py::object(py::none()) : rows(std::move(mesh.uvs), 2)),
-        warnings(std::move(mesh.warnings)) {
+        warnings(texts(mesh.warnings)) {
     for (MeshAttributeData& a : mesh.attributes) {
-      attributes[py::str(a.name)] = rows(std::move(a.values), static_cast<py::ssize_t>(a.width));
-      full[py::str(a.name)] = a.full;
+      attributes[text(a.name)] = rows(std::move(a.values), static_cast<py::ssize_t>(a.width));
+      full[text(a.name)] = a.full;
     }
     for (const NamedFile& file : mesh.files) files.append(py::make_tuple(py::bytes(file.name), file.line));
   }
@@ -50,7 +61,7 @@ struct MeshArrays {
   py::object vertices, faces, normals, uvs;
   py::dict attributes, full;
   py::list files;
-  std::vector<std::string> warnings;
+  py::list warnings;
 };
 
 template <class T>
@@ -109,10 +120,7 @@ void bind_meshes(py::module_& m) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const MeshError& error) {
       // A path or a name of the file may be no UTF-8; that must not hide the error.
-      const std::string_view text = error.what();
-      const auto size = static_cast<py::ssize_t>(text.size());
-      PyErr_SetObject(mesh_error.ptr(),
-                      py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(text.data(), size, "replace")).ptr());
+      PyErr_SetObject(mesh_error.ptr(), text(error.what()).ptr());
     }
   });
 

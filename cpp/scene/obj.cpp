@@ -122,6 +122,7 @@ class ObjReader {
   }
 
   void take(std::string_view line) {
+    if (const ObjWord* rule = frequent_obj_word(line)) return statement(*rule, TextScanner(whole(line)));
     const std::string_view first = TextScanner(line).word(), word = first.substr(0, first.find_first_of("#\\"));
     if (first.starts_with('\\')) {
       const bool goes_on = line.ends_with('\\') && TextScanner(line).rest() == first;

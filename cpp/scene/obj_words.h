@@ -30,9 +30,9 @@ inline constexpr std::string_view kUnknownWord = "is no statement of OBJ that is
 
 inline constexpr std::array kObjWords = {
     ObjWord{"v", ObjUse::vertex, ""},
+    ObjWord{"f", ObjUse::face, ""},
     ObjWord{"vt", ObjUse::uv, ""},
     ObjWord{"vn", ObjUse::normal, ""},
-    ObjWord{"f", ObjUse::face, ""},
     ObjWord{"fo", ObjUse::face, ""},  // as version 2 of the format wrote it
     ObjWord{"usemtl", ObjUse::material, ""},
     ObjWord{"mtllib", ObjUse::libraries, ""},
@@ -74,6 +74,14 @@ inline constexpr std::array kObjWords = {
   };
   const auto* const found = std::find_if(kObjWords.begin(), kObjWords.end(), same);
   return found != kObjWords.end() ? *found : ObjWord{word, ObjUse::told, kUnknownWord};
+}
+
+/// The rule for a line that begins with v, f, vt or vn and a blank, as nearly all do; null for others.
+[[nodiscard]] inline const ObjWord* frequent_obj_word(std::string_view line) noexcept {
+  if (line.size() < 3) return nullptr;
+  if (line[1] == ' ') return line[0] == 'v' ? &kObjWords[0] : line[0] == 'f' ? &kObjWords[1] : nullptr;
+  if (line[0] != 'v' || line[2] != ' ') return nullptr;
+  return line[1] == 't' ? &kObjWords[2] : line[1] == 'n' ? &kObjWords[3] : nullptr;
 }
 
 /// Whether the rest of the line after a word is a name, which no backslash continues.

@@ -72,12 +72,12 @@ class TextScanner {
     return at_ == end_;
   }
 
-  // The word at hand as an error shows it: quoted, cut, with what cannot be printed replaced.
+  // The word at hand as an error shows it: quoted, cut, with control characters replaced. It may be no UTF-8.
   [[nodiscard]] std::string found() const { return quoted(TextScanner(*this).word()); }
   static std::string quoted(std::string_view text) {
     if (text.empty()) return "the end of the line";
     std::string shown = "'";
-    for (const char c : text.substr(0, 32)) shown += c >= ' ' && c <= '~' ? c : '?';
+    for (const char c : text.substr(0, 32)) shown += (c >= 0 && c < ' ') || c == '\x7f' ? '?' : c;
     return shown + (text.size() > 32 ? "…'" : "'");
   }
 

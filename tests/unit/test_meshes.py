@@ -84,7 +84,7 @@ def test_arrays_have_their_types_cannot_be_written_and_outlive_the_mesh(tmp_path
 def test_an_error_is_a_value_error_whatever_bytes_the_path_and_the_file_have(tmp_path: Path) -> None:
     path = tmp_path / "m\udcffsh.obj"
     path.write_bytes(b"v 0 0 \xff\xfe\n")
-    with pytest.raises(ValueError, match=r"sh\.obj:1: expected a number, found '\?\?'"):
+    with pytest.raises(ValueError, match=r"sh\.obj:1: expected a number, found '��'"):
         read_obj(path)
 
 

@@ -200,3 +200,12 @@ def test_a_material_without_area_is_told_and_the_others_are_read(write: Write) -
     assert told(parts[b"b"]) == ["line 6: 'a' is a material without area: all its faces are degenerate"]
     with pytest.raises(MeshError, match="all its faces are degenerate"):
         read_obj_by_material(write(CORNERS + b"usemtl a\nf 1 1 2\n"))
+
+
+@pytest.mark.parametrize(
+    ("word", "shown"), [("Möbel".encode(), "Möbel"), (b"M\xf6bel", "M\ufffdbel"), (b"a\x01b", "a?b")]
+)
+def test_words_are_told_in_utf_8_as_far_as_they_are(word: bytes, shown: str, write: Write) -> None:
+    assert told(read_obj(write(CORNERS + word + b"\nf 1 2 3\n"))) == [
+        f"line 5: '{shown}' is no statement of OBJ that is read"
+    ]
