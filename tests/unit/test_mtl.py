@@ -109,7 +109,7 @@ def test_what_is_told_has_a_count() -> None:
     ]
 
 
-@pytest.mark.parametrize("text", ["Ks 0 0 0", "illum 2", "Tf 1 1 1", "Pr 1", "Pm 0", "Ka 1 1 1", "Ns 50", "Ni 1.5"])
+@pytest.mark.parametrize("text", ["Ks 0 0 0", "illum 2", "Tf 1 1 1", "Ps 0", "Ka 1 1 1", "Ns 50", "Ni 1.5"])
 def test_what_asks_for_what_is_rendered_is_silent(text: str) -> None:
     assert material(text)[1] == []
 

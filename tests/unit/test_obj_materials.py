@@ -234,6 +234,26 @@ def test_what_is_not_opaque_lets_light_through(library: bytes, tmp_path: Path) -
     assert shape.bsdf.opacity.raw
 
 
+@pytest.mark.parametrize(
+    ("library", "roughness", "metallic"),
+    [(b"Pr 0.25\nPm 1\n", 0.25, 1.0), (b"pm 0.5\n", 0.5, 0.5), (b"Pr 1\n", 1.0, 0.0)],
+)
+def test_roughness_and_metalness_make_a_principled_bsdf(
+    library: bytes, roughness: float, metallic: float, tmp_path: Path
+) -> None:
+    scene = square(tmp_path, b"Kd 0.8 0.1 0.1\n" + library)
+    (shape,) = shapes(scene)
+    assert isinstance(shape.bsdf, m.TwoSided)
+    assert shape.bsdf.bsdf == (m.Principled(base_color=RED, roughness=roughness, metallic=metallic),)
+    assert told(scene) == []
+    picture(tmp_path / "t.png")
+    (shape,) = shapes(square(tmp_path, b"Pr 0.5\nmap_Pr t.png\n"))
+    assert isinstance(shape.bsdf, m.TwoSided)
+    assert isinstance(shape.bsdf.bsdf[0], m.Principled)
+    assert isinstance(shape.bsdf.bsdf[0].roughness, m.Bitmap)
+    assert shape.bsdf.bsdf[0].roughness.raw
+
+
 def test_what_emits_is_seen(tmp_path: Path) -> None:
     scene = square(tmp_path, b"Kd 0 0 0\nKe 4 2 1\n")
     (shape,) = shapes(scene)

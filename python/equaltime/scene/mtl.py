@@ -29,9 +29,13 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "ke": ("radiance", ""),
     "d": ("number", ""),
     "tr": ("number", ""),
+    "pr": ("number", ""),
+    "pm": ("number", ""),
     "map_kd": ("image", ""),
     "map_ke": ("image", ""),
     "map_d": ("image", ""),
+    "map_pr": ("image", ""),
+    "map_pm": ("image", ""),
     "ka": ("silent", "ambient light stands for what is traced here"),
     "map_ka": ("silent", "ambient light stands for what is traced here"),
     "ns": ("silent", "the exponent of Ks and map_Ks, which are told"),
@@ -48,13 +52,9 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "map_refl": ("told", _DIFFUSE),
     "tf": ("told", "what is not opaque lets all colours through"),
     "map_tf": ("told", "what is not opaque lets all colours through"),
-    "pr": ("told", _DIFFUSE),
-    "pm": ("told", _DIFFUSE),
     "ps": ("told", _DIFFUSE),
     "pc": ("told", _DIFFUSE),
     "aniso": ("told", _DIFFUSE),
-    "map_pr": ("told", _DIFFUSE),
-    "map_pm": ("told", _DIFFUSE),
     "map_ps": ("told", _DIFFUSE),
     "bump": ("told", _FLAT),
     "map_bump": ("told", _FLAT),
@@ -67,8 +67,7 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
 NEUTRAL: Final[dict[str, frozenset[float]]] = {
     "illum": frozenset({0.0, 1.0, 2.0}),
     "tf": frozenset({1.0}),
-    "pr": frozenset({1.0}),
-    **dict.fromkeys(("ks", "pm", "ps", "pc", "aniso"), frozenset({0.0})),
+    **dict.fromkeys(("ks", "ps", "pc", "aniso"), frozenset({0.0})),
 }
 """Values with which a statement that is told asks for what is rendered anyway."""
 
@@ -114,8 +113,12 @@ class Material:
     """``d``, or 1 less ``Tr``."""
     radiance: Color = (0.0, 0.0, 0.0)
     """``Ke``, not negative."""
+    roughness: float | None = None
+    """``Pr``."""
+    metallic: float | None = None
+    """``Pm``."""
     images: dict[str, ImageMap] = field(default_factory=dict)
-    """By the words ``map_kd``, ``map_d`` and ``map_ke``."""
+    """By their words in small letters, such as ``map_kd``."""
     words: set[str] = field(default_factory=set)
     """Those that were given."""
 
@@ -192,14 +195,16 @@ class _Reader:
             material.color = self._color(name, rest, 1.0)
         elif key == "ke":
             material.radiance = self._color(name, rest, float("inf")) or (0.0, 0.0, 0.0)
-        else:
-            self._set_opacity(material, key, name, rest)
+        elif (values := self._numbers(name, rest, 1)) is not None:
+            value = self._within(name, values[0], 1.0)
+            if key == "pr":
+                material.roughness = value
+            elif key == "pm":
+                material.metallic = value
+            else:
+                self._set_opacity(material, key, value)
 
-    def _set_opacity(self, material: Material, key: str, name: str, rest: bytes) -> None:
-        values = self._numbers(name, rest, 1)
-        if values is None:
-            return
-        value = self._within(name, values[0], 1.0)
+    def _set_opacity(self, material: Material, key: str, value: float) -> None:
         opacity = value if key == "d" else 1.0 - value
         if {"d", "tr"} - {key} <= material.words and opacity != material.opacity:
             self._tell("'d' and 'Tr' of a material do not add up to 1: 'd' counts")

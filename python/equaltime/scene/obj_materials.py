@@ -2,6 +2,7 @@
 
 ========================  ==========================================================================================
 ``Kd``, ``map_Kd``        `diffuse` on both sides; with an image, ``Kd`` is not used
+Pr, Pm, their images      `principled` instead, where one of them is given
 ``d`` or ``Tr``, map_d    `mask`: where the material is not opaque, light passes as if there were no surface
 ``Ke``, ``map_Ke``        `area`, from the front side only; with an image, ``Ke`` is not used
 ========================  ==========================================================================================
@@ -27,8 +28,11 @@ __all__ = ["GREY", "Materials", "file_beside"]
 
 GREY: Final = 0.5
 """The reflectance of what has no material."""
-_IMAGES: Final = {"map_kd": "map_Kd", "map_d": "map_d", "map_ke": "map_Ke"}
 _WHITE: Final = (1.0, 1.0, 1.0)
+_BLACK: Final = (0.0, 0.0, 0.0)
+_SHOWN: Final = {word.lower(): word for word in ("map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm")}
+_COLORS: Final = frozenset({"map_kd", "map_ke"})
+"""Images of colours; the others hold plain numbers."""
 
 
 class Materials:
@@ -83,32 +87,41 @@ class Materials:
 
     def bsdf(self, library: str, material: Material, own: object, place: Place, *, has_uvs: bool) -> Object:
         """Return the BSDF of a material, on both sides; `own` is the reflectance of one that does not say it."""
-        image = self._image(library, material, "map_kd", has_uvs, place)
-        if image is not None and material.color not in (None, _WHITE):
-            self._tell("'Kd' is not used beside an image", library, material.line)
-        diffuse = plant("bsdf", "diffuse", place, reflectance=image or material.color or own)
-        both = plant("bsdf", "twosided", place, bsdf=diffuse)
-        opacity: object = self._image(library, material, "map_d", has_uvs, place, raw=True)
-        if opacity is not None and material.opacity != 1.0:
-            self._tell("'d' is not used beside an image", library, material.line)
-        if opacity is None and material.opacity == 1.0:
+
+        def given(word: str, number: object) -> object:
+            return self._image_or(number, word, library, material, place, has_uvs=has_uvs)
+
+        color = given("map_kd", material.color) or own
+        roughness, metallic = given("map_pr", material.roughness), given("map_pm", material.metallic)
+        if roughness is None and metallic is None:
+            front = plant("bsdf", "diffuse", place, reflectance=color)
+        else:
+            front = plant("bsdf", "principled", place, base_color=color, roughness=roughness, metallic=metallic)
+        both = plant("bsdf", "twosided", place, bsdf=front)
+        opacity = given("map_d", material.opacity)
+        if opacity == 1.0:
             return both
-        if opacity is None and material.opacity == 0.0:
+        if opacity == 0.0:
             self._tell("a material is wholly transparent: nothing is seen of it", library, material.line)
-        return plant("bsdf", "mask", place, opacity=material.opacity if opacity is None else opacity, bsdf=both)
+        return plant("bsdf", "mask", place, opacity=opacity, bsdf=both)
 
     def emitter(self, library: str, material: Material, place: Place, *, has_uvs: bool) -> Object | None:
         """Return the emitter of a material that shines."""
-        image = self._image(library, material, "map_ke", has_uvs, place)
-        if image is not None and material.radiance not in ((0.0, 0.0, 0.0), _WHITE):
-            self._tell("'Ke' is not used beside an image", library, material.line)
-        if image is None and not any(material.radiance):
-            return None
-        return plant("emitter", "area", place, radiance=image or material.radiance)
+        radiance = self._image_or(material.radiance, "map_ke", library, material, place, has_uvs=has_uvs)
+        return None if radiance == _BLACK else plant("emitter", "area", place, radiance=radiance)
 
-    def _image(
-        self, library: str, material: Material, word: str, has_uvs: bool, place: Place, raw: bool | None = None
-    ) -> Object | None:
+    def _image_or(
+        self, number: object, word: str, library: str, material: Material, place: Place, *, has_uvs: bool
+    ) -> object:
+        """Return the image of a material, or else the number in its place; one that is not used is told."""
+        image = self._image(library, material, word, has_uvs, place)
+        if image is None:
+            return number
+        if number not in (None, 1.0, _WHITE, _BLACK if word == "map_ke" else None):
+            self._tell(f"'{_SHOWN[word].removeprefix('map_')}' is not used beside an image", library, material.line)
+        return image
+
+    def _image(self, library: str, material: Material, word: str, has_uvs: bool, place: Place) -> Object | None:
         """Return the image of a material, if it can be used."""
         image = material.images.get(word)
         if image is None:
@@ -122,10 +135,10 @@ class Materials:
         if name is None:
             self._tell(f"the image '{shown(spellings[1])}' is left out: no such file", library, image.line)
         elif not has_uvs:
-            self._tell(f"'{_IMAGES[word]}' is not used: the faces of the material have no vt", library, image.line)
+            self._tell(f"'{_SHOWN[word]}' is not used: the faces of the material have no vt", library, image.line)
         if name is None or not has_uvs:
             return None
-        wrap_mode = "clamp" if image.clamp else None
+        wrap_mode, raw = "clamp" if image.clamp else None, None if word in _COLORS else True
         return plant("texture", "bitmap", place, filename=name, to_uv=_to_uv(image), wrap_mode=wrap_mode, raw=raw)
 
     def _tell(self, kind: str, library: str, line: int) -> None:
