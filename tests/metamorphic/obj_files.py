@@ -16,7 +16,7 @@ Face = tuple[int, tuple[int, ...]]
 
 @dataclass(frozen=True)
 class Paint:
-    """What is said of one material."""
+    """One material, as far as these files describe it."""
 
     color: tuple[float, float, float] | None = None
     opacity: float = 1.0

@@ -93,7 +93,7 @@ def test_a_colour_is_its_share_of_the_largest_value_of_its_type(
 
 
 def test_a_dark_file_stays_dark(tmp_path: Path) -> None:
-    """What the largest number of a file is says nothing of its type."""
+    """The largest number of a file says nothing about its type."""
     assert color(ply(tmp_path / "a.ply", rgb("uchar"), (1, 1, 0))) == pytest.approx([1 / 255, 1 / 255, 0])
     assert color(ply(tmp_path / "a.ply", rgb("ushort"), (255, 1, 0))) == pytest.approx([255 / 65535, 1 / 65535, 0])
 

@@ -16,7 +16,7 @@ MOST_KINDS: Final = 30
 
 
 class Account:
-    """What one file says and does not get, by kind: how often, and where first."""
+    """Counts, by kind, the statements of one file that are not used, and keeps the first place of each kind."""
 
     def __init__(self) -> None:
         self._entries: dict[str, tuple[str, int]] = {}

@@ -95,7 +95,7 @@ class ImageMap:
     """An image of a material, and how it lies on the surface: at (su u + ou, sv v + ov)."""
 
     rest: bytes
-    """What follows the options: the name of the file, perhaps in quotes or with a comment."""
+    """The name of the file as it stands: in quotes or with a comment, if it has them."""
     line: int
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
@@ -104,7 +104,7 @@ class ImageMap:
 
 @dataclass(slots=True)
 class Material:
-    """What a library says of one material, as far as it is used."""
+    """One material of a library, as far as it is used."""
 
     line: int
     color: Color | None = None
@@ -118,9 +118,9 @@ class Material:
     metallic: float | None = None
     """``Pm``."""
     images: dict[str, ImageMap] = field(default_factory=dict)
-    """By their words in small letters, such as ``map_kd``."""
+    """Images by their words in small letters, such as ``map_kd``."""
     words: set[str] = field(default_factory=set)
-    """Those that were given."""
+    """The words of the statements that were given, in small letters."""
 
     @property
     def has_color(self) -> bool:
