@@ -39,7 +39,7 @@ def test_parts_do_not_depend_on_line_ends(end: bytes, write: Write) -> None:
 
 @pytest.mark.parametrize("ends", [(b"\n", b"\r"), (b"\r", b"\n"), (b"\r\n", b"\r"), (b"\n", b"\r\n")])
 def test_line_ends_may_be_mixed(ends: tuple[bytes, bytes], write: Write) -> None:
-    """Joined files have several line ends. A statement behind a comment is lost if the end of the comment is not seen."""
+    """Joined files have several. A statement behind a comment is lost if the end of the comment is not seen."""
     lines = b"# made by hand\n# in two parts\n".replace(b"\n", ends[0]) + PARTS.replace(b"\n", ends[1])
     parts = read_obj_by_material(write(lines))
     assert {name: len(mesh.faces) for name, mesh in parts.items()} == {b"": 1, b"a": 2, b"b": 1}

@@ -124,9 +124,13 @@ def test_a_library_that_is_not_there_is_told_with_its_line(tmp_path: Path) -> No
 
 def test_materials_that_no_library_has_are_told(tmp_path: Path) -> None:
     parts = b"usemtl a\nf 1 2 3\nusemtl z\nf 1 3 4\n"
-    assert told(load(tmp_path, SQUARE + parts)) == [
-        "a.obj: the file names materials, but no library of them: they have no colours"
-    ]
+    in_none = "a.obj: the materials of the file are in no library: they have no colours"
+    assert told(load(tmp_path, SQUARE + parts)) == [in_none]
+    assert told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"# empty\n")) == [in_none]
+    assert told(load(tmp_path, b"mtllib\n" + SQUARE + parts)) == ["line 1: 'mtllib' names no file", in_none]
+    utf_16 = load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a="newmtl a\n".encode("utf-16"))
+    left_out = "the materials of 'a.mtl' are left out: the text is in UTF-16: save it in UTF-8 or ASCII"
+    assert told(utf_16) == [f"line 1: {left_out}", in_none]
     missing = told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"newmtl z\nKd 1 1 1\n"))
     assert missing == ["a.obj: the material 'a' is in no library"]
 

@@ -70,8 +70,8 @@ def _painted(
     first = next(iter(parts.values()))
     materials = Materials(path, first.files, account, search)
     if not materials:
-        if any(parts) and not first.files:
-            account.tell("the file names materials, but no library of them: they have no colours", path.name)
+        if any(parts):
+            account.tell("the materials of the file are in no library: they have no colours", path.name)
         yield _shape("obj", path, place, _both(_reflectance(first, path, place, account), place))
         return
     for name, mesh in parts.items():

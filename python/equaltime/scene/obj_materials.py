@@ -45,6 +45,8 @@ class Materials:
         self._found: dict[bytes, tuple[str, Material]] = {}
         self._libraries: dict[str, None] = {}
         for rest, line in libraries:
+            if not rest:
+                account.tell("'mtllib' names no file", f"line {line}")
             for name in self._names(rest):
                 if name not in self._libraries:
                     self._read(name, line)
@@ -173,4 +175,7 @@ def _content(path: Path) -> bytes:
     """Return what is in a file; raises OSError, or ValueError for a name that none can have."""
     if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
         raise ValueError("not a regular file")
-    return path.read_bytes()
+    content = path.read_bytes()
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise ValueError("the text is in UTF-16: save it in UTF-8 or ASCII")
+    return content
