@@ -14,6 +14,8 @@ namespace {
 constexpr double kStraight = 1e-10;
 // Corners that one face may be compared with, as products: 0.2 s. A comb of 8000 corners takes it.
 constexpr std::uint64_t kMostWork = std::uint64_t{1} << 26;
+// The same for all faces of a file: some seconds.
+constexpr std::uint64_t kMostWorkInAll = std::uint64_t{1} << 30;
 
 struct Point {
   double x, y;
@@ -76,9 +78,12 @@ class Cutter {
 
   // Cuts the face into ears, given as places in its corners. Returns false if that cannot be.
   bool cut(std::vector<std::uint32_t>& triangles) {
+    if (work_in_all_ > kMostWorkInAll) return false;
     work_ = 0;
     triangles.clear();
-    return !crosses_itself() && cut_ears(triangles);
+    const bool is_cut = !crosses_itself() && cut_ears(triangles);
+    work_in_all_ += work_;
+    return is_cut;
   }
 
   [[nodiscard]] std::span<const std::uint32_t> corners() const noexcept { return corners_; }
@@ -169,7 +174,7 @@ class Cutter {
   std::vector<Vec> placed_;
   std::vector<Point> points_;
   std::vector<std::size_t> before_, after_;
-  std::uint64_t work_ = 0;
+  std::uint64_t work_ = 0, work_in_all_ = 0;
 };
 
 }  // namespace
