@@ -15,7 +15,7 @@ import pytest
 import equaltime as et
 from equaltime.errors import SceneError
 
-from .gltf_files import Builder, glb, one_triangle
+from .gltf_files import Builder, chunk, glb, one_triangle
 
 
 def problem(path: Path, **defines: object) -> str:
@@ -31,6 +31,30 @@ def test_both_containers_hold_the_same_scene(tmp_path: Path) -> None:
     a, b = et.load(builder.gltf(tmp_path / "a.gltf")), et.load(builder.glb(tmp_path / "b.glb"))
     assert a.digest == b.digest
     assert next(a.surfaces()).vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def test_zeros_behind_the_json_of_a_glb_are_blanks(tmp_path: Path) -> None:
+    builder = one_triangle()
+    text = json.dumps(builder.document()).encode()
+    text += b" " * (1 - len(text) % 4 + 4)  # so that there is something to fill up
+    padded = [chunk(b"JSON", text, filler) + chunk(b"BIN\0", builder.binary, b"\0") for filler in (b" ", b"\0")]
+    assert padded[0] != padded[1]
+    digests = set()
+    for chunks in padded:
+        (tmp_path / "a.glb").write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks)
+        digests.add(et.load(tmp_path / "a.glb").digest)
+    assert len(digests) == 1
+
+
+def test_chunks_and_bytes_of_a_glb_that_nobody_reads_are_told(tmp_path: Path) -> None:
+    builder = one_triangle()
+    plain = glb(json.dumps(builder.document()).encode(), builder.binary)
+    more = plain[12:] + chunk(b"XTRA", b"12345678", b"\0") + chunk(b"BIN\0", b"second", b"\0")
+    (tmp_path / "a.glb").write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(more)) + more + b"behind")
+    told = et.load(tmp_path / "a.glb").warnings
+    assert "chunk 2 of the GLB file is not used: b'XTRA'" in told
+    assert "chunk 3 of the GLB file is not used: b'BIN\\x00'" in told
+    assert "6 bytes behind the last chunk of the GLB file are not used" in told
 
 
 def test_a_buffer_may_stand_in_a_file_beside_it(tmp_path: Path) -> None:

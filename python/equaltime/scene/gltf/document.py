@@ -140,18 +140,23 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
         typed,
     )  # pygltflib takes a tenth of a second, which other scenes need not wait
 
-    text, binary = _chunks(content)
+    text, binary, unread = _chunks(content)
     checked, notes = _checked(text)
     document = Document(typed(checked), name, locate, binary, len(content))
+    for message in unread:
+        document.note(message, "")
     for place in notes:
         document.note("a factor above 1 counts as 1", place)
     return document
 
 
-def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
-    """Return the JSON and the binary chunk of a file; one that does not begin as a GLB is all JSON."""
+def _chunks(content: bytes) -> tuple[bytes, memoryview | None, list[str]]:
+    """Return the JSON and the binary chunk of a file, and what of it is not read.
+
+    A file that does not begin as a GLB is all JSON.
+    """
     if not content.startswith(MAGIC):
-        return content, None
+        return content, None, []
     if len(content) < 20:
         raise Malformed(("", "the file ends within its GLB header"))
     version, length = struct.unpack_from("<II", content, 4)
@@ -160,16 +165,22 @@ def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
     if length > len(content):
         raise Malformed(("", f"the GLB header declares {length} bytes, but the file has {len(content)}: it was cut"))
     chunks: dict[int, memoryview] = {}
+    unread: list[str] = []
     position, number = 12, 0
     while position + 8 <= length:
         size, kind = struct.unpack_from("<II", content, position)
         if position + 8 + size > length:
             raise Malformed(("", f"chunk {number} declares {size} bytes and reaches beyond the end of the file"))
+        if kind in chunks or kind not in (JSON_CHUNK, BINARY_CHUNK):
+            unread.append(f"chunk {number} of the GLB file is not used: {content[position + 4 : position + 8]!r}")
         chunks.setdefault(kind, memoryview(content)[position + 8 : position + 8 + size])
         position, number = position + 8 + size, number + 1
     if JSON_CHUNK not in chunks:
         raise Malformed(("", "the GLB file has no JSON chunk"))
-    return bytes(chunks[JSON_CHUNK]), chunks.get(BINARY_CHUNK)
+    if position < len(content):
+        unread.append(f"{len(content) - position} bytes behind the last chunk of the GLB file are not used")
+    text = bytes(chunks[JSON_CHUNK]).rstrip(b"\0")  # some writers pad with zeros instead of blanks
+    return text, chunks.get(BINARY_CHUNK), unread
 
 
 def _checked(text: bytes) -> tuple[dict[str, Any], list[str]]:
