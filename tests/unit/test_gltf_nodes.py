@@ -171,9 +171,42 @@ def test_what_is_scaled_to_nothing_is_left_out(tmp_path: Path) -> None:
     mesh = point(builder)
     builder.node(mesh=mesh)
     builder.node(mesh=mesh, scale=[0, 0, 0])
+    builder.node(mesh=mesh, scale=[1, 0, 0])
     scene = et.load(builder.glb(tmp_path / "a.glb"))
     assert len(scene.model.shapes) == 1
-    assert any("scaled to nothing" in warning and "nodes[1]" in warning for warning in scene.warnings)
+    assert any("scaled to nothing" in warning and "nodes[1], nodes[2]" in warning for warning in scene.warnings)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_is_scaled_to_nothing_along_one_axis_is_flat_and_seen(tmp_path: Path, axis: int, sign: int) -> None:
+    """As what is scaled to nearly nothing."""
+    half = math.sqrt(0.5)
+    transforms: list[list[list[float]]] = []
+    for least in (0.0, 2e-8):
+        scale = [2.0, 2.0, 2.0]
+        scale[axis], scale[axis - 1] = least, 2.0 * sign
+        builder = Builder()
+        mesh = point(builder)
+        turned = builder.node(mesh=mesh, rotation=[half, 0, 0, half])
+        builder.node(mesh=mesh, scale=scale)
+        builder.node(children=[turned], scale=scale)
+        scene = et.load(builder.glb(tmp_path / "a.glb"))
+        assert not [warning for warning in scene.warnings if "scaled" in warning]
+        transforms.append([shape.to_world for shape in scene.model.shapes])
+    assert np.allclose(transforms[0], transforms[1], rtol=1e-12, atol=0.0)
+    assert (np.linalg.det(np.array(transforms[0])) * sign > 0.0).all()
+
+
+def test_a_matrix_that_flattens_along_one_axis_is_seen(tmp_path: Path) -> None:
+    builder = Builder()
+    mesh = point(builder)
+    for axis in range(3):
+        matrix = np.eye(4) * 3.0
+        matrix[3, 3], matrix[axis] = 1.0, 0.0
+        builder.node(mesh=mesh, matrix=matrix.ravel().tolist())
+    found = np.array([shape.to_world for shape in et.load(builder.glb(tmp_path / "a.glb")).model.shapes])
+    assert np.allclose(np.linalg.det(found), 27e-8)
 
 
 def test_instances_stand_in_the_space_of_their_node(tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ skins, morph targets       poses of a `gltf` shape: ``/nodes/N/...`` as the file
                            first; *in each of 16 parts of the shutter's time, vertices go straight*
 COLOR_0                    `mesh_attribute`, times the base colour, also of what is unlit, *unless it has a texture*;
                            *its opacity is not used*
-nodes                      ``to_world``; what is scaled to nothing is left out; ``-D shutter=`` plays animations
+nodes                      ``to_world``; a scale of 0 along one axis counts as 1e-8 times the largest; what is scaled to
+                           a line or a point is left out; ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has
                            everything in view
 metallic-roughness         `principled`; its metals reflect as much as the specification's to 1 % up to roughness 0.5,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from equaltime.scene.gltf.document import Document, Malformed
 __all__ = ["Placed", "instances", "placed", "product", "rigid"]
 
 Array = NDArray[np.float64]
+
+THINNEST: Final = 1e-8
+"""Scale that stands for 0 along one axis, relative to the largest of the three, so that flat things have normals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,8 +93,7 @@ def _local(node: Any, clip: Clip | None, index: int, time: float) -> Array:
     """Return the transform of a node relative to its parent, at a time."""
     animated = {} if clip is None else clip.fields(index, time)
     if node.matrix and not animated:
-        given: Array = np.array(node.matrix, dtype=np.float64).reshape(4, 4, order="F")
-        return given
+        return _thickened(np.array(node.matrix, dtype=np.float64).reshape(4, 4, order="F"))
     translation = animated.get("translation", node.translation or (0, 0, 0))
     rotation = animated.get("rotation", node.rotation or (0, 0, 0, 1))
     scale = animated.get("scale", node.scale or (1, 1, 1))
@@ -99,8 +101,25 @@ def _local(node: Any, clip: Clip | None, index: int, time: float) -> Array:
     return composed
 
 
+def _thickened(matrix: Array) -> Array:
+    """Return the transform (4, 4), which flattens along no axis if it flattened along one."""
+    columns = matrix[:3, :3].T
+    flat = np.flatnonzero(~columns.any(axis=1))
+    if len(flat) != 1:
+        return matrix
+    with np.errstate(over="ignore", invalid="ignore"):  # too large numbers are refused later
+        across = np.cross(columns[flat[0] - 2], columns[flat[0] - 1])
+        matrix[:3, flat[0]] = THINNEST * np.abs(columns).max() * _unit(across, np.zeros(3))
+    return matrix
+
+
 def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
-    """Return the transforms (N, 4, 4) that scale, then rotate by unit quaternions (x, y, z, w), then translate."""
+    """Return the transforms (N, 4, 4) that scale, then rotate by unit quaternions (x, y, z, w), then translate.
+
+    A scale that is 0 along one axis flattens, but not to nothing.
+    """
+    flat = (scales == 0.0) & ((scales == 0.0).sum(axis=1, keepdims=True) == 1)
+    scales = np.where(flat, THINNEST * np.abs(scales).max(axis=1, keepdims=True, initial=0.0), scales)
     rotations = rotations.astype(np.float64)
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     rotations = np.divide(rotations, lengths, out=np.tile([0.0, 0.0, 0.0, 1.0], (len(rotations), 1)), where=lengths > 0)
