@@ -10,7 +10,7 @@ import pytest
 import equaltime as et
 from equaltime.scene import model as m
 
-from .gltf_files import Builder, one_triangle
+from .gltf_files import TRIANGLE, Builder, one_triangle
 
 
 def with_camera(camera: dict[str, Any], **node: Any) -> Builder:
@@ -130,6 +130,15 @@ def test_an_added_camera_has_everything_in_view(tmp_path: Path, size: float, mid
     assert np.abs(y / z).max() < half * found.film.height / found.film.width
     filled = max(np.abs(x / z).max() / half, np.abs(y / z).max() / half / 0.75)
     assert filled > 0.7
+
+
+def test_vertices_that_no_triangle_uses_are_not_in_view(tmp_path: Path) -> None:
+    views = []
+    for stray in ([], [[1e6, -1e6, 1e6]]):
+        builder = Builder()
+        builder.node(mesh=builder.mesh([*TRIANGLE, *stray], indices=[0, 1, 2]))
+        views.append(loaded(builder, tmp_path).model.sensor)
+    assert views[0] == views[1]
 
 
 # -- lights -----------------------------------------------------------------------------------------------------------

@@ -63,12 +63,13 @@ def _mesh(document: Document, source: Source) -> int | None:
 
 
 def box(document: Document, source: Source) -> NDArray[np.float64] | None:
-    """Return the corners (8, 3) of the box around a primitive, or None if it cannot be told."""
+    """Return the corners (8, 3) of the box around a primitive's triangles, or None if it cannot be told."""
     try:
         found = read(Pose(document), source)
     except ValueError:  # told where the mesh itself is read
         return None
-    vertices = np.empty((0, 3)) if found is None else found.vertices[np.isfinite(found.vertices).all(axis=1)]
+    vertices = np.empty((0, 3)) if found is None else found.vertices[np.unique(found.faces)]
+    vertices = vertices[np.isfinite(vertices).all(axis=1)]
     if len(vertices) == 0:
         return None
     ends = np.array([vertices.min(axis=0), vertices.max(axis=0)])
