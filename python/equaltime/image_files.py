@@ -66,9 +66,15 @@ def _complains() -> bool:
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none."""
-    source = started(lambda: oiio.ImageInput.open(utf8(path)))
+def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
+    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none.
+
+    ``wishes`` are hints that its readers know, without the ``oiio:`` before them.
+    """
+    config = oiio.ImageSpec()
+    for name, value in wishes.items():
+        config.attribute(f"oiio:{name}", value)
+    source = started(lambda: oiio.ImageInput.open(utf8(path), config))
     if source is None:
         raise ImageError(f"{path}: {reason(oiio, path)}")
     try:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.scene import model as m
-from equaltime.scene.gltf import Contents, Texels, split
+from equaltime.scene.gltf import Contents, split
+from equaltime.scene.pictures import Texels
 
 from .gltf_files import Builder, one_triangle
 

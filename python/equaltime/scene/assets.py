@@ -6,20 +6,16 @@ Reading raises ValueError with a message for people; who knows the place in the 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import OpenImageIO
 from numpy.typing import NDArray
 
-from equaltime.image_files import complaint, excess
-from equaltime.scene.gltf import Contents, Texels, Triangles, split
+from equaltime.scene.gltf import Contents, Triangles, split
 from equaltime.scene.mesh_readers import MeshData, read_obj, read_obj_by_material, read_ply
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
-from equaltime.scene.primaries import to_srgb
+from equaltime.scene.pictures import Texels, read_picture
 from equaltime.scene.search import Search
 from equaltime.scene.serialized import read_serialized
 
@@ -40,7 +36,7 @@ class Assets:
         self._search = search
         self._meshes: dict[tuple[str, int | str | None], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
-        self._dark: dict[Path, str] = {}
+        self._told: dict[Path, tuple[str, ...]] = {}
         self._texels: dict[tuple[str, bool], Texels] = {}
         self._stamps: dict[Path, tuple[int, int]] = {}
         self._sums: dict[Path, str] = {}
@@ -105,15 +101,13 @@ class Assets:
         """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
         path = self.path(emitter.filename)
         if path not in self._images:
-            self._images[path], self._dark[path] = _not_negative(_read_image(path))
+            self._images[path], self._told[path] = _read_sky(path)
         return self._images[path]
 
-    def check_image(self, emitter: EnvMap) -> Iterator[str]:
-        """Read the image of `emitter`, and iterate over what is to be said of it."""
+    def told_of_image(self, emitter: EnvMap) -> tuple[str, ...]:
+        """Read the image of `emitter`, and return what there is to tell of it."""
         self.image(emitter)
-        path = self.path(emitter.filename)
-        if self._dark[path]:
-            yield f"{path}: {self._dark[path]}"
+        return self._told[self.path(emitter.filename)]
 
     def texture(self, bitmap: Bitmap) -> Texels:
         """Return the texels of `bitmap`, finite; raises ValueError if its file cannot be read."""
@@ -121,7 +115,7 @@ class Assets:
         key = bitmap.filename, bitmap.raw
         if key not in self._texels:
             within = None if fragment is None else self._within(path).bitmap(fragment)
-            self._texels[key] = within or _read_texels(path, bitmap.raw)
+            self._texels[key] = within or read_picture(path, bitmap.raw)
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
@@ -190,83 +184,17 @@ def _check_mesh(path: Path, mesh: Mesh) -> None:
         raise ValueError(f"{path}: face {face} names a vertex that does not exist (there are {len(mesh.vertices)})")
 
 
-def _open(path: Path) -> OpenImageIO.ImageBuf:
-    """Return the image at `path`, whose colours are as the file has them, whatever its alpha is."""
-    config = OpenImageIO.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    return OpenImageIO.ImageBuf(str(path), 0, 0, config)
-
-
-def _pixels(path: Path, buffer: OpenImageIO.ImageBuf, kind: str) -> NDArray[Any]:
-    """Return all channels (H, W, C) as OpenImageIO's type `kind`."""
-    if buffer.initialized and (wrong := excess(buffer.spec(), path)):
-        raise ValueError(f"{path}: {wrong}")
-    pixels = buffer.get_pixels(OpenImageIO.TypeDesc(kind)) if buffer.initialized else None
-    if pixels is None or buffer.has_error:
-        raise ValueError(f"{path}: cannot be read as an image: {complaint(buffer) or 'unknown format'}")
-    return np.asarray(pixels)
-
-
-def _read_texels(path: Path, raw: bool) -> Texels:
-    buffer = _open(path)
-    file_type = str(buffer.spec().format) if buffer.initialized else "float"
-    kind = file_type if file_type in ("uint8", "half") else "float"
-    pixels = _pixels(path, buffer, kind)
-    colors = 3 if pixels.shape[2] >= 3 else 1
-    texels = np.ascontiguousarray(pixels[..., :colors])
-    if kind == "float" and not raw and np.issubdtype(_component(buffer), np.integer):
-        texels = _from_srgb(texels)
-    if colors == 3 and kind != "uint8":
-        texels = _in_srgb(path, buffer, texels)
-    if kind != "uint8" and not np.isfinite(texels).all():
-        y, x = np.argwhere(~np.isfinite(texels).all(axis=2))[0]
-        raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {texels[y, x].tolist()}")
-    return Texels(texels, srgb=kind == "uint8")
-
-
-def _read_image(path: Path) -> NDArray[np.float32]:
-    buffer = _open(path)
-    pixels = _pixels(path, buffer, "float")
-    height, width, channels = pixels.shape
+def _read_sky(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Return the image of a sky (H, W, 3), and what there is to tell of its file."""
+    picture = read_picture(path)
+    height, width, _ = picture.texels.shape
     if width < 2 or height < 3:
         raise ValueError(f"{path}: an environment needs at least 2x3 pixels, found {width}x{height}")
-    image = np.ascontiguousarray(pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2))
-    if np.issubdtype(_component(buffer), np.integer):
-        image = _from_srgb(image)
-    elif channels >= 3:
-        image = _in_srgb(path, buffer, image)
-    if not np.isfinite(image).all():
-        y, x = np.argwhere(~np.isfinite(image).all(axis=2))[0]
-        raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {image[y, x].tolist()}")
-    return image
-
-
-def _not_negative(image: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
-    """Return the image without light below zero, which resampling or another gamut left, and what is to be said."""
+    image = picture.linear
     count = np.count_nonzero((image < 0.0).any(axis=2))
     if not count:
-        return image, ""
+        return image, picture.told
+    # below zero is what resampling or another gamut left
     least = f"the least is {image.min():.3g}, the largest {image.max():.3g}"
-    return np.maximum(image, 0.0), f"{count} pixels are negative somewhere, and 0 there: {least}"
-
-
-def _in_srgb(path: Path, buffer: OpenImageIO.ImageBuf, colors: NDArray[Any]) -> NDArray[Any]:
-    """Return linear colours (H, W, 3) in sRGB, from the primaries that the file's header names."""
-    named = buffer.spec().getattribute("chromaticities")
-    if not isinstance(named, tuple) or len(named) != 8:
-        return colors
-    try:
-        matrix = to_srgb(named)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    return colors if matrix is None else (colors.astype(np.float64) @ matrix.T).astype(np.float32)
-
-
-def _component(buffer: OpenImageIO.ImageBuf) -> np.dtype[np.generic]:
-    """Return the type of the file's numbers: integers mean sRGB encoding, floats are linear."""
-    return np.dtype({"uint8": "u1", "uint16": "u2", "uint32": "u4"}.get(str(buffer.spec().format), "f4"))
-
-
-def _from_srgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    low, high = encoded / 12.92, ((np.maximum(encoded, 0.0) + 0.055) / 1.055) ** 2.4
-    return np.where(encoded <= 0.04045, low, high).astype(np.float32)
+    dark = f"{count} pixels are negative somewhere, and 0 there: {least}"
+    return np.maximum(image, 0.0), (*picture.told, dark)

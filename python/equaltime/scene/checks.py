@@ -29,41 +29,49 @@ __all__ = ["check_parts"]
 
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
     """Read all files that the scene names, report what is wrong with them, and return what is odd."""
-    warnings: dict[str, None] = {}
+    told: dict[str, dict[str, None]] = {}
     for node, part in resolved.parts:
         try:
-            warnings |= dict.fromkeys(_check_part(node, part, assets))
+            for place, message in _check_part(node, part, assets):
+                told.setdefault(message, {})[place] = None
         except Unsupported:
             continue  # it is refused when it is compiled; until then it can be looked at and converted
         except ValueError as error:
             report.add(node.place_of("filename"), str(error))
-    return tuple(warnings)
+    return tuple(_one_line(message, list(places)) for message, places in told.items())
 
 
-def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[str]:
-    """Read the file that `part` names, if any, and iterate over its reader's warnings."""
+def _one_line(message: str, places: list[str]) -> str:
+    """Return what is told of all these places in one line, which names the first."""
+    more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
+    return f"{places[0]}: {message}{more}"
+
+
+def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[str, str]]:
+    """Read the file that `part` names, if any, and iterate over its reader's warnings: where, and what is odd."""
     if isinstance(part, MeshFile):
         yield from deforming.check(part, assets)
     elif isinstance(part, Solid):
         geometry.surface(part, assets)
         if isinstance(part, Sphere) and part.is_stretched:
             along = f"its radius is that along x, {part.world_radius:g}"
-            yield f"{node.place}: a sphere is not stretched, here as in Mitsuba: {along}"
+            yield str(node.place), f"a sphere is not stretched, here as in Mitsuba: {along}"
     elif isinstance(part, EnvMap):
-        yield from assets.check_image(part)
+        yield from ((str(assets.path(part.filename)), text) for text in assets.told_of_image(part))
     elif isinstance(part, Bitmap):
-        assets.texture(part)
+        yield from ((str(assets.path(part.filename)), text) for text in assets.texture(part).told)
     elif isinstance(part, Spot) and part.beam_width is not None and part.beam_width > part.cutoff_angle:
-        yield f"{node.place_of('beam_width')}: beam_width is beyond cutoff_angle: the light falls nowhere in the cone"
+        wide = "beam_width is beyond cutoff_angle: the light falls nowhere in the cone"
+        yield str(node.place_of("beam_width")), wide
     elif isinstance(part, Path) and part.max_depth == 0:
-        yield f"{node.place_of('max_depth')}: a max_depth of 0 sees nothing: the image is black"
+        yield str(node.place_of("max_depth")), "a max_depth of 0 sees nothing: the image is black"
     elif isinstance(part, Mask | BlendBsdf):
         yield from _cut(node, part, "opacity" if isinstance(part, Mask) else "weight")
 
 
-def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[str]:
+def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[tuple[str, str]]:
     """Yield what a number of `part` was before it was cut, if it was."""
     given = [child.node for child in node.children if child.name == name and isinstance(child.node, Value)]
     for value in given:
         if isinstance(value.data, int | float | Spectrum) and (was := as_number(value.data)) != getattr(part, name):
-            yield f"{value.place}: {name} is cut to {getattr(part, name):g}, as in Mitsuba, from {was:g}"
+            yield str(value.place), f"{name} is cut to {getattr(part, name):g}, as in Mitsuba, from {was:g}"

@@ -48,19 +48,19 @@ def _key(key: object) -> tuple[float, str]:
     return numbers(key["time"], 1)[0], key["filename"]
 
 
-def check(shape: MeshFile, assets: Assets) -> Iterator[str]:
-    """Read the files of a mesh and iterate over their readers' warnings.
+def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
+    """Read the files of a mesh and iterate over their readers' warnings: which file, and what is odd.
 
     Raises ValueError for a file that cannot be read, and for one that is no other pose of the first.
     """
     first, *later = dict.fromkeys(mesh_files(shape.filename))
     mesh = assets.mesh(shape)
-    yield from (f"{first}: {text}" for text in mesh.warnings)
+    yield from ((first, text) for text in mesh.warnings)
     for name in later:
         other = assets.mesh(shape.replace(filename=name))
         if wrong := _difference(other, mesh):
             raise ValueError(f"{assets.absolute(name)}: {wrong} {first}, whose pose it should be another of")
-        yield from (f"{name}: {text}" for text in other.warnings)
+        yield from ((name, text) for text in other.warnings)
 
 
 def _difference(mesh: Mesh, first: Mesh) -> str | None:

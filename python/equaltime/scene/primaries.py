@@ -8,9 +8,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["to_srgb"]
+__all__ = ["NAMED", "REC709", "luminance_weights", "to_srgb"]
 
 REC709: Final = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+NAMED: Final = {
+    "rec709": REC709,
+    "ap0": (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767),
+    "ap1": (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767),
+    "rec2020": (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329),
+    "p3d65": (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329),
+    "adobergb": (0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329),
+}
+"""Primaries by the names that colour spaces have in files, such as ``lin_ap1_scene``."""
 TOLERANCE: Final = 1e-5
 """Files hold float32."""
 
@@ -39,6 +48,12 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
     if not np.isfinite(matrix).all():
         raise ValueError(f"its header has chromaticities that no colours have: {[round(c, 6) for c in chromaticities]}")
     return matrix
+
+
+def luminance_weights(chromaticities: Sequence[float]) -> tuple[float, float, float]:
+    """Return how much red, green and blue of these primaries give to the luminance; the sum is 1."""
+    red, green, blue = _to_xyz(chromaticities)[1].tolist()
+    return red, green, blue
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

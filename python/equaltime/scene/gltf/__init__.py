@@ -40,6 +40,5 @@ from equaltime.scene.gltf.contents import Contents, split
 from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.primitives import Triangles
 from equaltime.scene.gltf.reader import read_gltf
-from equaltime.scene.gltf.slots import Texels
 
-__all__ = ["MAPPING", "Contents", "Texels", "Triangles", "read_gltf", "split"]
+__all__ = ["MAPPING", "Contents", "Triangles", "read_gltf", "split"]

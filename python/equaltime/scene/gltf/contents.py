@@ -18,8 +18,8 @@ from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.meshes import Source, read
 from equaltime.scene.gltf.poses import Pose, at_time
 from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
-from equaltime.scene.gltf.slots import Texels
 from equaltime.scene.gltf.textures import bake
+from equaltime.scene.pictures import Texels
 
 __all__ = ["Contents", "split"]
 

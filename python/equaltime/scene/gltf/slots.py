@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Slot", "Texels", "TextureUse", "faded", "mask", "texture_use"]
+from equaltime.scene.pictures import Texels
+
+__all__ = ["Slot", "TextureUse", "faded", "mask", "texture_use"]
 
 Array = NDArray[Any]
 FINEST_MASK = 4096
@@ -65,16 +67,6 @@ def texture_use(info: Any) -> TextureUse | None:
         (float(width), float(height)),
         1.0 if strength is None else float(strength),
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Texels:
-    """A bitmap in memory."""
-
-    texels: Array
-    """(H, W, 1 or 3): uint8, float16 or float32."""
-    srgb: bool
-    """Whether uint8 texels are encoded as sRGB."""
 
 
 @dataclass(frozen=True, slots=True)

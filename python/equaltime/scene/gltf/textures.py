@@ -12,8 +12,9 @@ import numpy as np
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.extent import check_texels
 from equaltime.scene.gltf.images import decode
-from equaltime.scene.gltf.slots import Slot, Texels
+from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import look
+from equaltime.scene.pictures import Texels
 
 __all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 

@@ -1,0 +1,96 @@
+"""The account of a picture: what its file holds, less what its reader has used, is told.
+
+Everything that OpenImageIO reports is an entry: channels, parts, attributes. A reader takes what it uses. Entries that
+describe the file, such as dates and compression, say nothing about the picture, and are no part of the account.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from equaltime.scene.known import shortened
+
+__all__ = ["Account"]
+
+DESCRIPTIONS: Final = frozenset(
+    {
+        *("Artist", "Copyright", "DateTime", "DocumentName", "HostComputer", "Make", "Model", "Software"),
+        *("ImageDescription", "ImageID", "TargetPrinter", "thumbnail_image", "thumbnail_width", "thumbnail_height"),
+        *("thumbnail_nchannels", "compression", "CompressionQuality", "planarconfig", "name", "version", "view"),
+        *("multiView", "XResolution", "YResolution", "ResolutionUnit", "FramesPerSecond", "framesPerSecond"),
+        *("capDate", "utcOffset", "longitude", "latitude", "altitude", "focus", "ExposureTime", "FNumber"),
+        *("isoSpeed", "expTime", "aperture", "keyCode", "timeCode", "smpte:TimeCode", "smpte:KeyCode"),
+        *("screenWindowCenter", "screenWindowWidth", "worldtocamera", "worldtoscreen", "worldToNDC", "fovcot"),
+        *("whiteLuminance", "WhiteLuminance", "previewImage", "preview", "CICP", "colorInteropID", "wrapmodes"),
+    }
+)
+"""Attributes that change no texel."""
+OF_FORMATS: Final = (
+    *("Exif", "GPS", "IPTC", "XMP", "xmp", "dc", "photoshop", "crs", "aux", "oiio", "openexr", "tiff", "png", "jpeg"),
+    *("gif", "webp", "bmp", "dpx", "cineon", "targa", "hdr", "iff", "jpeg2000", "jpegxl", "pnm", "psd", "rla", "sgi"),
+    *("fits", "dds", "softimage", "ICCProfile", "nuke", "equaltime"),
+)
+"""What stands before the colon of an attribute that tells how a file, or a camera, was made."""
+USED: Final = frozenset(
+    {
+        *("Orientation", "PixelAspectRatio", "chromaticities", "oiio:ColorSpace", "oiio:Gamma", "ICCProfile"),
+        *("ICCProfile:profile_description", "jpeg:ColorSpace", "tiff:ColorSpace", "textureformat", "hdr:exposure"),
+    }
+)
+"""Attributes that readers of pictures use, or else must tell."""
+MOST_NAMES: Final = 6
+
+
+class Account:
+    """What of one picture is not used yet."""
+
+    def __init__(self, spec: Any) -> None:
+        self._channels = dict.fromkeys(str(name) for name in spec.channelnames)
+        self._attributes = {str(each.name): each.value for each in spec.extra_attribs if _bears(each)}
+        self._notes: dict[str, None] = {}
+
+    def channels(self, *names: str) -> None:
+        """Take channels, which are used."""
+        for name in names:
+            self._channels.pop(name, None)
+
+    def attribute(self, name: str, *harmless: object) -> Any:
+        """Take an attribute that is used and return its value, None if there is none or it is one of the harmless."""
+        value = self._attributes.pop(name, None)
+        return None if value in harmless else value
+
+    def note(self, message: str) -> None:
+        """Remember to tell what the reader knows not to use."""
+        self._notes[message] = None
+
+    def told(self) -> tuple[str, ...]:
+        """Return what there is to tell, one line a kind."""
+        return (*self._notes, *self._left())
+
+    def _left(self) -> Iterator[str]:
+        if self._channels:
+            yield f"channels that are not used: {_listed(list(self._channels))}"
+        if self._attributes:
+            values = [f"{name} = {_short(value)}" for name, value in self._attributes.items()]
+            yield f"attributes that are not used: {_listed(values)}"
+
+
+def _bears(attribute: Any) -> bool:
+    """Tell whether an attribute may change the picture: words that no reader asks for are descriptions."""
+    name = str(attribute.name)
+    if name in USED:
+        return True
+    described = name in DESCRIPTIONS or name.partition(":")[0] in OF_FORMATS
+    return not described and not isinstance(attribute.value, str)
+
+
+def _listed(words: list[str]) -> str:
+    more = f" and {len(words) - MOST_NAMES} more" if len(words) > MOST_NAMES else ""
+    return ", ".join(words[:MOST_NAMES]) + more
+
+
+def _short(value: object) -> str:
+    return f"{value.size} numbers" if isinstance(value, np.ndarray) else shortened(value, 40)

@@ -1,0 +1,64 @@
+"""Which channels of a picture are its colour: by their names, in the first layer that has one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Choice", "choose", "rgb_of_luminance_chroma"]
+
+ROLES: Final = {
+    **{"r": "R", "red": "R", "g": "G", "green": "G", "b": "B", "blue": "B"},
+    **{"a": "A", "alpha": "A", "y": "Y", "l": "Y", "lum": "Y", "luminance": "Y", "ry": "RY", "by": "BY"},
+    **{"i": "Y", "gray": "Y", "grey": "Y"},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The channels of a picture that are used, by their places in the file."""
+
+    kind: Literal["colour", "luminance and chroma", "grey"]
+    channels: tuple[int, ...]
+    alpha: int | None
+    """The opacity that belongs to them."""
+    named: bool
+    """The names of the channels say that they are this."""
+
+
+def choose(names: Sequence[str]) -> Choice:
+    """Return which channels are the colour: R, G, B of the first layer that has them, else Y, else the first ones.
+
+    Channels without a layer come first.
+    """
+    layers: dict[str, dict[str, int]] = {"": {}}
+    for place, name in enumerate(names):
+        layer, _, last = name.rpartition(".")
+        role = ROLES.get(last.lower())
+        if role is not None:
+            layers.setdefault(layer, {}).setdefault(role, place)
+    for kind, roles in (("colour", "R G B"), ("luminance and chroma", "Y RY BY"), ("grey", "Y")):
+        for found in layers.values():
+            if all(role in found for role in roles.split()):
+                return Choice(kind, tuple(found[role] for role in roles.split()), found.get("A"), True)  # type: ignore[arg-type]
+    alphas = {found["A"] for found in layers.values() if "A" in found}
+    left = [place for place in range(len(names)) if place not in alphas] or [0]
+    alpha = next(iter(sorted(alphas - {left[0]})), None)
+    if len(left) >= 3:
+        return Choice("colour", tuple(left[:3]), alpha, False)
+    return Choice("grey", (left[0],), alpha, len(left) == 1)
+
+
+def rgb_of_luminance_chroma(pixels: NDArray[np.float32], weights: Sequence[float]) -> NDArray[np.float32]:
+    """Return the colours (H, W, 3) of Y, RY = (R - Y) / Y and BY = (B - Y) / Y, as OpenEXR defines them.
+
+    Y is the sum of R, G and B by the weights.
+    """
+    luminance, over_red, over_blue = np.moveaxis(pixels.astype(np.float64), 2, 0)
+    red, blue = luminance * (1.0 + over_red), luminance * (1.0 + over_blue)
+    green = (luminance - weights[0] * red - weights[2] * blue) / weights[1]
+    return np.stack([red, green, blue], axis=2).astype(np.float32)

@@ -1,0 +1,302 @@
+"""Pictures that a scene names, for textures and skies: the whole display window, upright, in linear sRGB.
+
+========================  ============================================================================================
+in the file               here
+========================  ============================================================================================
+8 and 16 bits a channel   fractions of the largest number, encoded as sRGB unless the file says otherwise; 1 bit too
+whole numbers (EXR)       the numbers themselves: OpenEXR defines no largest
+other whole numbers       fractions of the largest number; those with a sign are linear, which is told
+half, float               linear, unless the file says that they are encoded
+colour space              sRGB, linear and powers; primaries by chromaticities or by name; others are told, as are
+                          profiles (ICC) of anything but sRGB
+channels                  R, G, B of the first layer that has them, else Y, RY, BY, else Y, else the first three or one
+opacity                   not used and told where it is below 1; colours are what the file has, multiplied by it or not
+display window            spans the surface: black where the file has no pixels, and what lies outside is cut off
+orientation               turned upright by the eight numbers of Exif and TIFF, and by the axes of Radiance
+parts, levels, frames     the first; others are told
+exposure, pixel aspect    told: texels are what the file has, and a picture spans u and v in [0, 1] whatever its aspect
+========================  ============================================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+from equaltime.image_files import excess, opened, reason
+from equaltime.scene import radiance
+from equaltime.scene.known import shortened
+from equaltime.scene.picture_account import Account
+from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
+from equaltime.scene.primaries import NAMED, REC709, luminance_weights, to_srgb
+
+__all__ = ["Texels", "read_picture", "upright"]
+
+Array = NDArray[Any]
+
+WINDOWED: Final = frozenset({"openexr", "rla"})
+"""Formats whose pictures have a display window; the offsets of others are places on a page, or mean nothing."""
+MOST_SHOWN: Final = 1 << 27
+"""Bytes of a display window that any file may declare: the pixels outside the data window stand nowhere in the file."""
+MOST_PARTS: Final = 64
+"""Parts and levels that are counted: in some formats one is found by decoding all before it."""
+NEAR_SRGB: Final = (2.15, 2.45)
+"""Powers that mean sRGB in practice: 2.2, which files with its curve declare, and that of its upper part."""
+ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
+"""Names of colour spaces that earlier releases of OpenImageIO give."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Texels:
+    """A bitmap in memory."""
+
+    texels: Array
+    """(H, W, 1 or 3): uint8, float16 or float32."""
+    srgb: bool
+    """Whether uint8 texels are encoded as sRGB."""
+    told: tuple[str, ...] = ()
+    """What of the file is not used."""
+
+    @property
+    def linear(self) -> NDArray[np.float32]:
+        """The colours (H, W, 3) in linear float32."""
+        colors = self.texels
+        if colors.dtype == np.uint8:
+            colors = _decoded(colors, "srgb" if self.srgb else 1.0)
+        return np.ascontiguousarray(np.broadcast_to(colors, (*colors.shape[:2], 3)), np.float32)
+
+
+def read_picture(path: Path, raw: bool = False) -> Texels:
+    """Return the picture at `path`, or with `raw` its numbers without a change of colour.
+
+    Raises ValueError for a file that cannot be read, and for texels that are not finite.
+    """
+    try:
+        with opened(path, UnassociatedAlpha=1) as source:
+            spec, file_format = source.spec(), str(source.format_name())
+            account = Account(spec)
+            choice = choose(spec.channelnames)
+            window = _window(spec, file_format, path, account)
+            pixels = _pixels(source, spec, file_format, path)
+            _count_parts(source, spec, account)
+    except ImageError as error:
+        message = str(error).removeprefix(f"{path}: ")
+        raise ValueError(f"{path}: cannot be read as an image: {message}") from error
+    _take_channels(spec.channelnames, choice, pixels, account)
+    colors = _shown(pixels[..., list(choice.channels)], window)
+    colors = upright(colors, _orientation(path, account))
+    try:
+        found = _linear(colors, choice, raw, _stored(spec, file_format), account)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    if found.texels.dtype != np.uint8 and not (finite := np.isfinite(found.texels)).all():
+        y, x = np.argwhere(~finite.all(axis=2))[0]
+        raise ValueError(f"{path}: pixel ({x}, {y}) is not finite: {found.texels[y, x].tolist()}")
+    return found
+
+
+def _pixels(source: Any, spec: Any, file_format: str, path: Path) -> Array:
+    """Return all channels (H, W, C): uint8 and half as the file has them, others as float32."""
+    if wrong := excess(spec, path):
+        raise ValueError(f"{path}: {wrong}")
+    kind = str(spec.format) if str(spec.format) in ("uint8", "half") and not _is_mixed(spec) else "float"
+    given = source.read_image(0, 0, 0, spec.nchannels, kind)
+    if given is None:
+        raise ImageError(f"{path}: {reason(source, path)}")
+    pixels = np.asarray(given).reshape(spec.height, spec.width, spec.nchannels)
+    for channel in range(spec.nchannels):
+        if file_format == "openexr" and str(spec.channelformat(channel)) == "uint":
+            numbers = source.read_image(0, 0, channel, channel + 1, "uint")
+            if numbers is None:
+                raise ImageError(f"{path}: {reason(source, path)}")
+            pixels[..., channel] = np.asarray(numbers).reshape(spec.height, spec.width)
+    return pixels
+
+
+def _is_mixed(spec: Any) -> bool:
+    return len({str(spec.channelformat(channel)) for channel in range(spec.nchannels)}) > 1
+
+
+def _stored(spec: Any, file_format: str) -> str:
+    """Return how colours are stored: ``encoded``, ``signed`` (whole numbers with a sign) or ``linear``."""
+    kind = str(spec.format)
+    if kind in ("uint8", "uint16") or (kind == "uint" and file_format != "openexr"):
+        return "encoded"
+    return "signed" if kind in ("int8", "int16", "int") else "linear"
+
+
+def _count_parts(source: Any, spec: Any, account: Account) -> None:
+    """Tell the parts and levels of a file behind the first."""
+    levels = _counted(lambda number: source.seek_subimage(0, number))
+    if levels > 1:
+        account.note(f"{levels - 1} smaller copies of it are not used")
+    parts = _counted(lambda number: source.seek_subimage(number, 0))
+    if parts > 1:
+        several = f"at least {parts}" if parts == MOST_PARTS else str(parts)
+        account.note(f"the first of {several} images in the file is used")
+
+
+def _counted(seek: Callable[[int], bool]) -> int:
+    return next((number for number in range(1, MOST_PARTS) if not seek(number)), MOST_PARTS)
+
+
+def _take_channels(names: Any, choice: Choice, pixels: Array, account: Account) -> None:
+    """Take the channels of the colour, and that of the opacity where it changes nothing."""
+    used = [names[channel] for channel in choice.channels]
+    account.channels(*used)
+    if not choice.named:
+        account.note(f"no channel is called R, G, B or Y: {', '.join(used)} {'is' if len(used) == 1 else 'are'} taken")
+    if choice.alpha is not None:
+        opaque = 255 if pixels.dtype == np.uint8 else 1
+        account.channels(names[choice.alpha])
+        if (pixels[..., choice.alpha] < opaque).any():
+            account.note(f"its opacity, channel {names[choice.alpha]}, is not used: a mask takes its own texture")
+
+
+# -- where pixels are -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """A data window in a display window, whose first pixel is (0, 0)."""
+
+    x: int
+    y: int
+    width: int
+    """Of the display window."""
+    height: int
+
+
+def _window(spec: Any, file_format: str, path: Path, account: Account) -> _Window:
+    """Return where the pixels of a file are; raises ValueError for a display window that is too large."""
+    if file_format not in WINDOWED:
+        if spec.x or spec.y:
+            account.note("its offset on a page is not used")
+        return _Window(0, 0, spec.width, spec.height)
+    width, height = spec.full_width, spec.full_height
+    if 4 * width * height * min(spec.nchannels, 3) > max(MOST_SHOWN, spec.image_bytes(True)):
+        raise ValueError(f"{path}: a display window of {width}x{height} pixels around {spec.width}x{spec.height}")
+    return _Window(spec.x - spec.full_x, spec.y - spec.full_y, width, height)
+
+
+def _shown(pixels: Array, window: _Window) -> Array:
+    """Return the pixels (H, W, C) of the display window: black where there are none."""
+    height, width, channels = pixels.shape
+    if (window.x, window.y, window.width, window.height) == (0, 0, width, height):
+        return np.ascontiguousarray(pixels)
+    result = np.zeros((window.height, window.width, channels), pixels.dtype)
+    left, right = max(window.x, 0), min(window.x + width, window.width)
+    top, bottom = max(window.y, 0), min(window.y + height, window.height)
+    if left < right and top < bottom:
+        inside = pixels[top - window.y : bottom - window.y, left - window.x : right - window.x]
+        result[top:bottom, left:right] = inside
+    return result
+
+
+def _orientation(path: Path, account: Account) -> int:
+    """Return Exif's number of the orientation; takes what a header says of it and tells the rest of the header."""
+    number = account.attribute("Orientation")
+    if (aspect := account.attribute("PixelAspectRatio", 1.0)) is not None:
+        account.note(f"pixels of aspect {aspect:g} are taken for squares: a picture spans u and v in [0, 1]")
+    if (header := radiance.header(path)) is not None:
+        number, variables = header
+        for name in ("hdr:exposure", "oiio:ColorSpace", "oiio:Gamma"):  # which OpenImageIO makes of the variables
+            account.attribute(name)
+        for name, value in variables.items():
+            account.note(f"{name}={value} in its header is not used")
+    return number if isinstance(number, int) and 1 <= number <= 8 else 1
+
+
+def upright(pixels: Array, orientation: int) -> Array:
+    """Return pixels (H, W, ...) turned by Exif's number, 1 to 8, so that row 0 is at the top and column 0 at the left.
+
+    The number says where row 0 and column 0 of the file are seen: top and left (1), top right, bottom right, bottom
+    left, left top, right top, right bottom, left bottom (8).
+    """
+    if orientation >= 5:
+        pixels = np.swapaxes(pixels, 0, 1)
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    return np.ascontiguousarray(pixels)
+
+
+# -- what their numbers mean ------------------------------------------------------------------------------------------
+
+
+def _linear(colors: Array, choice: Choice, raw: bool, stored: str, account: Account) -> Texels:
+    """Return the colours in linear sRGB, or in bytes encoded as sRGB; as they are with `raw`."""
+    curve, primaries = _color_space(stored, raw, account)
+    if choice.kind == "luminance and chroma":
+        colors = rgb_of_luminance_chroma(colors, luminance_weights(primaries))
+    if raw:
+        return Texels(colors, False, account.told())
+    if stored == "signed":
+        account.note("whole numbers with a sign count as linear, from -1 to 1")
+    matrix = to_srgb(primaries) if colors.shape[2] == 3 else None
+    if colors.dtype == np.uint8 and matrix is None and curve in ("srgb", 1.0):
+        return Texels(colors, curve == "srgb", account.told())
+    if colors.dtype == np.uint8 or curve != 1.0:
+        colors = _decoded(colors, curve)
+    if matrix is not None:
+        colors = (colors.astype(np.float64) @ matrix.T).astype(np.float32)
+    return Texels(np.ascontiguousarray(colors), False, account.told())
+
+
+def _color_space(stored: str, raw: bool, account: Account) -> tuple[float | str, Sequence[float]]:
+    """Return the curve (``srgb`` or a power) and the primaries of the colours, from what the file says of them."""
+    curve: float | str = "srgb" if stored == "encoded" else 1.0
+    primaries: Sequence[float] = REC709
+    name, gamma = account.attribute("oiio:ColorSpace"), account.attribute("oiio:Gamma")
+    if isinstance(name, str) and name and (known := _named(name, gamma)) is not None:
+        curve, primaries = known
+    elif name and not raw:
+        account.note(f"its colour space {name} is not known: {'sRGB' if curve == 'srgb' else 'linear'} is taken")
+    given = account.attribute("chromaticities")
+    if isinstance(given, tuple) and len(given) == 8:
+        primaries = given
+    _tell_conversions(raw, account)
+    return curve, primaries
+
+
+def _named(name: str, gamma: object) -> tuple[float | str, Sequence[float]] | None:
+    """Return the curve and the primaries of a colour space by OpenImageIO's name, such as ``g22_rec709_scene``."""
+    encoding, _, space = ALIASES.get(name.lower(), name.lower()).partition("_")
+    primaries = NAMED.get(space.removesuffix("_scene").removesuffix("_display") or "rec709")
+    if primaries is None:
+        return None
+    if encoding in ("lin", "srgb"):
+        return (1.0 if encoding == "lin" else "srgb"), primaries
+    if not encoding.startswith("g") or not isinstance(gamma, float) or not gamma > 0.0:
+        return None
+    return ("srgb" if NEAR_SRGB[0] <= gamma <= NEAR_SRGB[1] else gamma), primaries
+
+
+def _tell_conversions(raw: bool, account: Account) -> None:
+    """Tell what OpenImageIO has converted in its own way, and profiles of colours that are not sRGB."""
+    for name in ("jpeg:ColorSpace", "tiff:ColorSpace"):
+        if (space := account.attribute(name)) is not None:
+            account.note(f"colours in {space} are turned into RGB without a profile")
+    if (shape := account.attribute("textureformat", "Plain Texture", "LatLong Environment")) is not None:
+        account.note(f"its layout, {shape}, is not used")
+    profile = str(account.attribute("ICCProfile:profile_description") or "without a name")
+    if account.attribute("ICCProfile") is not None and "srgb" not in profile.lower() and not raw:
+        account.note(f"its profile of colours is not used: {shortened(profile, 60)}")
+
+
+def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
+    """Return encoded colours as linear float32."""
+    values = colors.astype(np.float64) / (255.0 if colors.dtype == np.uint8 else 1.0)
+    if not isinstance(curve, str):
+        power: NDArray[np.float32] = np.copysign(np.abs(values) ** curve, values).astype(np.float32)
+        return power
+    high = ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4
+    linear: NDArray[np.float32] = np.where(values <= 0.04045, values / 12.92, high).astype(np.float32)
+    return linear
