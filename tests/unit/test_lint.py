@@ -244,8 +244,45 @@ def test_texels_beyond_what_a_factor_may_be_are_counted(tmp_path: Path) -> None:
 
     finding = textured(1.5)["textures-out-of-range"]
     assert (finding.severity, finding.count) == ("warning", 1)
+    assert "from 0.5 to 1.5" in finding.what
     assert textured(-0.5)["textures-out-of-range"].count == 1
     assert textured(1.0) == {}
+
+
+@pytest.mark.parametrize("scale", [1.0, 4.0, -1.0])
+def test_values_of_a_mesh_beyond_what_a_factor_may_be_are_counted(tmp_path: Path, scale: float) -> None:
+    rows = [f"{x} {y} 0 {0.25 * i} 0 0" for i, (x, y) in enumerate(((0, 0), (1, 0), (1, 1), (0, 1)))]
+    names = [*(f"property float {name}" for name in ("x", "y", "z", "r", "g", "b"))]
+    head = ["ply", "format ascii 1.0", "element vertex 4", *names, "element face 2"]
+    text = [*head, "property list uchar int vertex_indices", "end_header", *rows, "3 0 1 2", "3 0 2 3"]
+    (tmp_path / "a.ply").write_text("\n".join(text) + "\n")
+    colors = {"type": "mesh_attribute", "name": "vertex_color", "scale": scale}
+    bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": colors}}
+    subject = scene(wall={"type": "ply", "filename": str(tmp_path / "a.ply"), "bsdf": bsdf})
+    told = [line for line in subject.warnings if "used as reflectance, which lies in [0, 1]" in line]
+    if scale == 1.0:
+        assert (found(subject), told) == ({}, [])
+        return
+    count = 2 if scale == 4.0 else 3
+    assert found(subject)["textures-out-of-range"].count == count
+    assert len(told) == 1
+    assert f"a.ply: used as reflectance, which lies in [0, 1]: {count} values of vertex_color are beyond" in told[0]
+
+
+@pytest.mark.parametrize(("texel", "told"), [(1.5, True), (-0.5, True), (1.0, False), (0.0, False)])
+def test_texels_beyond_what_a_factor_may_be_are_told_when_a_scene_is_loaded(
+    tmp_path: Path, texel: float, told: bool
+) -> None:
+    image = np.full((4, 4, 3), 0.5, np.float32)
+    image[1, 2, 0] = texel
+    write(tmp_path / "a.exr", image)
+    texture = {"type": "bitmap", "filename": str(tmp_path / "a.exr")}
+    wall = {"type": "sphere", "bsdf": {"type": "mask", "bsdf": {"type": "diffuse", "reflectance": texture}}}
+    warnings = scene(ball=wall).warnings
+    least, most = sorted((0.5, texel))
+    expected = f"1 texels are beyond it; all reach from {least:g} to {most:g}"
+    assert [line for line in warnings if expected in line] == list(warnings)
+    assert len(warnings) == told
 
 
 def write(path: Path, image: np.ndarray[Any, np.dtype[np.float32]]) -> None:

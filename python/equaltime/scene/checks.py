@@ -11,6 +11,7 @@ from equaltime.scene.model import (
     BlendBsdf,
     EnvMap,
     Mask,
+    MeshAttribute,
     MeshFile,
     Path,
     Plugin,
@@ -18,8 +19,10 @@ from equaltime.scene.model import (
     Spectrum,
     Sphere,
     Spot,
+    mesh_files,
 )
 from equaltime.scene.model.values import as_number
+from equaltime.scene.out_of_range import of_mesh, of_textures
 from equaltime.scene.resolve import Resolved
 from equaltime.scene.tree import Object, Report, Value
 from equaltime.scene.unsupported import Unsupported
@@ -49,8 +52,10 @@ def _one_line(message: str, places: list[str]) -> str:
 
 def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[str, str]]:
     """Read the file that `part` names, if any, and iterate over its reader's warnings: where, and what is odd."""
+    yield from ((_file(outside.texture, assets), str(outside)) for outside in of_textures(part, assets))
     if isinstance(part, MeshFile):
         yield from deforming.check(part, assets)
+        yield from ((mesh_files(part.filename)[0], str(outside)) for outside in of_mesh(part, assets))
     elif isinstance(part, Solid):
         geometry.surface(part, assets)
         if isinstance(part, Sphere) and part.is_stretched:
@@ -67,6 +72,10 @@ def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[st
         yield str(node.place_of("max_depth")), "a max_depth of 0 sees nothing: the image is black"
     elif isinstance(part, Mask | BlendBsdf):
         yield from _cut(node, part, "opacity" if isinstance(part, Mask) else "weight")
+
+
+def _file(texture: Bitmap | MeshAttribute, assets: Assets) -> str:
+    return str(assets.path(texture.filename)) if isinstance(texture, Bitmap) else ""
 
 
 def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[tuple[str, str]]:

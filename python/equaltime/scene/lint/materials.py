@@ -5,26 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-import numpy as np
-
 from equaltime.scene.lint.finding import Finding, first_places
 from equaltime.scene.lint.parts import World
-from equaltime.scene.model import Bitmap, Diffuse, Plugin
+from equaltime.scene.model import Diffuse, Plugin
+from equaltime.scene.out_of_range import of_mesh, of_textures
 
 __all__ = ["check_materials"]
 
 WHITE: Final = 0.999
 """From here on a path needs a thousand bounces to lose its light."""
-FACTORS: Final = frozenset(
-    {
-        *("reflectance", "diffuse_reflectance", "specular_reflectance", "specular_transmittance", "base_color"),
-        *("roughness", "anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness"),
-        *("clearcoat", "clearcoat_gloss", "weight", "opacity"),
-    }
-)
-"""Parameters that lie in [0, 1]."""
-POSITIVE: Final = frozenset({"alpha", "alpha_u", "alpha_v", "radiance", "eta", "k"})
-"""Parameters that are not negative."""
 
 
 def check_materials(world: World) -> Iterator[Finding]:
@@ -50,27 +39,19 @@ def _reflects(node: Diffuse) -> float:
 
 
 def _textures(world: World, nodes: list[Plugin]) -> Iterator[Finding]:
-    """Texels outside what the parameters that use them may be."""
-    count, users, least, most = 0, [], 0.0, 0.0
-    for node in nodes:
-        for name in type(node).model_fields:
-            texture = getattr(node, name)
-            if name not in FACTORS | POSITIVE or not isinstance(texture, Bitmap):
-                continue
-            texels = world.scene.assets.texture(texture).texels
-            if texels.dtype == np.uint8:
-                continue
-            outside = (texels < 0) | ((texels > 1) if name in FACTORS else False)
-            if outside.any():
-                count += int(outside.any(axis=-1).sum())
-                users.append(f"{world.called(texture)} as {name} of {world.called(node)}")
-                least, most = min(least, float(texels.min())), max(most, float(texels.max()))
-    if users:
+    """Numbers of textures and of meshes outside what the parameters that use them may be."""
+    assets = world.scene.assets
+    shapes = [(shape, str(name)) for shape, name, _ in world.names.solids()]
+    found = [(outside, world.called(outside.texture)) for node in nodes for outside in of_textures(node, assets)]
+    found += [(outside, name) for shape, name in shapes for outside in of_mesh(shape, assets)]
+    if found:
+        count = sum(outside.count for outside, _ in found)
+        least, most = min(outside.least for outside, _ in found), max(outside.most for outside, _ in found)
         yield Finding(
             "textures-out-of-range",
             "warning",
-            f"texels beyond what their parameters may be: {count:,}; they reach from {least:.4g} to {most:.4g}",
-            first_places(users),
+            f"numbers beyond what their parameters may be: {count:,}; they reach from {least:.4g} to {most:.4g}",
+            first_places(f"{name} as {outside.name} of {world.called(outside.node)}" for outside, name in found),
             count,
             "takes reflectances as they are, so that surfaces make light or take more than there is",
             "scale the image into [0, 1], or set raw where the numbers are no colours",
