@@ -10,6 +10,7 @@ import base64
 import binascii
 import json
 import struct
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -44,8 +45,10 @@ class Malformed(ValueError):
 class Document:
     """The checked content of one file."""
 
+    json: Mapping[str, Any]
+    """The JSON, which follows the schema."""
     gltf: Any
-    """A `pygltflib.GLTF2`; every index in it is in range."""
+    """The same as a `pygltflib.GLTF2`; every index in it is in range."""
     name: str
     """The file's own name, without its folder."""
     locate: Callable[[str], Path]
@@ -141,12 +144,14 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     )  # pygltflib takes a tenth of a second, which other scenes need not wait
 
     text, binary, unread = _chunks(content)
-    checked, notes = _checked(text)
-    document = Document(typed(checked), name, locate, binary, len(content))
+    checked, above, twice = _checked(text)
+    document = Document(checked, typed(checked), name, locate, binary, len(content))
     for message in unread:
         document.note(message, "")
-    for place in notes:
+    for place in above:
         document.note("a factor above 1 counts as 1", place)
+    for key in twice:
+        document.note(f"an object of the JSON has {shortened(key, 60)} more than once: the last counts", "")
     return document
 
 
@@ -183,13 +188,21 @@ def _chunks(content: bytes) -> tuple[bytes, memoryview | None, list[str]]:
     return text, chunks.get(BINARY_CHUNK), unread
 
 
-def _checked(text: bytes) -> tuple[dict[str, Any], list[str]]:
+def _checked(text: bytes) -> tuple[dict[str, Any], list[str], list[str]]:
     """Return the JSON object in `text`, which follows the schema and asks for nothing that cannot be read.
 
-    Also the places of factors that were above one.
+    Also the places of factors that were above one, and the keys that an object has more than once.
     """
+    twice: list[str] = []
+
+    def made(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        result = dict(pairs)
+        if len(result) < len(pairs):
+            twice.extend(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        return result
+
     try:
-        document = json.loads(text.decode("utf-8-sig"))
+        document = json.loads(text.decode("utf-8-sig"), object_pairs_hook=made)
     except UnicodeDecodeError as error:
         raise Malformed(("", f"not UTF-8 text (byte {error.start} of the JSON)")) from error
     except json.JSONDecodeError as error:
@@ -205,7 +218,7 @@ def _checked(text: bytes) -> tuple[dict[str, Any], list[str]]:
     problems = [problem for problem, _ in zip(_problems(document), range(MOST_PROBLEMS), strict=False)]
     if problems:
         raise Malformed(*problems)
-    return document, above
+    return document, above, twice
 
 
 def _problems(document: Mapping[str, Any]) -> Problems:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from equaltime.scene.gltf.account import check_account
 from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
@@ -38,6 +39,7 @@ def read_gltf(
     try:
         document = parse(Path(file).name, content, lambda name: search.note(folder / name))
         check_extent(document)
+        check_account(document)
         scene = _Scene(document, place, defines).read()
     except Malformed as error:
         for where, message in error.problems:
@@ -50,8 +52,9 @@ def read_gltf(
 
 def _told(message: str, places: list[str]) -> str:
     """Return a note with where it applies."""
-    shown = [place for place in places if place][:PLACES_SHOWN]
-    more = f" and {len(places) - len(shown)} more" if len(places) > len(shown) else ""
+    named = [place for place in places if place]
+    shown = named[:PLACES_SHOWN]
+    more = f" and {len(named) - len(shown)} more" if len(named) > len(shown) else ""
     return f"{message} ({', '.join(shown)}{more})" if shown else message
 
 
@@ -168,6 +171,8 @@ class _Scene:
         for name, fate in self._document.extensions.items():
             if fate == NOT_USED:
                 self._document.note(f"the extension {shortened(name, 60)} is not used", "")
+        if len(self._gltf.scenes) > 1 and "scene" not in self._defines:
+            self._document.note(f"one of {len(self._gltf.scenes)} scenes is shown; -D scene=... takes another", "")
         if self._gltf.animations and self._clip is None:
             self._document.note(
                 "animations are not played: everything stands as in the file; -D shutter=0,0.02 opens a shutter", ""

@@ -1,19 +1,21 @@
 """What a JSON document must look like, put together from small rules; each finds what is wrong and says where.
 
-A rule takes a value, its place (``materials[2].alphaCutoff``) and the whole document, and yields the problems.
+A rule takes a value, its place (``materials[2].alphaCutoff``) and the whole document, and yields the problems. `walk`
+goes through a value along its rule: what no rule lists is found there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from equaltime.scene.known import shortened
 
 __all__ = [
-    *("Problems", "Rule", "every", "flag", "index", "integer", "mapping", "number", "numbers", "one_of"),
-    *("table", "text"),
+    *("Index", "Problems", "Rule", "every", "flag", "index", "integer", "mapping", "number", "numbers", "one_of"),
+    *("table", "text", "walk"),
 ]
 
 Problems = Iterator[tuple[str, str]]
@@ -69,19 +71,26 @@ def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
     return rule
 
 
-def index(of: str) -> Rule:
-    """Return the rule of an index into the list that stands at the dotted path `of` of the document."""
-    *parents, name = of.split("/")
+@dataclass(frozen=True, slots=True)
+class Index:
+    """The rule of an index into a list of the document."""
 
-    def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
+    path: tuple[str, ...]
+    """The keys that lead to the list."""
+
+    def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
+        """Yield what is wrong with `value`."""
         items: Any = document
-        for step in (*parents, name):
+        for step in self.path:
             items = items.get(step, []) if isinstance(items, Mapping) else []
         count = len(items) if isinstance(items, list) else 0
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < count:
-            yield place, _expected(f"the index of one of {count} {name}", value)
+            yield place, _expected(f"the index of one of {count} {self.path[-1]}", value)
 
-    return rule
+
+def index(of: str) -> Rule:
+    """Return the rule of an index into the list at the path `of` of the document, such as ``extensions/X/lights``."""
+    return Index(tuple(of.split("/")))
 
 
 def one_of(*choices: object) -> Rule:
@@ -106,44 +115,79 @@ def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         yield place, _expected("true or false", value)
 
 
-def every(item: Rule) -> Rule:
-    """Return the rule of a list of which each item follows `item`."""
+@dataclass(frozen=True, slots=True)
+class _Every:
+    item: Rule
 
-    def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
+    def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, list):
             yield place, _expected("a list", value)
             return
         for i, entry in enumerate(value):
-            yield from item(entry, f"{place}[{i}]", document)
+            yield from self.item(entry, f"{place}[{i}]", document)
 
-    return rule
+
+@dataclass(frozen=True, slots=True)
+class _Mapping:
+    item: Rule
+
+    def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
+        if not isinstance(value, dict):
+            yield place, _expected("an object", value)
+            return
+        for name, entry in value.items():
+            yield from self.item(entry, f"{place}.{name}", document)
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    needs: tuple[str, ...]
+    fields: Mapping[str, Rule]
+
+    def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
+        if not isinstance(value, dict):
+            yield place, _expected("an object", value)
+            return
+        for name in self.needs:
+            if name not in value:
+                yield place, f"needs '{name}'" if place else f"the file needs '{name}'"
+        for name, entry in value.items():
+            if name in self.fields:
+                yield from self.fields[name](entry, f"{place}.{name}" if place else name, document)
+
+
+def every(item: Rule) -> Rule:
+    """Return the rule of a list of which each item follows `item`."""
+    return _Every(item)
 
 
 def mapping(item: Rule) -> Rule:
     """Return the rule of an object with any names, of which each value follows `item`."""
-
-    def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        if not isinstance(value, dict):
-            yield place, _expected("an object", value)
-            return
-        for name, entry in value.items():
-            yield from item(entry, f"{place}.{name}", document)
-
-    return rule
+    return _Mapping(item)
 
 
 def table(needs: str = "", /, **fields: Rule) -> Rule:
     """Return the rule of an object with these fields, of which those in `needs` must be there; others are let pass."""
+    return _Table(tuple(needs.split()), fields)
 
-    def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        if not isinstance(value, dict):
-            yield place, _expected("an object", value)
-            return
-        for name in needs.split():
-            if name not in value:
-                yield place, f"needs '{name}'" if place else f"the file needs '{name}'"
+
+def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
+    """Iterate over all that is in a value which follows `rule`: the rule, the value and the place of each leaf.
+
+    The rule is None for what no table lists.
+    """
+    if isinstance(rule, _Every):
+        for i, entry in enumerate(value):
+            yield from walk(rule.item, entry, f"{place}[{i}]")
+    elif isinstance(rule, _Mapping):
         for name, entry in value.items():
-            if name in fields:
-                yield from fields[name](entry, f"{place}.{name}" if place else name, document)
-
-    return rule
+            yield from walk(rule.item, entry, f"{place}.{name}")
+    elif isinstance(rule, _Table):
+        for name, entry in value.items():
+            inner = f"{place}.{name}" if place else name
+            if name in rule.fields:
+                yield from walk(rule.fields[name], entry, inner)
+            else:
+                yield None, entry, inner
+    else:
+        yield rule, value, place

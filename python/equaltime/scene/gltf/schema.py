@@ -1,7 +1,8 @@
 """The parts of glTF 2.0 and its extensions that are read here, as rules: see the specification's JSON schema.
 
 A document that passes has every field of the right type and range and every index within its list; whatever reads it
-afterwards need not look again. Properties that are not listed are let pass, as the specification asks.
+afterwards need not look again. Properties that are not listed are let pass, as the specification asks, and told to be
+not used (`equaltime.scene.gltf.account`): what is listed here is used, or told by its reader.
 """
 
 from __future__ import annotations
@@ -79,7 +80,6 @@ MATERIAL_EXTENSIONS: dict[str, Rule] = {
     "KHR_materials_unlit": table(),
     "KHR_materials_volume": table(
         thicknessFactor=_positive,
-        thicknessTexture=_TEXTURE,
         attenuationDistance=_positive,
         attenuationColor=_color,
     ),

@@ -1,0 +1,96 @@
+"""The account of a glTF file: every property of its JSON is used, says nothing about the picture, or is told.
+
+The schema lists what is read. Whatever else stands in the file is found by walking through it along the schema; what
+stands in a list and nothing refers to, by the indices that the walk meets.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.rules import Index, walk
+from equaltime.scene.gltf.schema import DOCUMENT
+from equaltime.scene.gltf.surfaces import look
+from equaltime.scene.known import shortened
+
+__all__ = ["check_account"]
+
+DESCRIPTIONS: Final = frozenset(
+    {
+        *("name", "asset.generator", "asset.copyright", "accessors[].min", "accessors[].max", "bufferViews[].target"),
+        *("skins[].skeleton", "images[].mimeType", "samplers[].minFilter"),
+    }
+)
+"""Properties that change no picture: minFilter neither, as the samples of a pixel average its texels."""
+USED: Final = frozenset({"POSITION", "NORMAL", "COLOR_0"})
+"""Attributes that every material uses."""
+MORPHED: Final = frozenset({"POSITION", "NORMAL"})
+LISTS: Final = (
+    *("nodes", "meshes", "materials", "textures", "images", "samplers", "skins", "cameras", "accessors"),
+    *("bufferViews", "buffers"),
+)
+"""What other parts of a file refer to by an index."""
+
+
+def check_account(document: Document) -> None:
+    """Note of a document what nobody reads: properties, attributes, parts, one line a kind."""
+    referred: set[tuple[str, int]] = set()
+    for rule, value, place in walk(DOCUMENT, document.json):
+        if rule is None:
+            _note(document, value, place)
+        elif isinstance(rule, Index):
+            referred.add((rule.path[-1], value))
+    for name, place in _attributes(document):
+        document.note(f"the attribute {name} is not used", place)
+    _note_spare(document, referred)
+
+
+def _note(document: Document, value: Any, place: str) -> None:
+    parent, _, name = place.rpartition(".")
+    kind = re.sub(r"\[\d+\]", "[]", place)
+    if name == "extras":
+        document.note("extras are not used", parent)
+    elif name == "extensions" and isinstance(value, Mapping):
+        for extension in value:
+            _note_extension(document, extension, parent)
+    elif re.fullmatch(r"(?:.*\.)?extensions", parent):
+        _note_extension(document, name, parent.removesuffix("extensions").removesuffix("."))
+    elif name not in DESCRIPTIONS and kind not in DESCRIPTIONS:
+        document.note(f"{shortened(kind, 100)[1:-1]} is not used", parent)
+
+
+def _note_extension(document: Document, name: str, place: str) -> None:
+    document.note(f"the extension {shortened(name, 60)} is not used", place)
+
+
+def _attributes(document: Document) -> Iterator[tuple[str, str]]:
+    """Yield the attributes of primitives that nobody looks at, with the places of the primitives."""
+    gltf = document.gltf
+    skinned = {node.mesh for node in gltf.nodes if node.skin is not None}
+    for m, mesh in enumerate(gltf.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            seen = look(None if primitive.material is None else gltf.materials[primitive.material])
+            used = {*USED, f"TEXCOORD_{seen.uv_set}"}
+            place = f"meshes[{m}].primitives[{p}]"
+            for name in _given(primitive.attributes):
+                if name not in used and not (m in skinned and name.startswith(("JOINTS_", "WEIGHTS_"))):
+                    yield name, place
+            for target in primitive.targets or ():
+                yield from ((f"{name} of morph targets", place) for name in _given(target) if name not in MORPHED)
+
+
+def _given(attributes: Any) -> list[str]:
+    return [name for name, index in vars(attributes).items() if index is not None]
+
+
+def _note_spare(document: Document, referred: set[tuple[str, int]]) -> None:
+    """Note the parts that nothing refers to; nodes are all there if the file has no scenes."""
+    for name in LISTS:
+        if name == "nodes" and not document.gltf.scenes:
+            continue
+        for i in range(len(document.json.get(name, ()))):
+            if (name, i) not in referred:
+                document.note(f"nothing refers to some {name}", f"{name}[{i}]")
