@@ -1,16 +1,20 @@
 """Images of glTF files: what cannot be read is told when the scene is loaded."""
 
+import struct
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
 import equaltime as et
 from equaltime.scene import model as m
 
-from .gltf_files import encoded, one_triangle
-from .gltf_materials import bsdf, loaded, texels, textured
+from .gltf_files import Builder, encoded, one_triangle
+from .gltf_materials import UV, bsdf, loaded, texels, textured
+from .picture_files import png_with
 
 
 @pytest.mark.parametrize(
@@ -77,3 +81,54 @@ def test_webp_stands_in_for_an_image_that_is_not_there(tmp_path: Path) -> None:
     (shape,) = loaded(builder, tmp_path).model.shapes
     assert shape.emitter is not None
     assert texels(shape.emitter.radiance, tmp_path).texels == pytest.approx(200, abs=2)
+
+
+def embedded(content: bytes) -> Builder:
+    """Return a document whose texture is this file."""
+    builder = Builder()
+    image = builder.add("images", {"bufferView": builder.view(content), "mimeType": "image/png"})
+    texture = builder.add("textures", {"source": image})
+    material = builder.add("materials", {"pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}})
+    builder.node(mesh=builder.mesh(material=material, TEXCOORD_0=UV))
+    return builder
+
+
+def png(path: Path, pixels: NDArray[np.uint8], **more: Any) -> bytes:
+    Image.fromarray(pixels).save(path, **more)
+    return path.read_bytes()
+
+
+def test_images_are_as_they_are_stored_whatever_orientation_they_name(tmp_path: Path) -> None:
+    """Texture coordinates begin at the upper left corner of what is stored; an orientation is told."""
+    pixels = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8)
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    builder = embedded(png(tmp_path / "a.png", pixels, exif=exif))
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    assert (texels(found.base_color, tmp_path).texels == pixels).all()
+    expected = "images[0]: its orientation 6 is not used: images of glTF are as they are stored"
+    assert [told for told in loaded(builder, tmp_path).warnings if expected in told]
+
+
+def test_what_images_say_of_their_colour_space_is_ignored(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8)
+    png(tmp_path / "a.png", pixels)
+    linear = png_with(tmp_path / "a.png", b"gAMA", struct.pack(">I", 100000)).read_bytes()
+    builder = embedded(linear)
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    color = texels(found.base_color, tmp_path)
+    assert color.srgb
+    assert (color.texels == pixels).all()
+    assert not [told for told in loaded(builder, tmp_path).warnings if "images[0]" in told]
+
+
+def test_what_else_is_in_an_image_is_told_once_however_many_materials_use_it(tmp_path: Path) -> None:
+    frames = [Image.new("RGB", (6, 4), color) for color in ("red", "green")]
+    frames[0].save(tmp_path / "b.webp", save_all=True, append_images=frames[1:], lossless=True)
+    builder = embedded((tmp_path / "b.webp").read_bytes())
+    use = {"index": 0}
+    builder.json["materials"][0] |= {"emissiveFactor": [1, 1, 1], "emissiveTexture": use, "normalTexture": use}
+    told = [line for line in loaded(builder, tmp_path).warnings if "images[0]" in line]
+    assert told == [f"{tmp_path / 'a.glb'}: images[0]: the first of 2 images in the file is used"]

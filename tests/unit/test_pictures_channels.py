@@ -144,7 +144,7 @@ def test_luminance_and_chroma_are_colours(tmp_path: Path, space: str) -> None:
 def test_an_opacity_is_told_where_it_is_below_one_and_leaves_colours_as_the_file_has_them(
     tmp_path: Path, kind: str
 ) -> None:
-    for alpha, told in ((255, ()), (100, ("its opacity, channel A, is not used: a mask takes its own texture",))):
+    for alpha, told in ((255, ()), (100, ("its opacity is not used: a mask takes a texture of its own",))):
         pixels = np.dstack([BYTES, np.full((4, 6), alpha, np.uint8)])
         given = pixels.astype(np.float32) / 255 if kind == "exr" else pixels
         found = texels(written(tmp_path / f"{alpha}.{kind}", given, "R G B A"))
@@ -243,5 +243,5 @@ def test_what_several_pictures_have_is_one_line_with_the_first_place(tmp_path: P
         parts[name] = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": bitmap}}
     told = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, **parts}).warnings
     assert told == (
-        f"{tmp_path / 'a.png'}: its opacity, channel A, is not used: a mask takes its own texture (and 2 more)",
+        f"{tmp_path / 'a.png'}: its opacity is not used: a mask takes a texture of its own (and 2 more)",
     )

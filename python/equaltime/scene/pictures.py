@@ -20,7 +20,7 @@ exposure, pixel aspect    told: texels are what the file has, and a picture span
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -36,7 +36,7 @@ from equaltime.scene.picture_account import Account
 from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
 from equaltime.scene.primaries import NAMED, REC709, luminance_weights, to_srgb
 
-__all__ = ["Texels", "read_picture", "upright"]
+__all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "upright"]
 
 Array = NDArray[Any]
 
@@ -72,27 +72,60 @@ class Texels:
         return np.ascontiguousarray(np.broadcast_to(colors, (*colors.shape[:2], 3)), np.float32)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stored:
+    """The pixels of a display window as they stand in a file."""
+
+    colors: Array
+    """(H, W, 1 or 3), not multiplied by the opacity unless the file has them so."""
+    alpha: Array | None
+    """(H, W, 1)"""
+    choice: Choice
+    kind: str
+    """How colours are stored: ``encoded``, ``signed`` (whole numbers with a sign) or ``linear``."""
+    account: Account
+
+
+def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object] = lambda spec: None) -> Stored:
+    """Return the picture at `path`: types in ``kept`` as the file has them, others as float32.
+
+    ``check`` is given OpenImageIO's description before pixels are read. Raises ImageError for a file that cannot be
+    read, ValueError for one that declares too much.
+    """
+    with opened(path, UnassociatedAlpha=1) as source:
+        spec, file_format = source.spec(), str(source.format_name())
+        check(spec)
+        account, choice = Account(spec), choose(spec.channelnames)
+        window = _window(spec, file_format, path, account)
+        pixels = _pixels(source, spec, file_format, path, kept)
+        _count_parts(source, account)
+    names = spec.channelnames
+    used = [names[channel] for channel in choice.channels]
+    account.channels(*used)
+    if not choice.named:
+        account.note(f"no channel is called R, G, B or Y: {', '.join(used)} {'is' if len(used) == 1 else 'are'} taken")
+    colors, alpha = _shown(pixels[..., list(choice.channels)], window), None
+    if choice.alpha is not None:
+        alpha = _shown(pixels[..., choice.alpha : choice.alpha + 1], window)
+        account.channels(names[choice.alpha])
+    return Stored(colors, alpha, choice, _kind(spec, file_format), account)
+
+
 def read_picture(path: Path, raw: bool = False) -> Texels:
     """Return the picture at `path`, or with `raw` its numbers without a change of colour.
 
     Raises ValueError for a file that cannot be read, and for texels that are not finite.
     """
     try:
-        with opened(path, UnassociatedAlpha=1) as source:
-            spec, file_format = source.spec(), str(source.format_name())
-            account = Account(spec)
-            choice = choose(spec.channelnames)
-            window = _window(spec, file_format, path, account)
-            pixels = _pixels(source, spec, file_format, path)
-            _count_parts(source, spec, account)
+        stored = read_stored(path, ("uint8", "half"))
     except ImageError as error:
         message = str(error).removeprefix(f"{path}: ")
         raise ValueError(f"{path}: cannot be read as an image: {message}") from error
-    _take_channels(spec.channelnames, choice, pixels, account)
-    colors = _shown(pixels[..., list(choice.channels)], window)
-    colors = upright(colors, _orientation(path, account))
+    if stored.alpha is not None and (stored.alpha < largest(stored.alpha)).any():
+        stored.account.note("its opacity is not used: a mask takes a texture of its own")
+    colors = upright(stored.colors, _orientation(path, stored.account))
     try:
-        found = _linear(colors, choice, raw, _stored(spec, file_format), account)
+        found = _linear(colors, stored, raw)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     if found.texels.dtype != np.uint8 and not (finite := np.isfinite(found.texels)).all():
@@ -101,11 +134,16 @@ def read_picture(path: Path, raw: bool = False) -> Texels:
     return found
 
 
-def _pixels(source: Any, spec: Any, file_format: str, path: Path) -> Array:
-    """Return all channels (H, W, C): uint8 and half as the file has them, others as float32."""
+def largest(pixels: Array) -> float:
+    """Return the number that means all of a channel."""
+    return float(np.iinfo(pixels.dtype).max) if np.issubdtype(pixels.dtype, np.integer) else 1.0
+
+
+def _pixels(source: Any, spec: Any, file_format: str, path: Path, kept: Container[str]) -> Array:
+    """Return all channels (H, W, C): types in ``kept`` as the file has them, others as float32."""
     if wrong := excess(spec, path):
         raise ValueError(f"{path}: {wrong}")
-    kind = str(spec.format) if str(spec.format) in ("uint8", "half") and not _is_mixed(spec) else "float"
+    kind = str(spec.format) if str(spec.format) in kept and not _is_mixed(spec) else "float"
     given = source.read_image(0, 0, 0, spec.nchannels, kind)
     if given is None:
         raise ImageError(f"{path}: {reason(source, path)}")
@@ -123,15 +161,15 @@ def _is_mixed(spec: Any) -> bool:
     return len({str(spec.channelformat(channel)) for channel in range(spec.nchannels)}) > 1
 
 
-def _stored(spec: Any, file_format: str) -> str:
-    """Return how colours are stored: ``encoded``, ``signed`` (whole numbers with a sign) or ``linear``."""
+def _kind(spec: Any, file_format: str) -> str:
+    """Return how colours are stored; see `Stored`."""
     kind = str(spec.format)
     if kind in ("uint8", "uint16") or (kind == "uint" and file_format != "openexr"):
         return "encoded"
     return "signed" if kind in ("int8", "int16", "int") else "linear"
 
 
-def _count_parts(source: Any, spec: Any, account: Account) -> None:
+def _count_parts(source: Any, account: Account) -> None:
     """Tell the parts and levels of a file behind the first."""
     levels = _counted(lambda number: source.seek_subimage(0, number))
     if levels > 1:
@@ -144,19 +182,6 @@ def _count_parts(source: Any, spec: Any, account: Account) -> None:
 
 def _counted(seek: Callable[[int], bool]) -> int:
     return next((number for number in range(1, MOST_PARTS) if not seek(number)), MOST_PARTS)
-
-
-def _take_channels(names: Any, choice: Choice, pixels: Array, account: Account) -> None:
-    """Take the channels of the colour, and that of the opacity where it changes nothing."""
-    used = [names[channel] for channel in choice.channels]
-    account.channels(*used)
-    if not choice.named:
-        account.note(f"no channel is called R, G, B or Y: {', '.join(used)} {'is' if len(used) == 1 else 'are'} taken")
-    if choice.alpha is not None:
-        opaque = 255 if pixels.dtype == np.uint8 else 1
-        account.channels(names[choice.alpha])
-        if (pixels[..., choice.alpha] < opaque).any():
-            account.note(f"its opacity, channel {names[choice.alpha]}, is not used: a mask takes its own texture")
 
 
 # -- where pixels are -------------------------------------------------------------------------------------------------
@@ -231,14 +256,15 @@ def upright(pixels: Array, orientation: int) -> Array:
 # -- what their numbers mean ------------------------------------------------------------------------------------------
 
 
-def _linear(colors: Array, choice: Choice, raw: bool, stored: str, account: Account) -> Texels:
+def _linear(colors: Array, stored: Stored, raw: bool) -> Texels:
     """Return the colours in linear sRGB, or in bytes encoded as sRGB; as they are with `raw`."""
-    curve, primaries = _color_space(stored, raw, account)
-    if choice.kind == "luminance and chroma":
+    account = stored.account
+    curve, primaries = _color_space(stored.kind, raw, account)
+    if stored.choice.kind == "luminance and chroma":
         colors = rgb_of_luminance_chroma(colors, luminance_weights(primaries))
     if raw:
         return Texels(colors, False, account.told())
-    if stored == "signed":
+    if stored.kind == "signed":
         account.note("whole numbers with a sign count as linear, from -1 to 1")
     matrix = to_srgb(primaries) if colors.shape[2] == 3 else None
     if colors.dtype == np.uint8 and matrix is None and curve in ("srgb", 1.0):
@@ -250,9 +276,9 @@ def _linear(colors: Array, choice: Choice, raw: bool, stored: str, account: Acco
     return Texels(np.ascontiguousarray(colors), False, account.told())
 
 
-def _color_space(stored: str, raw: bool, account: Account) -> tuple[float | str, Sequence[float]]:
+def _color_space(kind: str, raw: bool, account: Account) -> tuple[float | str, Sequence[float]]:
     """Return the curve (``srgb`` or a power) and the primaries of the colours, from what the file says of them."""
-    curve: float | str = "srgb" if stored == "encoded" else 1.0
+    curve: float | str = "srgb" if kind == "encoded" else 1.0
     primaries: Sequence[float] = REC709
     name, gamma = account.attribute("oiio:ColorSpace"), account.attribute("oiio:Gamma")
     if isinstance(name, str) and name and (known := _named(name, gamma)) is not None:

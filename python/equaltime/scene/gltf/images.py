@@ -8,23 +8,32 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import OpenImageIO as oiio  # noqa: N813
 from numpy.typing import NDArray
 
-from equaltime.image_files import complaint, excess
+from equaltime.errors import ImageError
+from equaltime.image_files import excess
 from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.picture_channels import rgb_of_luminance_chroma
+from equaltime.scene.pictures import Stored, largest, read_stored
+from equaltime.scene.primaries import REC709, luminance_weights
 
 __all__ = ["decode"]
 
 SUFFIXES: Final = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
 MOST_PIXELS: Final = 1 << 28
+IGNORED: Final = (
+    *("oiio:ColorSpace", "oiio:Gamma", "chromaticities", "ICCProfile", "ICCProfile:profile_description"),
+    "PixelAspectRatio",
+)
+"""Attributes that the specification tells readers to ignore: materials say how their textures are encoded."""
 Check = Callable[[int], object]
 
 
-def decode(document: Document, index: int, check: Check) -> NDArray[Any]:
+def decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
     """Return the pixels (H, W, 4) of an image, not multiplied by its opacity: uint8, uint16 or float32, as it has them.
 
-    Raises `Malformed`, as ``check`` may that is told their number before they are read.
+    Also what of its file is not used. Raises `Malformed`, as ``check`` may that is told their number before they are
+    read.
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:
@@ -42,7 +51,7 @@ def decode(document: Document, index: int, check: Check) -> NDArray[Any]:
     return _from_file(path, place, check)
 
 
-def _from_bytes(content: bytes, place: str, check: Check) -> NDArray[Any]:
+def _from_bytes(content: bytes, place: str, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
     """Decode what is in memory: OpenImageIO's Python module reads files only, so that it goes through a private one."""
     suffix = next((suffix for magic, suffix in SUFFIXES.items() if content.startswith(magic)), None)
     if suffix is None:
@@ -53,38 +62,33 @@ def _from_bytes(content: bytes, place: str, check: Check) -> NDArray[Any]:
         return _from_file(path, place, check)
 
 
-def _from_file(path: Path, place: str, check: Check) -> NDArray[Any]:
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(str(path), config)
-    if source is None:
-        raise Malformed((place, f"cannot be read as an image: {_reason(oiio, path)}"))
-    try:
-        spec = source.spec()
+def _from_file(path: Path, place: str, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
+    def checked(spec: Any) -> None:
         if spec.width * spec.height > MOST_PIXELS:
             raise Malformed((place, f"{spec.width}x{spec.height} pixels; the limit is {MOST_PIXELS} in all"))
         if wrong := excess(spec, path):
             raise Malformed((place, wrong))
         check(spec.width * spec.height)
-        pixels = source.read_image(str(spec.format) if str(spec.format) in ("uint8", "uint16") else "float")
-        if pixels is None:
-            raise Malformed((place, f"cannot be read as an image: {_reason(source, path)}"))
-    finally:
-        source.close()
-    return _rgba(np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels))
+
+    try:
+        stored = read_stored(path, ("uint8", "uint16"), checked)
+    except ImageError as error:
+        message = str(error).removeprefix(f"{path}: ").replace(str(path), path.name)  # which may be a private file
+        raise Malformed((place, f"cannot be read as an image: {message}")) from error
+    for name in IGNORED:
+        stored.account.attribute(name)
+    if (number := stored.account.attribute("Orientation", 1)) is not None:
+        stored.account.note(f"its orientation {number} is not used: images of glTF are as they are stored")
+    return _rgba(stored), tuple(f"{place}: {told}" for told in stored.account.told())
 
 
-def _reason(speaker: Any, path: Path) -> str:
-    """Return OpenImageIO's words without the name of a private file."""
-    return complaint(speaker).replace(str(path), path.name) or "unknown format"
-
-
-def _rgba(pixels: NDArray[Any]) -> NDArray[Any]:
+def _rgba(stored: Stored) -> NDArray[Any]:
     """Return grey, grey with opacity, RGB or RGBA as RGBA."""
-    channels = pixels.shape[2]
-    largest = np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1
-    opaque = np.full((*pixels.shape[:2], 1), largest, pixels.dtype)
-    if channels >= 4:
-        return np.ascontiguousarray(pixels[..., :4])
-    color = pixels if channels == 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    return np.concatenate([color, pixels[..., 1:2] if channels == 2 else opaque], axis=2)
+    colors, alpha = stored.colors, stored.alpha
+    if stored.choice.kind == "luminance and chroma":
+        colors = rgb_of_luminance_chroma(colors, luminance_weights(REC709))
+    height, width, channels = colors.shape
+    color = colors if channels == 3 else np.repeat(colors, 3, axis=2)
+    if alpha is None:
+        alpha = np.full((height, width, 1), largest(colors), colors.dtype)
+    return np.concatenate([color, alpha], axis=2)

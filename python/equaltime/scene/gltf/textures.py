@@ -5,6 +5,7 @@ A bitmap is named by what it is in the file, such as ``model.glb#/materials/2/ro
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -31,7 +32,8 @@ def bake(document: Document, material: int, name: str) -> Texels:
         raise KeyError(name)
     source = _source(document, slot.texture.index)
     use = f"materials[{material}].{name}"
-    found = slot.texels(decode(document, source, lambda count: check_texels(document, source, use, count)))
+    pixels, told = decode(document, source, lambda count: check_texels(document, source, use, count))
+    found = replace(slot.texels(pixels), told=told)
     if found.texels.dtype != np.uint8 and not np.isfinite(found.texels).all():
         raise Malformed((f"materials[{material}]", f"a texel of its {name} is not finite"))
     return _turned(found) if name.endswith(MIRRORED) else found
@@ -41,7 +43,7 @@ def _turned(normals: Texels) -> Texels:
     """Return normals with their second component, which is green, turned round."""
     texels = normals.texels.copy()
     texels[..., 1] = (255 if texels.dtype == np.uint8 else 1) - texels[..., 1]
-    return Texels(texels, normals.srgb)
+    return replace(normals, texels=texels)
 
 
 def _source(document: Document, texture: int) -> int:
