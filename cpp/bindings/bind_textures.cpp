@@ -87,9 +87,10 @@ BsdfParameter parameter(const std::string& name) {
   throw py::value_error("no parameter \"" + name + "\" that a texture may give");
 }
 
-std::uint32_t add_mixture(SceneDescription& d, std::uint32_t first, std::uint32_t second, double weight) {
+std::uint32_t add_mixture(SceneDescription& d, std::uint32_t first, std::uint32_t second, double weight,
+                          std::optional<double> cutoff) {
   if (!(weight >= 0 && weight <= 1)) throw py::value_error("the weight of a mixture lies in [0, 1]");
-  d.bsdfs.emplace_back(MixtureDescription{first, second, weight});
+  d.bsdfs.emplace_back(MixtureDescription{first, second, weight, cutoff});
   return static_cast<std::uint32_t>(d.bsdfs.size() - 1);
 }
 
@@ -119,7 +120,7 @@ void bind_textures(py::class_<SceneDescription>& builder) {
              d.bsdfs.emplace_back(NullDescription{});
              return d.bsdfs.size() - 1;
            })
-      .def("add_mixture", &add_mixture, "first"_a, "second"_a, "weight"_a)
+      .def("add_mixture", &add_mixture, "first"_a, "second"_a, "weight"_a, "cutoff"_a = py::none())
       .def(
           "bind",
           [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture,

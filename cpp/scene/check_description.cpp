@@ -93,7 +93,10 @@ void check_bsdf(const Part& part, const PrincipledDescription& d) {
   part.share("clearcoat_gloss", d.clearcoat_gloss);
 }
 void check_bsdf(const Part&, const NullDescription&) {}
-void check_bsdf(const Part& part, const MixtureDescription& d) { part.share("weight", d.weight); }
+void check_bsdf(const Part& part, const MixtureDescription& d) {
+  part.share("weight", d.weight);
+  if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kLargestFloat);
+}
 
 void check_shapes(const std::vector<ShapeDescription>& shapes, const std::string& kind) {
   for (std::size_t i = 0; i < shapes.size(); ++i)

@@ -64,8 +64,9 @@ struct PrincipledDescription {
 struct NullDescription {};
 /// At each point one of two at random: `second` with the probability `weight`. A mask is nothing and what it hides.
 struct MixtureDescription {
-  std::uint32_t first, second;  // indices into SceneDescription::bsdfs, before this one
-  double weight = 0.5;          // in [0, 1]
+  std::uint32_t first, second;        // indices into SceneDescription::bsdfs, before this one
+  double weight = 0.5;                // in [0, 1]
+  std::optional<double> cutoff = {};  // makes the weight 1 where it is at least this, else 0
 };
 using BsdfDescription =
     std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription,

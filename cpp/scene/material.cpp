@@ -14,7 +14,12 @@ void set(Bsdf& bsdf, BsdfParameter parameter, const Spectrum& value) noexcept {
   std::visit([&](auto& leaf) noexcept { leaf.set(parameter, value); }, bsdf);
 }
 
-float as_weight(float value) noexcept { return std::clamp(value, 0.0F, 1.0F); }
+/// Interpolation between vertices of one weight rounds it by a few ulps, which must not make holes.
+constexpr float kRounded = 1 - 0x1p-21F;
+
+float as_weight(float value, std::optional<float> cutoff) noexcept {
+  return cutoff ? (value >= *cutoff * kRounded ? 1.0F : 0.0F) : std::clamp(value, 0.0F, 1.0F);
+}
 
 /// What a parameter gets of a texture.
 Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept {
@@ -46,7 +51,10 @@ const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlac
 }
 
 float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
-  return bindings.empty() ? weight : as_weight(number(textures[bindings.front().texture], place));
+  if (bindings.empty()) return weight;
+  const auto& [parameter, texture, times] = bindings.front();
+  const float factor = times == kNone ? 1.0F : number(textures[times], place);
+  return as_weight(factor * number(textures[texture], place), cutoff);
 }
 
 std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
@@ -65,7 +73,8 @@ Material make_material(const BsdfDescription& d) {
   if (const auto* mixture = std::get_if<MixtureDescription>(&d)) {
     material.kind = Material::Kind::mixture;
     material.parts[0] = mixture->first, material.parts[1] = mixture->second;
-    material.weight = static_cast<float>(mixture->weight);
+    if (mixture->cutoff) material.cutoff = static_cast<float>(*mixture->cutoff);
+    material.weight = as_weight(static_cast<float>(mixture->weight), material.cutoff);
   }
   return material;
 }
@@ -79,7 +88,7 @@ void bind(Material& material, const TextureBinding& b, const std::vector<Texture
     material.bindings.push_back({parameter, b.texture, b.times.value_or(kNone)});
     material.anisotropic = material.anisotropic || is_of_azimuth(parameter);
   } else if (parameter == BsdfParameter::weight) {
-    material.weight = as_weight(number(texture, {}));
+    material.weight = as_weight(number(texture, {}), material.cutoff);
   } else {
     set(material.bsdf, parameter, value_for(parameter, texture, {}));
   }

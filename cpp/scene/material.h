@@ -35,10 +35,11 @@ struct Material {
   Kind kind = Kind::leaf;
   // Of the material or any part of it:
   bool textured = false;
-  bool anisotropic = false;         // looks at the azimuth of directions, so that the shading frame's tangent matters
-  bool passes = false;              // may let light pass straight on: nothing, and glass without thickness
-  std::uint32_t parts[2] = {0, 0};  // of a mixture
-  float weight = 0;                 // of the second part, where no texture speaks
+  bool anisotropic = false;          // looks at the azimuth of directions, so that the shading frame's tangent matters
+  bool passes = false;               // may let light pass straight on: nothing, and glass without thickness
+  std::uint32_t parts[2] = {0, 0};   // of a mixture
+  float weight = 0;                  // of the second part, where no texture speaks
+  std::optional<float> cutoff = {};  // see MixtureDescription
 
   /// The leaf as the textures make it at a place, which is put in `made`.
   const Bsdf& at(const std::vector<Texture>& textures, const TexturePlace& place,

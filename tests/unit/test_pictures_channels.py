@@ -242,6 +242,4 @@ def test_what_several_pictures_have_is_one_line_with_the_first_place(tmp_path: P
         bitmap = {"type": "bitmap", "filename": str(written(tmp_path / f"{name}.png", pixels, "R G B A"))}
         parts[name] = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": bitmap}}
     told = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, **parts}).warnings
-    assert told == (
-        f"{tmp_path / 'a.png'}: its opacity is not used: a mask takes a texture of its own (and 2 more)",
-    )
+    assert told == (f"{tmp_path / 'a.png'}: its opacity is not used: a mask takes a texture of its own (and 2 more)",)

@@ -28,7 +28,6 @@ from equaltime.scene.model import (
     RoughDielectric,
     RoughPlastic,
     Texture,
-    TexturePlugin,
     ThinDielectric,
 )
 from equaltime.scene.unsupported import Unsupported
@@ -67,7 +66,8 @@ class Materials:
 
     def _add(self, bsdf: Bsdf, turned: bool, bend: Bend | None) -> int:
         if isinstance(bsdf, Mask):
-            return self._mixture(self._builder.add_null(), self._index(bsdf.bsdf, turned, bend), bsdf.opacity)
+            nothing, hidden = self._builder.add_null(), self._index(bsdf.bsdf, turned, bend)
+            return self._mixture(nothing, hidden, bsdf.opacity, bsdf.cutoff)
         if isinstance(bsdf, BlendBsdf):
             first, second = (self._index(part, turned, bend) for part in bsdf.bsdf)
             return self._mixture(first, second, bsdf.weight)
@@ -81,7 +81,8 @@ class Materials:
         if step is None:
             raise Unsupported(bsdf)
         index = step(self._builder, bsdf)
-        self._textures.bind(bsdf, index)
+        for name, value in vars(bsdf).items():
+            self._textures.bind(index, name, value)
         if bend is not None and not isinstance(bsdf, Null):
             self._bend(index, bend)
         return index
@@ -98,10 +99,9 @@ class Materials:
             turned=bend.turned,
         )
 
-    def _mixture(self, first: int, second: int, weight: Texture | float) -> int:
-        index = self._builder.add_mixture(first, second, number(weight))
-        if isinstance(weight, TexturePlugin):
-            self._builder.bind(index, "weight", self._textures.index(weight))
+    def _mixture(self, first: int, second: int, weight: Texture | float, cutoff: float | None = None) -> int:
+        index = self._builder.add_mixture(first, second, number(weight), cutoff)
+        self._textures.bind(index, "weight", weight)
         return index
 
 

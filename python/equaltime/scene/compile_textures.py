@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
-from equaltime.scene.model import Bitmap, Bsdf, Checkerboard, Color, MeshAttribute, Plugin, Texture, TexturePlugin
+from equaltime.scene.model import Bitmap, Checkerboard, Color, MeshAttribute, Plugin, Texture, TexturePlugin
 from equaltime.scene.unsupported import Unsupported, constant
 
 __all__ = ["Textures", "color", "number"]
@@ -30,19 +30,18 @@ class Textures:
     def index(self, texture: Texture) -> int:
         """Return the core's index of `texture`; raises ValueError if its file cannot be used."""
         if isinstance(texture, MeshAttribute) and texture.times is not None:
-            raise Unsupported(texture, "'times' of a 'mesh_attribute' is for parameters of BSDFs that are no weights")
+            raise Unsupported(texture, "'times' of a 'mesh_attribute' is for parameters of BSDFs")
         nameless = texture.model_copy(update={"id": None})
         if nameless not in self._known:
             self._known[nameless] = self._add(texture)
         return self._known[nameless]
 
-    def bind(self, bsdf: Bsdf, index: int) -> None:
-        """Bind those parameters of `bsdf`, the core's `index`, that are textures."""
-        for name, value in vars(bsdf).items():
-            if isinstance(value, MeshAttribute) and value.times is not None:
-                self._builder.bind(index, name, self.index(_alone(value)), self.index(value.times))
-            elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
-                self._builder.bind(index, name, self.index(value))
+    def bind(self, bsdf: int, name: str, value: object) -> None:
+        """Bind the parameter `name` of the core's BSDF of this index, if it is a texture."""
+        if isinstance(value, MeshAttribute) and value.times is not None:
+            self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))
+        elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
+            self._builder.bind(bsdf, name, self.index(value))
 
     def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
         """Give the textures among `wanted` that look at attributes of a mesh, the core's `shape`, what it has of them.

@@ -50,6 +50,8 @@ NEAR_SRGB: Final = (2.15, 2.45)
 """Powers that mean sRGB in practice: 2.2, which files with its curve declare, and that of its upper part."""
 ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
 """Names of colour spaces that earlier releases of OpenImageIO give."""
+UNSAID: Final = frozenset({"", "rec709"})
+"""What OpenImageIO says of formats that say nothing of their colours, such as PPM and PFM."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,9 +283,10 @@ def _color_space(kind: str, raw: bool, account: Account) -> tuple[float | str, S
     curve: float | str = "srgb" if kind == "encoded" else 1.0
     primaries: Sequence[float] = REC709
     name, gamma = account.attribute("oiio:ColorSpace"), account.attribute("oiio:Gamma")
-    if isinstance(name, str) and name and (known := _named(name, gamma)) is not None:
+    said = name if isinstance(name, str) and name.lower() not in UNSAID else ""
+    if said and (known := _named(said, gamma)) is not None:
         curve, primaries = known
-    elif name and not raw:
+    elif said and not raw:
         account.note(f"its colour space {name} is not known: {'sRGB' if curve == 'srgb' else 'linear'} is taken")
     given = account.attribute("chromaticities")
     if isinstance(given, tuple) and len(given) == 8:
@@ -308,7 +311,7 @@ def _named(name: str, gamma: object) -> tuple[float | str, Sequence[float]] | No
 def _tell_conversions(raw: bool, account: Account) -> None:
     """Tell what OpenImageIO has converted in its own way, and profiles of colours that are not sRGB."""
     for name in ("jpeg:ColorSpace", "tiff:ColorSpace"):
-        if (space := account.attribute(name)) is not None:
+        if (space := account.attribute(name, "RGB", "YCbCr", "palette")) is not None:
             account.note(f"colours in {space} are turned into RGB without a profile")
     if (shape := account.attribute("textureformat", "Plain Texture", "LatLong Environment")) is not None:
         account.note(f"its layout, {shape}, is not used")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import filecmp
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
@@ -78,17 +78,18 @@ def write_ply(
     faces: NDArray[np.uint32],
     normals: Array | None,
     uvs: Array | None,
-    colors: Array | None,
+    attributes: Mapping[str, Array] | None = None,
 ) -> None:
     """Write a binary PLY file from which the very same numbers are read again.
 
-    `vertices`, `normals` (N, 3), `uvs` (N, 2), `colors` (N, 3 or more; the first three are written), `faces` (M, 3).
+    `vertices`, `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3); `attributes` of vertices by Mitsuba's names, (N, 1 or 3)
+    each.
     """
     columns = {
         **dict(zip("xyz", vertices.T, strict=True)),
         **({} if normals is None else dict(zip(("nx", "ny", "nz"), normals.T, strict=True))),
         **({} if uvs is None else dict(zip("uv", uvs.T, strict=True))),
-        **({} if colors is None else dict(zip("rgb", colors.T[:3], strict=True))),
+        **{name: column for attribute in (attributes or {}).items() for name, column in _columns(*attribute)},
     }
     records = np.empty(len(vertices), dtype=[(name, _smallest(column)) for name, column in columns.items()])
     for name, column in columns.items():
@@ -105,6 +106,13 @@ def write_ply(
         "end_header\n",
     ]
     path.write_bytes("\n".join(header).encode() + records.tobytes() + corners.tobytes())
+
+
+def _columns(attribute: str, values: Array) -> Iterator[tuple[str, Array]]:
+    """Iterate over the properties of vertices that are read as this attribute."""
+    name = attribute.removeprefix("vertex_")
+    names = "rgb" if name == "color" else [f"{name}_{number}" for number in range(values.shape[1])]
+    yield from zip(names, values.T, strict=True)
 
 
 def _smallest(column: Array) -> str:

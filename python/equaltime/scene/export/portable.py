@@ -74,10 +74,10 @@ class _Unpacker:
 
     def _mesh(self, shape: Gltf | Obj) -> Path:
         mesh = self._assets.mesh(shape)
-        colors = mesh.attributes.get("vertex_color")
+        attributes = {name: values for name, values in mesh.attributes.items() if name.startswith("vertex_")}
 
         def write(path: Path) -> None:
-            write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, colors)
+            write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, attributes)
             if (other := _difference(mesh, path)) is not None:
                 message = f"a PLY file would be read as another mesh: {other}; write .toml, which names the glTF file"
                 raise SceneError((Problem(_name(shape), message),))

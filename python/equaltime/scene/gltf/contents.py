@@ -58,7 +58,7 @@ class Contents:
         arrays: tuple[NDArray[Any] | None, ...]
         if _PRIMITIVE.fullmatch(fragment):
             mesh = self.mesh(fragment)
-            arrays = (mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, mesh.colors)
+            arrays = (mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, mesh.colors, mesh.light)
         else:
             bitmap = self.bitmap(fragment)
             arrays = (bitmap.texels, np.array(bitmap.srgb))

@@ -17,8 +17,11 @@ __all__ = ["Materials", "Variant"]
 PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
 )
+OF_VERTICES: Final = {"base_color": "vertex_color", "alpha": "vertex_alpha"}
+"""Attributes of meshes that have a parameter of their material in them."""
 BLACK: Final = (0.0, 0.0, 0.0)
 COLORED: Final = "_colored"
+FADED: Final = "_faded"
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +30,8 @@ class Variant:
 
     colored: bool
     """Its vertices have colours."""
+    faded: bool
+    """Its vertices have opacities, which the material uses."""
     mirrored: bool
     """It shows its textures in a mirror, which turns normal maps over."""
 
@@ -80,19 +85,24 @@ class Materials:
         """Tell whether a material is an area light."""
         return "radiance" in self.look(material).slots
 
-    def emitter(self, material: int | None, colored: bool) -> Object | None:
+    def emitter(self, material: int | None, variant: Variant) -> Object | None:
         """Return the area light that a material is, if it shines; unlit vertices shine in their colours."""
         seen = self.look(material)
         slot = seen.slots.get("radiance")
         if material is None or slot is None:
             return None
         place, radiance = self._at(material), self._color(material, "radiance", slot)
-        if seen.unlit and colored and slot.texture is None:
-            radiance = plant("texture", "mesh_attribute", place, name="vertex_color")
-        elif seen.unlit and colored:
-            self._document.note(
-                "the colours of vertices are not used where an unlit material has a texture", place.path
-            )
+        told = []
+        if slot.texture is None and ((seen.unlit and variant.colored) or variant.faded):
+            radiance = plant("texture", "mesh_attribute", place, name="vertex_radiance")
+            if variant.faded and seen.slots["opacity"].cutoff is not None:
+                told.append("light is emitted by vertices that are not cut out, and less and less towards others")
+        elif seen.unlit and variant.colored:
+            told.append("the colours of vertices are not used where an unlit material has a texture")
+        elif variant.faded:
+            told.append("light that a texture gives does not fade with the opacity of vertices")
+        for message in told:
+            self._document.note(message, place.path)
         return plant("emitter", "area", place, radiance=radiance)
 
     def _at(self, material: int | None) -> Place:
@@ -103,7 +113,8 @@ class Materials:
         for note in seen.notes:
             self._document.note(note, place.path)
         name = "material" if material is None else f"material_{material}"
-        name += (COLORED if variant.colored else "") + (MIRRORED if variant.mirrored else "")
+        name += COLORED if variant.colored else ""
+        name += (FADED if variant.faded else "") + (MIRRORED if variant.mirrored else "")
         layers = self._layers(seen, material, variant, place)
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 
@@ -123,6 +134,9 @@ class Materials:
             bsdf = plant("bsdf", "twosided", place, bsdf=bsdf)
         if "transmission" in slots:
             bsdf = self._thin(seen, material, variant.colored, bsdf, place)
+        if "opacity" in slots and variant.faded:
+            opacity = self._of_vertices(material, "alpha", slots["alpha"], place)
+            return plant("bsdf", "mask", place, opacity=opacity, cutoff=slots["opacity"].cutoff, bsdf=bsdf)
         if "opacity" in slots:
             bsdf = plant("bsdf", "mask", place, opacity=self._number(material, "opacity", slots["opacity"]), bsdf=bsdf)
         return bsdf
@@ -142,9 +156,13 @@ class Materials:
         """Return the base colour; a constant one is in the colours of the vertices (`meshes.read`)."""
         if not colored:
             return self._color(material, "base_color", slot)
-        result = plant("texture", "mesh_attribute", place, name="vertex_color")
+        return self._of_vertices(material, "base_color", slot, place)
+
+    def _of_vertices(self, material: int | None, name: str, slot: Slot, place: Place) -> Object:
+        """Return what the vertices have of a parameter, times its texture if it has one."""
+        result = plant("texture", "mesh_attribute", place, name=OF_VERTICES[name])
         if slot.texture is not None:
-            add(result, "times", self._texture(material, "base_color", slot))
+            add(result, "times", self._texture(material, name, slot))
         return result
 
     def _thin(self, seen: SurfaceLook, material: int | None, colored: bool, bsdf: Object, place: Place) -> Object:

@@ -12,7 +12,7 @@ from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.poses import Pose
 from equaltime.scene.gltf.primitives import Triangles, triangles
 from equaltime.scene.gltf.skins import skinned
-from equaltime.scene.gltf.surfaces import look
+from equaltime.scene.gltf.surfaces import SurfaceLook, look
 
 __all__ = ["Source", "box", "read"]
 
@@ -35,7 +35,8 @@ class Source:
 def read(pose: Pose, source: Source) -> Triangles | None:
     """Return a primitive as it is in a pose, or None if there is none; raises `Malformed`.
 
-    Colours of vertices are multiplied by the base colour of the material, unless that is a texture, which has it.
+    Colours of vertices are multiplied by the base colour of the material, unless that is a texture, which has it; their
+    opacities by its opacity likewise.
     """
     document, mesh = pose.document, _mesh(pose.document, source)
     gltf = document.gltf
@@ -48,9 +49,22 @@ def read(pose: Pose, source: Source) -> Triangles | None:
     if node is not None and gltf.nodes[node].skin is not None:
         vertices, normals = skinned(pose, node, primitive, found.vertices, found.normals)
         found = replace(found, vertices=vertices, normals=normals)
-    if found.colors is not None and seen.slots["base_color"].texture is None:
-        found = replace(found, colors=found.colors * (*seen.slots["base_color"].factor, 1.0))
-    return found
+    return found if found.colors is None else _colored(found, found.colors, seen)
+
+
+def _colored(found: Triangles, colors: NDArray[np.float64], seen: SurfaceLook) -> Triangles:
+    """Return a primitive with its colours (N, 4) times what is constant of a material, and the light that it sends."""
+    base, alpha, light = (seen.slots.get(name) for name in ("base_color", "alpha", "radiance"))
+    color = base.factor if base is not None and base.texture is None else (1.0, 1.0, 1.0)
+    opacity = alpha.factor if alpha is not None and alpha.texture is None else (1.0,)
+    tinted = colors * (*color, *opacity)
+    if light is None or light.texture is not None:
+        return replace(found, colors=tinted)
+    shown = colors[:, :3] if seen.unlit else np.ones((len(colors), 3))
+    if alpha is not None:
+        cutoff = seen.slots["opacity"].cutoff
+        shown = shown * (colors[:, 3:] if cutoff is None else tinted[:, 3:] >= cutoff)
+    return replace(found, colors=tinted, light=shown * light.factor)
 
 
 def _mesh(document: Document, source: Source) -> int | None:

@@ -16,6 +16,8 @@ __all__ = ["TRIANGLES", "Triangles", "color", "mirrored_uvs", "triangles"]
 
 Array = NDArray[np.float64]
 
+FLOAT: Final = 5126
+"""The component type of float32."""
 NAMES: Final = ("points", "lines", "line loop", "line strip", "triangles", "triangle strip", "triangle fan")
 TRIANGLES: Final = frozenset({4, 5, 6})
 """The modes that have a surface."""
@@ -36,11 +38,17 @@ class Triangles:
     colors: Array | None
     """(N, 4) linear RGB and opacity: COLOR_0"""
     warnings: list[str]
+    light: Array | None = None
+    """(N, 3) radiance that vertices with colours of their own send, where no texture gives it"""
 
     @property
     def attributes(self) -> dict[str, Array]:
-        """The colours (N, 3), by Mitsuba's name."""
-        return {} if self.colors is None else {"vertex_color": self.colors[:, :3]}
+        """The colours (N, 3) by Mitsuba's name, opacities (N, 1) where not all are 1, and radiances (N, 3)."""
+        if self.colors is None:
+            return {}
+        alpha = {"vertex_alpha": self.colors[:, 3:]} if (self.colors[:, 3] != 1.0).any() else {}
+        light = {} if self.light is None else {"vertex_radiance": self.light}
+        return {"vertex_color": self.colors[:, :3], **alpha, **light}
 
 
 def triangles(
@@ -77,7 +85,7 @@ def triangles(
             f"{place}: {{}} texture coordinates are not finite: (0, 0) is taken",
             warnings,
         ),
-        color(document, source),
+        color(document, source, warnings, place),
         warnings,
     )
     for name, values in (("NORMAL", result.normals), (f"TEXCOORD_{uv_set}", result.uvs), ("COLOR_0", result.colors)):
@@ -120,12 +128,24 @@ def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
     return mirrored
 
 
-def color(document: Document, primitive: Any) -> Array | None:
-    """Return the vertex colours (N, 4) of a primitive, if it has any; opacity is 1 where there is none."""
+def color(document: Document, primitive: Any, warnings: list[str], place: str) -> Array | None:
+    """Return the vertex colours (N, 4) of a primitive, if it has any; opacity is 1 where there is none.
+
+    Whole numbers are refused that are not normalised: nothing says which of them is white.
+    """
     index = vars(primitive.attributes).get("COLOR_0")
     if index is None:
         return None
-    values = np.clip(floats(document, index, "VEC3", "VEC4"), 0.0, 1.0)
+    accessor = document.gltf.accessors[index]
+    if accessor.componentType != FLOAT and not accessor.normalized:
+        expected = "expected true for colours in whole numbers, or numbers of type 5126 (float)"
+        raise Malformed((f"accessors[{index}].normalized", expected))
+    values = floats(document, index, "VEC3", "VEC4")
+    values = _finite(values, f"{place}: {{}} colours are not finite: black is taken", warnings)
+    if beyond := int(((values < 0.0) | (values > 1.0)).any(axis=1).sum()):
+        reach = f"they reach from {values.min():g} to {values.max():g}"
+        warnings.append(f"{place}: {beyond} colours are cut to [0, 1]; {reach}")
+    values = np.clip(values, 0.0, 1.0)
     return values if values.shape[1] == 4 else np.column_stack([values, np.ones(len(values))])
 
 

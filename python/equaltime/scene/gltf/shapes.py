@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -99,19 +99,21 @@ class Shapes:
 
     def _split_now(self, mesh: int, p: int) -> Iterator[_Part]:
         primitive = self._document.gltf.meshes[mesh].primitives[p]
-        seen, mirrored, colors = self._materials.look(primitive.material), np.zeros(1, np.bool_), None
+        seen, mirrored, colors = self._materials.look(primitive.material), np.zeros(1, np.bool_), np.ones((1, 4))
         try:
-            colors = color(self._document, primitive)
+            given = color(self._document, primitive, [], "")
+            colors = colors if given is None else given
             if "normal" in seen.slots:
                 mirrored = mirrored_uvs(triangles(self._document, mesh, p, seen.uv_set))
         except Malformed:  # told where the mesh itself is read
             pass
-        colored = colors is not None and bool((colors[:, :3] != 1.0).any())
+        colored = bool((colors[:, :3] != 1.0).any())
+        faded = "alpha" in seen.slots and bool((colors[:, 3] != 1.0).any())
         if mirrored.any() and not mirrored.all():
-            yield _Part("/unmirrored", Variant(colored, False))
-            yield _Part("/mirrored", Variant(colored, True))
+            yield _Part("/unmirrored", Variant(colored, faded, False))
+            yield _Part("/mirrored", Variant(colored, faded, True))
         else:
-            yield _Part("", Variant(colored, bool(mirrored.any())))
+            yield _Part("", Variant(colored, faded, bool(mirrored.any())))
 
     def _copies(self, at: Placed) -> Iterator[_Copy]:
         """Yield the copies of a node's mesh, but for those that have no volume left."""
@@ -191,7 +193,7 @@ class Shapes:
             if seen:
                 self._seen.append((source, copy.to_world))
             for part in self._split(copy.mesh, p):
-                variant = Variant(part.variant.colored, part.variant.mirrored != turned)
+                variant = replace(part.variant, mirrored=part.variant.mirrored != turned)
                 yield self._shape(f"{source}{part.suffix}", primitive, variant, copy, self._place_of(copy.mesh, p))
 
     def _where(self, copy: _Copy) -> Array | Animation:
@@ -220,7 +222,7 @@ class Shapes:
             to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,
             flip_normals=(flat and mirrors(copy.to_world)) or None,
-            emitter=self._materials.emitter(primitive.material, variant.colored),
+            emitter=self._materials.emitter(primitive.material, variant),
         )
         add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))
         if (medium := self._materials.medium(primitive.material)) is not None:

@@ -31,7 +31,10 @@ class SurfaceLook:
     """What a material is made of."""
 
     slots: Mapping[str, Slot]
-    """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls)."""
+    """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls).
+
+    ``alpha`` is the opacity before it is cut, for vertices that have their own.
+    """
     eta: float
     """Index of refraction that gives the reflection of the dielectric part."""
     two_sided: bool
@@ -102,6 +105,7 @@ def _base(reading: _Reading) -> None:
         given = reading.material.alphaCutoff
         cutoff = None if mode == "BLEND" else 0.5 if given is None else given
         reading.slots["opacity"] = Slot(color[3:], texture, ALPHA, cutoff=cutoff)
+        reading.slots["alpha"] = Slot(color[3:], texture, ALPHA)
     if reading.material.occlusionTexture is not None:
         reading.notes.append("the occlusion texture is not used: light is traced")
 

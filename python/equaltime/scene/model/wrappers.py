@@ -68,6 +68,8 @@ class Mask(BsdfPlugin):
 
     type: Literal["mask"] = "mask"
     opacity: WeightTexture = 0.5
+    cutoff: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
+    """Makes it opaque where the opacity is at least this, and a hole elsewhere; an extension to Mitsuba."""
     bsdf: Bsdf
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
