@@ -85,12 +85,17 @@ def numbers(path: Path, raw: bool = False) -> NDArray[np.float32]:
 
 
 def scene(path: Path, use: str = "texture") -> et.Scene:
-    """Return a scene whose sky, or whose wall, has the picture."""
-    parts: dict[str, Any] = {"type": "scene", "sensor": {"type": "perspective"}}
-    bitmap = {"type": "bitmap", "filename": str(path)}
-    wall = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": bitmap}}
-    more = {"sky": {"type": "envmap", "filename": str(path)}} if use == "sky" else {"wall": wall}
-    return et.load_dict(parts | {"ball": {"type": "sphere"}} | more)
+    """Return a scene before whose camera a ball stands under a sky that is the picture, or a wall that has it."""
+    sensor = {"type": "perspective", "to_world": np.diag([-1.0, 1.0, -1.0, 1.0])}  # it looks along -z
+    behind = np.eye(4)
+    behind[2, 3] = -3.0
+    bsdf = {"type": "diffuse", "reflectance": {"type": "bitmap", "filename": str(path)}}
+    wall = {"type": "rectangle", "to_world": behind, "bsdf": bsdf}
+    sky = {"type": "envmap", "filename": str(path)}
+    parts = {"ball": {"type": "sphere", "center": [0, 0, -4]}, "sky": sky}
+    return et.load_dict(
+        {"type": "scene", "sensor": sensor} | (parts if use == "sky" else {"wall": wall, "sky": {"type": "constant"}})
+    )
 
 
 def srgb_decoded(values: Array) -> Array:
