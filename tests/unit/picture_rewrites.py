@@ -108,7 +108,7 @@ def _tiff(draw: st.DrawFn) -> Rewrite:
 
     def write(folder: Path, pixels: NDArray[np.float32]) -> Path:
         stored = FILE_ORIENTATIONS[turn](pixels)
-        stored = stored.astype(np.float32 if len(stored) == 1 else kind)  # OpenImageIO 3.2 misreads one row of doubles
+        stored = stored.astype(np.float32 if tile or len(stored) == 1 else kind)  # such float64 is refused
         more = {"compression": compression, "planarconfig": planes, "Orientation": turn}
         return written(folder / "a.tif", stored, tile=tile, **more)
 

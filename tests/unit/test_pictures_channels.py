@@ -66,6 +66,13 @@ def test_floating_point_tiff_is_linear(tmp_path: Path, kind: str) -> None:
     assert (numbers(written(tmp_path / "a.tif", colors().astype(kind))) == colors()).all()
 
 
+@pytest.mark.parametrize(("height", "tile"), [(1, 0), (4, 16)])
+def test_float64_that_would_be_misread_is_refused(tmp_path: Path, height: int, tile: int) -> None:
+    path = written(tmp_path / "a.tif", colors(height).astype(np.float64), tile=tile)
+    with pytest.raises(ValueError, match=r"a\.tif: OpenImageIO misreads tiles and single rows of float64"):
+        texels(path)
+
+
 def test_whole_numbers_with_a_sign_are_linear_which_is_told(tmp_path: Path) -> None:
     path = written(tmp_path / "a.tif", np.full((4, 6, 3), -16384, np.int16))
     assert numbers(path) == pytest.approx(-16384 / 32767, abs=1e-4)

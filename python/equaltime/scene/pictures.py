@@ -145,6 +145,9 @@ def _pixels(source: Any, spec: Any, file_format: str, path: Path, kept: Containe
     """Return all channels (H, W, C): types in ``kept`` as the file has them, others as float32."""
     if wrong := excess(spec, path):
         raise ValueError(f"{path}: {wrong}")
+    if str(spec.format) == "double" and file_format == "tiff" and (spec.tile_width or spec.height == 1):
+        # release 3.2 returns other numbers, without a word
+        raise ValueError(f"{path}: OpenImageIO misreads tiles and single rows of float64; write the file as float32")
     kind = str(spec.format) if str(spec.format) in kept and not _is_mixed(spec) else "float"
     given = source.read_image(0, 0, 0, spec.nchannels, kind)
     if given is None:
