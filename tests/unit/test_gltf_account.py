@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.scene.gltf import account
+from equaltime.scene.gltf import MAPPING, account
+from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
 from equaltime.scene.lint import lint
 
 from .gltf_files import Builder, one_triangle
@@ -138,3 +139,21 @@ def test_a_reader_without_an_account_is_caught(tmp_path: Path, monkeypatch: pyte
     builder = one_triangle(pbrMetallicRoughness={})
     change(builder.json)
     assert expected not in told(builder, tmp_path)
+
+
+def listed(rule: Any) -> Iterator[str]:
+    """Iterate over the names of all properties that a rule of the schema lists."""
+    for name, inner in getattr(rule, "fields", {}).items():
+        yield name
+        yield from listed(inner)
+    if hasattr(rule, "item"):
+        yield from listed(rule.item)
+
+
+def test_the_table_of_what_becomes_of_each_property_is_complete() -> None:
+    page = (Path(account.__file__).parent / "README.md").read_text()
+    names = {name for name in listed(DOCUMENT) if not name.startswith(("KHR_", "EXT_", "extensions"))}
+    assert {"byteStride", "thicknessFactor", "wrapS"} <= names
+    assert [name for name in sorted(names) if f"`{name}`" not in page] == []
+    extensions = {name for name in listed(DOCUMENT) if name.startswith(("KHR_", "EXT_"))} | {*MAPPING, *UNREADABLE}
+    assert [name for name in sorted(extensions) if f"| {name} |" not in page and f" {name}" not in page] == []

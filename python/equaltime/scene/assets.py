@@ -6,6 +6,7 @@ Reading raises ValueError with a message for people; who knows the place in the 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 

@@ -1,21 +1,6 @@
 """Pictures that a scene names, for textures and skies: the whole display window, upright, in linear sRGB.
 
-========================  ============================================================================================
-in the file               here
-========================  ============================================================================================
-8 and 16 bits a channel   fractions of the largest number, encoded as sRGB unless the file says otherwise; 1 bit too
-whole numbers (EXR)       the numbers themselves: OpenEXR defines no largest
-other whole numbers       fractions of the largest number; those with a sign are linear, which is told
-half, float               linear, unless the file says that they are encoded
-colour space              sRGB, linear and powers; primaries by chromaticities or by name; others are told, as are
-                          profiles (ICC) of anything but sRGB
-channels                  R, G, B of the first layer that has them, else Y, RY, BY, else Y, else the first three or one
-opacity                   not used and told where it is below 1; colours are what the file has, multiplied by it or not
-display window            spans the surface: black where the file has no pixels, and what lies outside is cut off
-orientation               turned upright by the eight numbers of Exif and TIFF, and by the axes of Radiance
-parts, levels, frames     the first; others are told
-exposure, pixel aspect    told: texels are what the file has, and a picture spans u and v in [0, 1] whatever its aspect
-========================  ============================================================================================
+The section "Pictures" of ``scenes/README.md`` says what becomes of all that a file may have.
 """
 
 from __future__ import annotations

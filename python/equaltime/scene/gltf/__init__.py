@@ -12,7 +12,8 @@ skins, morph targets       poses of a `gltf` shape: ``/nodes/N/...`` as the file
                            or its mesh; ``/animations/A/T/nodes/N/...`` as they are at a time; what glows keeps the
                            first; *in each of 16 parts of the shutter's time, vertices go straight*
 COLOR_0                    `mesh_attribute`, times the base colour, also of what is unlit, *unless it has a texture*;
-                           *its opacity is not used*
+                           its opacity, times that of the material, where that blends or cuts; *the light of a
+                           texture does not fade with it*
 nodes                      ``to_world``; a scale of 0 along one axis counts as 1e-8 times the largest; what is scaled to
                            a line or a point is left out; ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`; the first, or ``-D camera=`` name or number; an added one has
@@ -29,7 +30,7 @@ emission                   `area`, from the front side only; nits are W/(m² sr)
 extensions                 see `mapping`; those of materials become parameters of `principled`, mostly
 =========================  ===========================================================================================
 
-A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=`` set them). Whatever a file asks for and does
+README.md beside this has the fate of every property. A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=`` set them). Whatever a file asks for and does
 not get is among the scene's warnings, and ``equaltime info`` shows what becomes of its extensions. Compressed data
 (Draco, meshopt, Basis) and other extensions that a file requires are refused.
 """
