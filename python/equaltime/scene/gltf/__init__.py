@@ -30,9 +30,10 @@ emission                   `area`, from the front side only; nits are W/(m² sr)
 extensions                 see `mapping`; those of materials become parameters of `principled`, mostly
 =========================  ===========================================================================================
 
-README.md beside this has the fate of every property. A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=`` set them). Whatever a file asks for and does
-not get is among the scene's warnings, and ``equaltime info`` shows what becomes of its extensions. Compressed data
-(Draco, meshopt, Basis) and other extensions that a file requires are refused.
+README.md beside this has the fate of every property. A file without lights gets a sky and a sun (``-D sky=`` and
+``-D sun=`` set them). Whatever a file asks for and does not get is among the scene's warnings, and ``equaltime info``
+shows what becomes of its extensions. Compressed data (Draco, meshopt, Basis) and other extensions that a file requires
+are refused.
 """
 
 from __future__ import annotations
