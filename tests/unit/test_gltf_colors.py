@@ -181,3 +181,12 @@ def test_colours_beyond_one_are_cut_and_those_that_are_no_numbers_are_black_whic
     told = "\n".join(loaded(builder, tmp_path).warnings)
     assert "1 colours are cut to [0, 1]; they reach from -1 to 2" in told
     assert "1 colours are not finite: black is taken" in told
+
+
+@pytest.mark.parametrize("mode", ["BLEND", "MASK"])
+def test_opacities_of_vertices_are_written_for_other_renderers(tmp_path: Path, mode: str) -> None:
+    for material in ({}, UNLIT):
+        scene = loaded(faded(mode, **material), tmp_path).with_(size=(8, 8))
+        scene.write(tmp_path / f"{len(material)}.xml")
+        again = et.load(tmp_path / f"{len(material)}.xml")
+        assert np.array_equal(et.render(again, spp=4).image, et.render(scene, spp=4).image)
