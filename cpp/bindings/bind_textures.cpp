@@ -90,6 +90,7 @@ BsdfParameter parameter(const std::string& name) {
 std::uint32_t add_mixture(SceneDescription& d, std::uint32_t first, std::uint32_t second, double weight,
                           std::optional<double> cutoff) {
   if (!(weight >= 0 && weight <= 1)) throw py::value_error("the weight of a mixture lies in [0, 1]");
+  if (cutoff && !(*cutoff >= 0)) throw py::value_error("the cutoff of a mixture is at least 0");
   d.bsdfs.emplace_back(MixtureDescription{first, second, weight, cutoff});
   return static_cast<std::uint32_t>(d.bsdfs.size() - 1);
 }

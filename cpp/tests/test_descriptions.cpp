@@ -50,6 +50,7 @@ TEST("a BSDF's numbers are refused by their names") {
   CHECK(refuses(RoughPlasticDescription{MicrofacetModel::ggx, kNaN, {}}, "alpha is nan"));
   CHECK(refuses(PrincipledDescription{.clearcoat = 2}, "clearcoat is 2"));
   CHECK(refuses(MixtureDescription{0, 0, -0.25}, "weight is -0.25"));
+  CHECK(refuses(MixtureDescription{0, 0, 0.5, -1}, "cutoff is -1"));
 }
 
 TEST("light that is negative or no number is refused") {

@@ -116,6 +116,20 @@ def test_a_blend_reflects_as_much_as_its_parts_by_their_weights(technique: str, 
     assert found.p((0.75 * 0.2 + 0.25 * 0.8) * np.array(SKY)) > LEVEL
 
 
+@pytest.mark.parametrize(("cutoff", "share"), [(0.2, 1.0), (0.25, 1.0), (0.26, 0.5), (0.5, 0.5), (0.51, 0.0)])
+def test_a_cutoff_makes_a_weight_all_or_nothing(cutoff: float, share: float) -> None:
+    """The weight is a product of two textures: 0.5 times 0.5 or 1."""
+
+    def add(b: _core.SceneBuilder) -> None:
+        index = b.add_mixture(b.add_diffuse([0.2] * 3), b.add_diffuse([0.8] * 3), 0.0, cutoff)
+        squares = b.add_checkerboard([1.0] * 3, [0.5] * 3, to_uv=[[400, 0, 0], [0, 400, 0]])
+        b.bind(index, "weight", squares, b.add_checkerboard([0.5] * 3, [0.5] * 3))
+        b.add_rectangle(np.diag([50.0, 50.0, 1.0, 1.0]), flip_normals=False, front=index, back=None, radiance=None)
+
+    found = estimate(build(add, sky, camera=VIEW), 8192, technique="bsdf", max_depth=2)
+    assert found.p((0.2 + 0.6 * share) * np.array(SKY)) > LEVEL
+
+
 def test_the_parts_of_a_blend_of_blends_are_picked_by_the_products_of_their_weights() -> None:
     def add(b: _core.SceneBuilder) -> None:
         red, green, blue = (b.add_diffuse(c) for c in ([0.9, 0, 0], [0, 0.9, 0], [0, 0, 0.9]))
@@ -150,6 +164,7 @@ def test_what_is_a_little_wrong_is_found(name: str) -> None:
         (lambda b: b.add_mixture(0, 0, 0.5), "BSDF 0: a mixture follows its parts"),
         (lambda b: b.add_mixture(b.add_null(), 7, 0.5), "BSDF 1: a mixture follows its parts"),
         (lambda b: b.add_mixture(b.add_null(), 0, 1.5), r"lies in \[0, 1\]"),
+        (lambda b: b.add_mixture(b.add_null(), b.add_null(), 0.5, -1.0), "cutoff of a mixture is at least 0"),
     ],
 )
 def test_a_bad_mixture_is_refused(add: Add, message: str) -> None:
