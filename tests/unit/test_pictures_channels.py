@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 import equaltime as et
-from equaltime.scene.primaries import NAMED, REC709, luminance_weights, to_srgb
+from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
 
 from .picture_files import colors, hdr, numbers, png_with, scene, srgb_decoded, texels, written
 
@@ -127,7 +127,7 @@ def test_names_that_say_nothing_are_told(tmp_path: Path, names: str, used: str) 
     found = texels(exr(tmp_path / "a.exr", **planes))
     assert found.texels[0, 0].tolist() == ([0.0] if len(planes) == 2 else [0.0, 0.125, 0.25])
     left = f"channels that are not used: {names.split()[-1]}"
-    expected = (f"no channel is called R, G, B or Y: {used} taken", left)
+    expected = (f"no layer has R, G and B, or Y: {used} taken", left)
     assert found.told == (expected[:1] if len(planes) == 3 else expected)
 
 
@@ -142,6 +142,16 @@ def test_luminance_and_chroma_are_colours(tmp_path: Path, space: str) -> None:
     OpenEXR.File(header, channels).write(str(tmp_path / "a.exr"))
     matrix = to_srgb(NAMED[space])
     assert numbers(tmp_path / "a.exr") == pytest.approx(rgb if matrix is None else rgb @ matrix.T, abs=1e-5)
+
+
+def test_cie_xyz_is_converted(tmp_path: Path) -> None:
+    planes = dict(zip("XYZ", np.moveaxis(colors(), 2, 0), strict=True))
+    path = exr(tmp_path / "a.exr", **planes)
+    matrix = to_srgb(CIE_XYZ)
+    assert matrix is not None
+    assert numbers(path) == pytest.approx(colors() @ matrix.T, abs=1e-5)
+    assert (numbers(path, raw=True) == colors()).all()
+    assert texels(path).told == ()
 
 
 # -- opacity ----------------------------------------------------------------------------------------------------------

@@ -9,11 +9,10 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 from equaltime.scene import load_dict
-from equaltime.scene.primaries import REC709, to_srgb
+from equaltime.scene.primaries import CIE_XYZ, REC709, to_srgb
 
 ACESCG = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
 REC2020 = (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329)
-XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
 
 
 def write(path: Path, chromaticities: tuple[float, ...] | None, color: tuple[float, ...]) -> None:
@@ -39,7 +38,7 @@ def test_rec_2020_in_srgb_is_the_matrix_that_bt_2087_gives() -> None:
 def test_xyz_is_the_matrix_of_srgb() -> None:
     """IEC 61966-2-1, to its four digits."""
     expected = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
-    assert to_srgb(XYZ) == pytest.approx(np.array(expected), abs=4e-4)
+    assert to_srgb(CIE_XYZ) == pytest.approx(np.array(expected), abs=4e-4)
 
 
 @pytest.mark.parametrize("wrong", [(0.0,) * 8, (0.3, 0.3) * 4, (np.nan, *REC709[1:]), (*REC709[:7], 0.0)])

@@ -14,7 +14,7 @@ __all__ = ["Choice", "choose", "rgb_of_luminance_chroma"]
 ROLES: Final = {
     **{"r": "R", "red": "R", "g": "G", "green": "G", "b": "B", "blue": "B"},
     **{"a": "A", "alpha": "A", "y": "Y", "l": "Y", "lum": "Y", "luminance": "Y", "ry": "RY", "by": "BY"},
-    **{"i": "Y", "gray": "Y", "grey": "Y"},
+    **{"i": "Y", "gray": "Y", "grey": "Y", "x": "X", "z": "Z"},
 }
 
 
@@ -22,7 +22,7 @@ ROLES: Final = {
 class Choice:
     """The channels of a picture that are used, by their places in the file."""
 
-    kind: Literal["colour", "luminance and chroma", "grey"]
+    kind: Literal["colour", "XYZ", "luminance and chroma", "grey"]
     channels: tuple[int, ...]
     alpha: int | None
     """The opacity that belongs to them."""
@@ -30,8 +30,17 @@ class Choice:
     """The names of the channels say that they are this."""
 
 
+KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"], str], ...]] = (
+    ("colour", "R G B"),
+    ("XYZ", "X Y Z"),
+    ("luminance and chroma", "Y RY BY"),
+    ("grey", "Y"),
+)
+"""The channels of each kind of colour, what is wanted most first; X, Y, Z are those of the CIE, as in Mitsuba."""
+
+
 def choose(names: Sequence[str]) -> Choice:
-    """Return which channels are the colour: R, G, B of the first layer that has them, else Y, else the first ones.
+    """Return which channels are the colour: those of the first of `KINDS` that a layer has, else the first ones.
 
     Channels without a layer come first.
     """
@@ -41,10 +50,10 @@ def choose(names: Sequence[str]) -> Choice:
         role = ROLES.get(last.lower())
         if role is not None:
             layers.setdefault(layer, {}).setdefault(role, place)
-    for kind, roles in (("colour", "R G B"), ("luminance and chroma", "Y RY BY"), ("grey", "Y")):
+    for kind, roles in KINDS:
         for found in layers.values():
             if all(role in found for role in roles.split()):
-                return Choice(kind, tuple(found[role] for role in roles.split()), found.get("A"), True)  # type: ignore[arg-type]
+                return Choice(kind, tuple(found[role] for role in roles.split()), found.get("A"), True)
     alphas = {found["A"] for found in layers.values() if "A" in found}
     left = [place for place in range(len(names)) if place not in alphas] or [0]
     alpha = next(iter(sorted(alphas - {left[0]})), None)

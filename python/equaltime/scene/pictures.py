@@ -19,7 +19,7 @@ from equaltime.scene import radiance
 from equaltime.scene.known import shortened
 from equaltime.scene.picture_account import Account
 from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
-from equaltime.scene.primaries import NAMED, REC709, luminance_weights, to_srgb
+from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
 
 __all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "upright"]
 
@@ -90,7 +90,7 @@ def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object]
     used = [names[channel] for channel in choice.channels]
     account.channels(*used)
     if not choice.named:
-        account.note(f"no channel is called R, G, B or Y: {', '.join(used)} {'is' if len(used) == 1 else 'are'} taken")
+        account.note(f"no layer has R, G and B, or Y: {', '.join(used)} {'is' if len(used) == 1 else 'are'} taken")
     colors, alpha = _shown(pixels[..., list(choice.channels)], window), None
     if choice.alpha is not None:
         alpha = _shown(pixels[..., choice.alpha : choice.alpha + 1], window)
@@ -252,6 +252,8 @@ def _linear(colors: Array, stored: Stored, raw: bool) -> Texels:
     curve, primaries = _color_space(stored.kind, raw, account)
     if stored.choice.kind == "luminance and chroma":
         colors = rgb_of_luminance_chroma(colors, luminance_weights(primaries))
+    if stored.choice.kind == "XYZ":
+        primaries = CIE_XYZ
     if raw:
         return Texels(colors, False, account.told())
     if stored.kind == "signed":

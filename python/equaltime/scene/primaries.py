@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NAMED", "REC709", "luminance_weights", "to_srgb"]
+__all__ = ["CIE_XYZ", "NAMED", "REC709", "luminance_weights", "to_srgb"]
 
 REC709: Final = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 NAMED: Final = {
@@ -20,6 +20,8 @@ NAMED: Final = {
     "adobergb": (0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329),
 }
 """Primaries by the names that colour spaces have in files, such as ``lin_ap1_scene``."""
+CIE_XYZ: Final = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
+"""Primaries whose amounts are CIE XYZ."""
 TOLERANCE: Final = 1e-5
 """Files hold float32."""
 
