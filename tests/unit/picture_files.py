@@ -27,7 +27,7 @@ FILE_ORIENTATIONS = {
     7: lambda p: p[::-1, ::-1].transpose(1, 0, 2),
     8: lambda p: np.rot90(p, -1),
 }
-"""What stands in a file, of pixels as they are seen, by Exif's number."""
+"""Functions from pixels as they are seen to those in the file, by Exif's number."""
 
 
 def colors(height: int = 4, width: int = 6, channels: int = 3, seed: int = 1) -> NDArray[np.float32]:

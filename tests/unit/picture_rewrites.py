@@ -27,7 +27,7 @@ AXES: Final = {
     **{1: "-Y {h} +X {w}", 2: "-Y {h} -X {w}", 3: "+Y {h} -X {w}", 4: "+Y {h} +X {w}"},
     **{5: "+X {w} -Y {h}", 6: "-X {w} -Y {h}", 7: "-X {w} +Y {h}", 8: "+X {w} +Y {h}"},
 }
-"""What a Radiance file says of each orientation of Exif."""
+"""Words of a Radiance file for each orientation of Exif."""
 
 
 def bordered() -> st.SearchStrategy[NDArray[np.float32]]:

@@ -241,7 +241,7 @@ def replaced(document: Json, place: str, change: Callable[[str, Any], Any]) -> J
 
 
 LAYOUT = re.compile(r"accessors|bufferViews|buffers|extensions(Used|Required)")
-"""What stands for bytes, which test_metamorphic_gltf writes in many ways, and lists of names."""
+"""Parts that lay out bytes, which test_metamorphic_gltf writes in many ways, and lists of names."""
 TOGETHER = (
     *("asset.version", "meshes[].primitives[].mode", "scenes[].nodes[]"),
     *("materials[].extensions.KHR_materials_anisotropy", "materials[].extensions.KHR_materials_sheen.sheenRoughness"),
@@ -291,7 +291,7 @@ def properties(document: Json) -> list[tuple[Any, str]]:
 
 
 SHARE = 8
-"""Of all properties the everyday run looks at one in so many."""
+"""The everyday run looks at one property in so many."""
 
 
 @pytest.mark.parametrize("share", [SHARE, pytest.param(1, marks=pytest.mark.slow)])

@@ -180,7 +180,7 @@ def test_what_is_scaled_to_nothing_is_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_what_is_scaled_to_nothing_along_one_axis_is_flat_and_seen(tmp_path: Path, axis: int, sign: int) -> None:
-    """As what is scaled to nearly nothing."""
+    """It looks like a thing that is scaled to nearly nothing."""
     half = math.sqrt(0.5)
     transforms: list[list[list[float]]] = []
     for least in (0.0, 2e-8):

@@ -26,7 +26,7 @@ from .gltf_rewrites import Writer, arrays
 
 EVERYDAY, MANY = 200, 10_000
 SEARCH = (Phase.generate,)
-"""Where a failure is wanted, its smallest example is not."""
+"""Phases for faults: an example that fails is wanted, but not the smallest one."""
 Array = NDArray[Any]
 
 
@@ -82,7 +82,7 @@ def test_a_file_written_in_ten_thousand_ways_loads_to_the_same_bits() -> None:
 @settings(max_examples=EVERYDAY, deadline=None, database=None)
 @given(seed=st.integers(0, 2**16), way=st.integers(0, 2**32))
 def test_known_changes_follow(seed: int, way: int) -> None:
-    """What is moved, turned inside out or painted is that, in whatever way it is written."""
+    """A mesh that is moved, turned inside out or painted is that, in whatever way it is written."""
     mesh = arrays(seed)
     changed = {name: values.copy() for name, values in mesh.items()}
     changed["POSITION"][:, 0] += 1

@@ -26,7 +26,7 @@ from .picture_rewrites import Rewrite, bordered, bytes_, floats, radiance
 
 EVERYDAY, MANY = 200, 10_000
 SEARCH = (Phase.generate,)
-"""Where a failure is wanted, its smallest example is not."""
+"""Phases for faults: an example that fails is wanted, but not the smallest one."""
 Pixels = NDArray[np.float32]
 
 

@@ -1,4 +1,4 @@
-"""What the channels of a picture mean: their names, their types, their colour space."""
+"""The meaning of a picture's channels: their names, their types, their colour space."""
 
 from __future__ import annotations
 

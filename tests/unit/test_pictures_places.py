@@ -1,4 +1,4 @@
-"""Where the texels of a picture are: its orientation, its display window, its parts."""
+"""The places of a picture's texels: its orientation, its display window, its parts."""
 
 from __future__ import annotations
 

@@ -35,12 +35,12 @@ class Outside:
     """Numbers of one texture that one parameter does not allow."""
 
     node: Plugin
-    """What the parameter belongs to."""
+    """The part of the scene that has the parameter."""
     name: str
-    """Of the parameter."""
+    """The parameter's name."""
     texture: Bitmap | MeshAttribute
     count: int
-    """Of texels, vertices or faces."""
+    """The number of texels, vertices or faces."""
     least: float
     most: float
     """The least and the largest of all numbers of the texture."""

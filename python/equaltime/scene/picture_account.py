@@ -33,7 +33,7 @@ OF_FORMATS: Final = (
     *("gif", "webp", "bmp", "dpx", "cineon", "targa", "hdr", "iff", "jpeg2000", "jpegxl", "pnm", "psd", "rla", "sgi"),
     *("fits", "dds", "softimage", "ICCProfile", "nuke", "equaltime"),
 )
-"""What stands before the colon of an attribute that tells how a file, or a camera, was made."""
+"""Words before the colon of attributes that tell how a file, or a photograph, was made."""
 USED: Final = frozenset(
     {
         *("Orientation", "PixelAspectRatio", "chromaticities", "oiio:ColorSpace", "oiio:Gamma", "ICCProfile"),
@@ -45,7 +45,7 @@ MOST_NAMES: Final = 6
 
 
 class Account:
-    """What of one picture is not used yet."""
+    """Entries of one picture that are not used yet."""
 
     def __init__(self, spec: Any) -> None:
         self._channels = dict.fromkeys(str(name) for name in spec.channelnames)

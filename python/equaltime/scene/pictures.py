@@ -36,7 +36,7 @@ NEAR_SRGB: Final = (2.15, 2.45)
 ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
 """Names of colour spaces that earlier releases of OpenImageIO give."""
 UNSAID: Final = frozenset({"", "rec709"})
-"""What OpenImageIO says of formats that say nothing of their colours, such as PPM and PFM."""
+"""OpenImageIO's words for formats that say nothing of their colours, such as PPM and PFM."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +48,7 @@ class Texels:
     srgb: bool
     """Whether uint8 texels are encoded as sRGB."""
     told: tuple[str, ...] = ()
-    """What of the file is not used."""
+    """Sentences about what is not used of the file."""
 
     @property
     def linear(self) -> NDArray[np.float32]:
@@ -184,7 +184,7 @@ class _Window:
     x: int
     y: int
     width: int
-    """Of the display window."""
+    """The display window's width and height, in pixels."""
     height: int
 
 

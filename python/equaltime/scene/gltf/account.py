@@ -32,7 +32,7 @@ LISTS: Final = (
     *("nodes", "meshes", "materials", "textures", "images", "samplers", "skins", "cameras", "accessors"),
     *("bufferViews", "buffers"),
 )
-"""What other parts of a file refer to by an index."""
+"""Lists whose items other parts of a file refer to by an index."""
 
 
 def check_account(document: Document) -> None:

@@ -48,7 +48,7 @@ class Document:
     json: Mapping[str, Any]
     """The JSON, which follows the schema."""
     gltf: Any
-    """The same as a `pygltflib.GLTF2`; every index in it is in range."""
+    """The JSON as a `pygltflib.GLTF2`; every index in it is in range."""
     name: str
     """The file's own name, without its folder."""
     locate: Callable[[str], Path]
