@@ -241,7 +241,7 @@ def replaced(document: Json, place: str, change: Callable[[str, Any], Any]) -> J
 
 
 LAYOUT = re.compile(r"accessors|bufferViews|buffers|extensions(Used|Required)")
-"""Parts that lay out bytes, which test_metamorphic_gltf writes in many ways, and lists of names."""
+"""Parts that lay out bytes, which tests/metamorphic/test_gltf_rewritten.py writes in many ways, and lists of names."""
 TOGETHER = (
     *("asset.version", "meshes[].primitives[].mode", "scenes[].nodes[]"),
     *("materials[].extensions.KHR_materials_anisotropy", "materials[].extensions.KHR_materials_sheen.sheenRoughness"),

@@ -71,7 +71,7 @@ def of_mesh(shape: Plugin, assets: Assets) -> Iterator[Outside]:
             if isinstance(texture, MeshAttribute):
                 values = assets.mesh(shape).attributes.get(texture.name)
                 if values is not None:
-                    yield from _outside(node, name, texture, texture.scale * values)
+                    yield from _outside(node, name, texture, texture.numbers(values))
 
 
 def _parameters(node: Plugin) -> Iterator[tuple[str, Any]]:

@@ -54,7 +54,7 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
 
 def luminance_weights(chromaticities: Sequence[float]) -> tuple[float, float, float]:
     """Return how much red, green and blue of these primaries give to the luminance; the sum is 1."""
-    red, green, blue = _to_xyz(chromaticities)[1].tolist()
+    red, green, blue = to_xyz(chromaticities)[1].tolist()
     return red, green, blue
 
 
