@@ -119,7 +119,7 @@ def test_a_library_that_is_not_there_is_told_with_its_line(tmp_path: Path) -> No
         tmp_path, b"# a\nmtllib gone.mtl a.mtl\n" + SQUARE + b"usemtl m\n" + FACE, a=b"newmtl m\nKd 0.8 0.1 0.1\n"
     )
     assert reflectances(scene) == [RED]
-    assert told(scene) == ["line 2: the materials of 'gone.mtl' are left out: No such file or directory"]
+    assert told(scene) == ["a.obj:2: the materials of 'gone.mtl' are left out: No such file or directory"]
 
 
 def test_materials_that_no_library_has_are_told(tmp_path: Path) -> None:
@@ -127,10 +127,10 @@ def test_materials_that_no_library_has_are_told(tmp_path: Path) -> None:
     in_none = "a.obj: the materials of the file are in no library: they have no colours"
     assert told(load(tmp_path, SQUARE + parts)) == [in_none]
     assert told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"# empty\n")) == [in_none]
-    assert told(load(tmp_path, b"mtllib\n" + SQUARE + parts)) == ["line 1: 'mtllib' names no file", in_none]
+    assert told(load(tmp_path, b"mtllib\n" + SQUARE + parts)) == ["a.obj:1: 'mtllib' names no file", in_none]
     utf_16 = load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a="newmtl a\n".encode("utf-16"))
     left_out = "the materials of 'a.mtl' are left out: the text is in UTF-16: save it in UTF-8 or ASCII"
-    assert told(utf_16) == [f"line 1: {left_out}", in_none]
+    assert told(utf_16) == [f"a.obj:1: {left_out}", in_none]
     missing = told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"newmtl z\nKd 1 1 1\n"))
     assert missing == ["a.obj: the material 'a' is in no library"]
 
@@ -305,5 +305,5 @@ def test_colours_beyond_1_are_cut_and_told(tmp_path: Path) -> None:
 def test_a_library_that_is_no_file_is_told(tmp_path: Path) -> None:
     (tmp_path / "lib").mkdir()
     assert told(load(tmp_path, b"mtllib lib\n" + SQUARE + FACE)) == [
-        "line 1: the materials of 'lib' are left out: not a regular file"
+        "a.obj:1: the materials of 'lib' are left out: not a regular file"
     ]

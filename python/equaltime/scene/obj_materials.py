@@ -46,7 +46,7 @@ class Materials:
         self._libraries: dict[str, None] = {}
         for rest, line in libraries:
             if not rest:
-                account.tell("'mtllib' names no file", f"line {line}")
+                account.tell("'mtllib' names no file", f"{self._path.name}:{line}")
             for name in self._names(rest):
                 if name not in self._libraries:
                     self._read(name, line)
@@ -78,7 +78,7 @@ class Materials:
             content = _content(self._search.note(self._path.parent / name))
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            self._account.tell(f"the materials of '{told}' are left out: {reason}", f"line {line}")
+            self._account.tell(f"the materials of '{told}' are left out: {reason}", f"{self._path.name}:{line}")
             return
         for material, said in read_mtl(content, told, self._account).items():
             if material in self._found:
