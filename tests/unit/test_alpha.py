@@ -185,6 +185,12 @@ def test_the_render_itself_is_read_again(pixel_format: str, tmp_path: Path) -> N
     assert tuple(oiio.ImageBuf(str(path)).spec().channelnames) == CHANNELS[pixel_format]
 
 
+def test_numbers_that_are_not_written_are_told() -> None:
+    assert scene({"component_format": "float16"}, sky=SKY).warnings == ()
+    (warning,) = scene({"component_format": "uint32"}, sky=SKY).warnings
+    assert warning.endswith("film.component_format: whole numbers are not written: the picture has 32-bit floats")
+
+
 def test_merged_renders_have_the_alpha_of_all_their_samples(tmp_path: Path) -> None:
     edge = wall() | {"to_world": [{"scale": 50}, {"translate": [-49.7, 0, 0]}]}
     parts = []

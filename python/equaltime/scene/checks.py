@@ -10,6 +10,7 @@ from equaltime.scene.model import (
     Bitmap,
     BlendBsdf,
     EnvMap,
+    HdrFilm,
     Mask,
     MeshAttribute,
     MeshFile,
@@ -70,6 +71,8 @@ def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[st
         yield str(node.place_of("beam_width")), wide
     elif isinstance(part, Path) and part.max_depth == 0:
         yield str(node.place_of("max_depth")), "a max_depth of 0 sees nothing: the image is black"
+    elif isinstance(part, HdrFilm) and part.component_format == "uint32":
+        yield str(node.place_of("component_format")), "whole numbers are not written: the picture has 32-bit floats"
     elif isinstance(part, Mask | BlendBsdf):
         yield from _cut(node, part, "opacity" if isinstance(part, Mask) else "weight")
 
