@@ -77,8 +77,9 @@ using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::force
 /// Arrays that another reader has filled, brought to what MeshData promises.
 MeshArrays finished(const std::filesystem::path& path, const Reals& vertices, const Indices& faces,
                     const std::optional<Reals>& normals, const std::optional<Reals>& uvs,
-                    const std::map<std::string, Reals>& vertex_attributes) {
+                    const std::map<std::string, Reals>& vertex_attributes, std::vector<std::string> warnings) {
   MeshData mesh;
+  mesh.warnings = std::move(warnings);
   mesh.vertices = copied(vertices, 3);
   mesh.faces = copied(faces, 3);
   if (normals) mesh.normals = copied(*normals, 3);
@@ -138,9 +139,11 @@ void bind_meshes(py::module_& m) {
           "Libraries of materials of an OBJ file, images of a PLY file: their names in bytes, and their lines")
       .def_readonly("warnings", &MeshArrays::warnings,
                     "What was repaired, dropped or is not used, counted; without the path");
-  m.def("finished_mesh", &finished, py::arg("path"), py::arg("vertices"), py::arg("faces"), py::arg("normals"),
-        py::arg("uvs"), py::arg("vertex_attributes") = py::dict(),
-        "Bring arrays of another reader to the promises of MeshData; `path` is for messages. Raises MeshError.");
+  m.def(
+      "finished_mesh", &finished, py::arg("path"), py::arg("vertices"), py::arg("faces"), py::arg("normals"),
+      py::arg("uvs"), py::arg("vertex_attributes") = py::dict(), py::arg("warnings") = std::vector<std::string>(),
+      "Bring arrays of another reader to the promises of MeshData; `path` is for messages, and `warnings` are what the "
+      "reader has to tell. Raises MeshError.");
   m.def(
       "read_ply", [](const std::filesystem::path& path) { return without_lock([&] { return read_ply(path); }); },
       py::arg("path"), "Read a PLY file, ascii or binary. Raises MeshError.");

@@ -96,6 +96,18 @@ BAD = {
 }
 
 
+@pytest.mark.parametrize(
+    ("flag", "told"), [(0x10, "flat faces is not used"), (0x44, "the flags 0x44 are unknown and not used")]
+)
+def test_flags_that_are_not_used_are_told(tmp_path: Path, flag: int, told: str) -> None:
+    path = tmp_path / "a.serialized"
+    path.write_bytes(stream(SINGLE))
+    assert read_serialized(path, 0).warnings == []
+    path.write_bytes(stream(SINGLE | flag))
+    (warning,) = read_serialized(path, 0).warnings
+    assert told in warning
+
+
 def bad(kind: str) -> bytes:
     good = stream()
     return {

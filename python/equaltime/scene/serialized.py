@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -19,7 +20,8 @@ from equaltime import _core
 __all__ = ["read_serialized"]
 
 MAGIC: Final = 0x041C
-HAS_NORMALS, HAS_UVS, HAS_COLORS, DOUBLE = 0x0001, 0x0002, 0x0008, 0x2000
+HAS_NORMALS, HAS_UVS, HAS_COLORS, FLAT, SINGLE, DOUBLE = 0x0001, 0x0002, 0x0008, 0x0010, 0x1000, 0x2000
+KNOWN: Final = HAS_NORMALS | HAS_UVS | HAS_COLORS | FLAT | SINGLE | DOUBLE
 MOST_INFLATED: Final = 1032
 """By what factor zlib can compress at most: a stream of n bytes holds no more than so many times n."""
 CHUNK: Final = 1 << 20
@@ -129,4 +131,13 @@ def _mesh(stream: _Inflated, path: Path, version: int) -> _core.MeshData:
     corners = stream.rows(faces, 3, "<u8" if count > 0xFFFFFFFF else "<u4", "triangles")
     if corners.size and int(corners.max()) >= count:
         raise _fail(path, f"a triangle names vertex {int(corners.max())}: the mesh has {count}, counted from 0")
-    return _core.finished_mesh(path, vertices, corners.astype(np.uint32, copy=False), normals, uvs, colors)
+    triangles = corners.astype(np.uint32, copy=False)
+    return _core.finished_mesh(path, vertices, triangles, normals, uvs, colors, list(_told(flags)))
+
+
+def _told(flags: int) -> Iterator[str]:
+    """Iterate over what the flags of a mesh ask for and do not get."""
+    if flags & FLAT:
+        yield "its flag for flat faces is not used, as in Mitsuba 3; face_normals = true makes them flat"
+    if unknown := flags & ~KNOWN:
+        yield f"the flags {unknown:#x} are unknown and not used"
