@@ -88,7 +88,7 @@ def test_an_image_is_a_bitmap_whatever_options_it_has(options: str, tmp_path: Pa
 def test_without_a_library_all_is_grey(tmp_path: Path) -> None:
     scene = et.load(written(tmp_path, materials=None))
     assert reflectances(scene) == [(0.5, 0.5, 0.5)]
-    assert "line 1: the materials of 'a.mtl' are left out: No such file or directory" in scene.warnings
+    assert "a.obj:1: the materials of 'a.mtl' are left out: No such file or directory" in scene.warnings
 
 
 def test_an_obj_within_a_scene_has_the_materials_of_the_scene(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from equaltime.cost import reference as references
 from equaltime.cost import runner, single_run
 from equaltime.cost.analysis import summarise
 from equaltime.cost.experiment import Experiment
@@ -224,6 +225,25 @@ def test_the_provenance_is_written_by_the_process_that_has_the_lock(
     monkeypatch.setattr(Folder, "note", noted_under_lock)
     run(experiment(), folder)
     assert set(noted) == {"machines", "builds", "own_depths", "references", "sessions"}
+
+
+@pytest.mark.parametrize("step", ["note", "write"])
+def test_how_a_reference_was_made_is_told_wherever_making_it_ended(
+    folder: Path, step: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note = Folder.note
+
+    def interrupted(*arguments: Any) -> None:
+        if step == "note" and arguments[1] != "references":
+            return note(*arguments)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(*((Folder, "note") if step == "note" else (references, "write")), interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run(experiment(repeats=1), folder)
+    run(experiment(repeats=1), folder)
+    assert json.loads((folder / "provenance.json").read_text())["references"].keys() == {"box"}
 
 
 def test_a_process_that_was_killed_before_its_first_record_is_continued(folder: Path) -> None:

@@ -267,8 +267,8 @@ class _Session:
                 self.threads,
                 lambda share: self._tell("reference", turn, share, None),
             )
+            self.folder.note("references", turn.key[0], known.facts)  # first: what the file is there for is not redone
             references.write(path, known)
-            self.folder.note("references", turn.key[0], known.facts)
         return references.read(path).reference
 
     def _expected(self, left: Sequence[_Turn]) -> float:

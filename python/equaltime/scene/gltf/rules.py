@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from equaltime.scene.known import shortened
@@ -142,7 +142,7 @@ class _Mapping:
 @dataclass(frozen=True, slots=True)
 class _Table:
     needs: tuple[str, ...]
-    fields: Mapping[str, Rule]
+    fields: Mapping[str, Rule] = field(hash=False)
 
     def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, dict):
