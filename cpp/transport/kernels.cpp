@@ -59,6 +59,7 @@ const std::vector<KernelRow>& kernel_rows() noexcept {
       row<Effects{}>(),
       row<kCommonEffects>(),
       row<with(kCommonEffects, {&Effects::masks, &Effects::media})>(),
+      row<kAllButForks>(),
       row<forking(kCommonEffects)>(),
       row<kAllEffects>(),
   };
