@@ -129,7 +129,7 @@ struct Accel::Impl {
   [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
-  /// Of its own, so that scenes without walls need no registers for them.
+  /// This is no part of `blocked`, so that scenes without walls need no registers for them.
   [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
   template <bool kMoves>
   [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;

@@ -190,7 +190,7 @@ concept Flat = requires(const S& s) {
   for_each_triangle(s, [](auto&&...) {});
 };
 
-/// Where an instance is looked at: what slides in a surface is in it where its motion begins and where it ends.
+/// The places at which an instance is compared: a lamp that slides in a surface lies in it at both ends of its motion.
 std::vector<Transform> places(const InstanceDescription& instance) {
   if (instance.keys.empty()) return {instance.to_world};
   if (stays(instance.keys)) return {instance.keys.front().to_world};

@@ -8,7 +8,7 @@
 namespace equaltime {
 
 /// Moves the lamps of a description: flat ones, and spheres and cylinders that stand still and are one with another.
-/// What moves is looked at where its motion begins and where it ends.
+/// Moving shapes are compared at the first and the last key of their motion.
 /// Throws std::invalid_argument that names the shape where one mesh emits twice from one place.
 void bring_lamps_forward(SceneDescription& description, const Normalization& space);
 

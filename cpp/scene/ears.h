@@ -17,7 +17,7 @@ struct FannedFace {
   std::uint64_t place;      // its line, or its number in the file
 };
 
-/// What is told of such a face.
+/// The warning of a face that could not be cut.
 inline constexpr const char* kUncutFace = "crosses itself, or has thousands of corners, and stays a fan of triangles";
 
 struct UncutFaces {

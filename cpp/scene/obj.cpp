@@ -54,7 +54,7 @@ class Colors {
       const double value = rgb[k];
       whole_ = whole_ && value >= 0 && value <= 255 && value == std::floor(value);
       if (value > 1 && !is_beyond_) is_beyond_ = true, beyond_line_ = line;
-      // What is no number is told when the mesh is finished, as infinity is.
+      // The mesh tells of infinities when it is finished; NaN is taken for a missing colour here.
       values_.push_back(std::isnan(value) ? std::numeric_limits<double>::infinity() : value);
     }
   }
@@ -183,7 +183,7 @@ class ObjReader {
         return;
     }
   }
-  // What follows the last word of a statement that is read is told.
+  // Words behind those that are read are told.
   void end(TextScanner& scan, std::string_view word) {
     if (!scan.line_ends()) account_.tell(word, "has more words than are read", line());
   }

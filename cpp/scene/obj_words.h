@@ -1,4 +1,4 @@
-// What becomes of each statement of an OBJ file, by its word. A word that is not here is told.
+// The rule for each statement of an OBJ file, by its first word. A word without a rule is told.
 #pragma once
 
 #include <algorithm>
