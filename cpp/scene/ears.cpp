@@ -12,9 +12,9 @@ namespace {
 
 // Relative size of a turn that counts as none: a corner on a straight edge, but for rounding.
 constexpr double kStraight = 1e-10;
-// Corners that one face may be compared with, as products: 0.2 s. A comb of 8000 corners takes it.
+// How many pairs of an ear and a corner one face may take: 0.2 s, which a comb of 8000 corners needs.
 constexpr std::uint64_t kMostWork = std::uint64_t{1} << 26;
-// The same for all faces of a file: some seconds.
+// How many such pairs all faces of a file may take: some seconds.
 constexpr std::uint64_t kMostWorkInAll = std::uint64_t{1} << 30;
 
 struct Point {

@@ -25,8 +25,8 @@ struct UncutFaces {
 };
 
 /// Replaces the fans of concave faces by as many triangles that do not overlap; other fans stay as they are, to the
-/// bit. Returns which concave faces remain fans: those that cross themselves, or have so many corners that cutting them
-/// would take seconds.
+/// bit. A concave face stays a fan if it crosses itself, or if cutting it would take seconds; returns how many do, and
+/// the place of the first.
 [[nodiscard]] UncutFaces cut_concave_faces(MeshData& mesh, const std::vector<FannedFace>& faces);
 
 }  // namespace equaltime

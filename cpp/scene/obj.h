@@ -1,7 +1,7 @@
-// Wavefront OBJ: v, vt, vn and f with polygons (concave ones are cut by ears) and negative indices. Corners with the
-// same v/vt/vn become one vertex, in the order of their first use. Colours after the numbers of v are the attribute
-// vertex_color. Of materials there are the names, and those of their libraries. obj_words.h says what becomes of each
-// other statement; what is not used is told.
+// Reads Wavefront OBJ: v, vt, vn, and f with polygons (concave ones are cut by ears) and negative indices. Corners with
+// the same v/vt/vn become one vertex, in the order of their first use. Colours after the numbers of v become the
+// attribute vertex_color. The reader gives the names of materials and of their libraries; it does not open these.
+// obj_words.h lists the other statements and what becomes of them; what is not used is told.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,10 @@
 
 namespace equaltime {
 
-// Throws MeshError with the line. A corner without vt gets uv (0, 0), one without vn the normal of the faces around it,
-// each with a counted warning, if other corners of the file have them. A face may come before its vertices. With a
-// material, only the faces that are of it are read: those after a usemtl of that name, or "" for those of none.
+// Throws MeshError with the line. Where only some corners of a file have a vt, the others get uv (0, 0); where only
+// some have a vn, the others get the normal of the faces around them: a warning counts either. A face may come before
+// its vertices. If `material` is given, only its faces are read: those after a usemtl of that name, or, for "", those
+// before any.
 [[nodiscard]] MeshData read_obj(const std::filesystem::path& path, const std::optional<std::string>& material = {});
 
 struct ObjMaterial {

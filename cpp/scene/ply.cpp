@@ -265,31 +265,41 @@ class PlyReader {
     for (std::uint64_t i = 0; i < element.count; ++i) next_line(element, i);
   }
 
-  // ---- faces: a fan round the first corner, until all are read
+  // ---- faces: the corners of the face being read end the faces of the mesh; most are a triangle and stay
   void add_corner(std::int64_t index) {
     if (index < 0 || static_cast<std::uint64_t>(index) >= vertex_->count) {
       fail("face with vertex index " + std::to_string(index) + ": the file has the vertices 0 to " +
            std::to_string(vertex_->count - 1));
     }
-    face_corners_.push_back(static_cast<std::uint32_t>(index));
+    mesh_.faces.push_back(static_cast<std::uint32_t>(index));
   }
   void end_face(std::uint64_t record) {
     if (uvs_) give_uvs();
-    const std::size_t n = face_corners_.size();
-    if (n < 3) ++dropped_;
-    if (n > 3) fans_.push_back({mesh_.faces.size() / 3, n - 2, record});
-    for (std::size_t k = 2; k < n; ++k) {
-      mesh_.faces.insert(mesh_.faces.end(), {face_corners_[0], face_corners_[k - 1], face_corners_[k]});
-    }
-    face_corners_.clear();
+    if (mesh_.faces.size() != face_begin_ + 3) make_fan(record);
+    face_begin_ = mesh_.faces.size();
     if (!row_.empty()) give_row();
+  }
+  // Triangles round the first corner, until all faces are read.
+  void make_fan(std::uint64_t record) {
+    const auto begin = mesh_.faces.begin() + static_cast<std::ptrdiff_t>(face_begin_);
+    const std::vector<std::uint32_t> corners(begin, mesh_.faces.end());
+    mesh_.faces.erase(begin, mesh_.faces.end());
+    if (corners.size() < 3) {
+      ++dropped_;
+      return;
+    }
+    fans_.push_back({face_begin_ / 3, corners.size() - 2, record});
+    for (std::size_t k = 2; k < corners.size(); ++k) {
+      mesh_.faces.insert(mesh_.faces.end(), {corners[0], corners[k - 1], corners[k]});
+    }
   }
   // A list that has not two numbers for each corner gives none.
   void give_uvs() {
-    const bool complete = face_uvs_.size() == 2 * face_corners_.size();
-    if (!complete) face_uvs_.assign(2 * face_corners_.size(), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t k = 0; k < face_corners_.size(); ++k) {
-      face_corners_[k] = wedges_.number(face_corners_[k], face_uvs_[2 * k], face_uvs_[2 * k + 1]);
+    const std::size_t corners = mesh_.faces.size() - face_begin_;
+    if (face_uvs_.size() != 2 * corners) face_uvs_.assign(2 * corners, std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t k = 0; k < corners; ++k) {
+      std::uint32_t& corner = mesh_.faces[face_begin_ + k];
+      corner = wedges_.number(corner, face_uvs_[2 * k], face_uvs_[2 * k + 1]);
     }
     if (wedges_.count() >= std::numeric_limits<std::uint32_t>::max()) fail("more than 2^32 - 2 different corners");
     face_uvs_.clear();
@@ -326,8 +336,8 @@ class PlyReader {
   std::vector<PlyColumn> columns_, face_columns_;
   std::vector<double> row_;  // the attributes of the face being read
   std::uint64_t vertex_begin_ = 0, dropped_ = 0;
-  std::vector<std::uint32_t> face_corners_;  // of the face being read, as its uvs
-  std::vector<double> face_uvs_;
+  std::size_t face_begin_ = 0;    // where the corners of the face being read begin in the faces of the mesh
+  std::vector<double> face_uvs_;  // of the face being read
   std::vector<FannedFace> fans_;
   Wedges wedges_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> suspects_;  // vertices that are not finite, and their lines

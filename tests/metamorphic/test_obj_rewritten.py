@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, find, given, settings
+from hypothesis import find
 from hypothesis import strategies as st
 
 import equaltime as et
@@ -20,11 +20,10 @@ from equaltime.scene.account import Account
 from equaltime.scene.geometry import MeshSurface
 from equaltime.scene.mtl import read_mtl
 
+from .examples import assert_same_pictures, sizes, try_spellings
 from .obj_files import MATERIALS, NAMES, plain, rewritten, write
 
 RANDOM: Final = st.integers(0, 2**64).map(Random)
-EVERY_DAY: Final = settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
-AT_LENGTH: Final = settings(EVERY_DAY, max_examples=10_000)
 
 
 @pytest.fixture(scope="module")
@@ -49,32 +48,27 @@ def told(scene: et.Scene) -> list[str]:
     return [warning for warning in scene.warnings if "is added" not in warning and "are added" not in warning]
 
 
-def check(random: Random, folder: Path) -> None:
-    scene = et.load(write(folder, plain()))
-    expected = list(looks(scene))
-    again = et.load(write(folder, rewritten(random)))
-    assert list(looks(again)) == expected
-    assert told(again) == told(scene) == []
+def loaded(folder: Path, random: Random) -> et.Scene:
+    return et.load(write(folder, rewritten(random)))
 
 
-@EVERY_DAY
-@given(random=RANDOM)
-def test_other_words_are_the_same_scene(random: Random, folder: Path) -> None:
-    check(random, folder)
+@sizes
+def test_other_words_are_the_same_scene(examples: int, folder: Path) -> None:
+    expected = list(looks(et.load(write(folder, plain()))))
+
+    def check(random: Random) -> None:
+        scene = loaded(folder, random)
+        assert list(looks(scene)) == expected
+        assert all("is added" in warning or "are added" in warning for warning in scene.warnings)
+
+    try_spellings(check, examples)
 
 
-@pytest.mark.slow
-@AT_LENGTH
-@given(random=RANDOM)
-def test_ten_thousand_other_words_are_the_same_scene(random: Random, folder: Path) -> None:
-    check(random, folder)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_other_words_are_the_same_picture(seed: int, folder: Path) -> None:
-    first = et.render(et.load(write(folder, plain())).with_(size=(16, 12)), spp=4).image
-    again = et.render(et.load(write(folder, rewritten(Random(seed)))).with_(size=(16, 12)), spp=4).image
-    assert np.array_equal(first, again)
+def test_other_words_are_the_same_picture(folder: Path) -> None:
+    assert_same_pictures(
+        lambda random: loaded(folder, random).with_(size=(16, 12)),
+        et.load(write(folder, plain())).with_(size=(16, 12)),
+    )
 
 
 def test_half_a_colour_is_half_a_colour(folder: Path) -> None:

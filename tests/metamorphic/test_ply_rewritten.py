@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, find, given, settings
+from hypothesis import find
 from hypothesis import strategies as st
 
 import equaltime as et
@@ -17,11 +17,8 @@ from equaltime._core import read_ply
 from equaltime.scene import model as m
 from equaltime.scene.geometry import MeshSurface
 
+from .examples import assert_same_pictures, sizes, try_spellings
 from .ply_files import plain, rewritten
-
-RANDOM: Final = st.integers(0, 2**64).map(Random)
-EVERY_DAY: Final = settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
-AT_LENGTH: Final = settings(EVERY_DAY, max_examples=10_000)
 
 
 def written(folder: Path, content: bytes) -> Path:
@@ -44,32 +41,28 @@ def looks(scene: et.Scene) -> tuple[Any, ...]:
     return repr(shape.bsdf), *(np.asarray(array).tolist() for array in arrays)
 
 
-def check(random: Random, folder: Path) -> None:
+def loaded(folder: Path, random: Random) -> et.Scene:
+    return et.load(written(folder, rewritten(random)))
+
+
+@sizes
+def test_other_words_are_the_same_mesh(examples: int, folder: Path) -> None:
     expected = looks(et.load(written(folder, plain())))
-    again = et.load(written(folder, rewritten(random)))
-    assert looks(again) == expected
-    told = [warning for warning in again.warnings if "line " in warning]
-    assert all("is a property that is not used" in line or "'edge' is an element" in line for line in told)
+
+    def check(random: Random) -> None:
+        scene = loaded(folder, random)
+        assert looks(scene) == expected
+        told = [warning for warning in scene.warnings if "line " in warning]
+        assert all("is a property that is not used" in line or "'edge' is an element" in line for line in told)
+
+    try_spellings(check, examples)
 
 
-@EVERY_DAY
-@given(random=RANDOM)
-def test_other_words_are_the_same_mesh(random: Random, folder: Path) -> None:
-    check(random, folder)
-
-
-@pytest.mark.slow
-@AT_LENGTH
-@given(random=RANDOM)
-def test_ten_thousand_other_words_are_the_same_mesh(random: Random, folder: Path) -> None:
-    check(random, folder)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_other_words_are_the_same_picture(seed: int, folder: Path) -> None:
-    first = et.render(et.load(written(folder, plain())).with_(size=(16, 12)), spp=4).image
-    again = et.render(et.load(written(folder, rewritten(Random(seed)))).with_(size=(16, 12)), spp=4).image
-    assert np.array_equal(first, again)
+def test_other_words_are_the_same_picture(folder: Path) -> None:
+    assert_same_pictures(
+        lambda random: loaded(folder, random).with_(size=(16, 12)),
+        et.load(written(folder, plain())).with_(size=(16, 12)),
+    )
 
 
 @pytest.mark.parametrize("change", [(b"-0.375", b"-0.5"), (b" 254 1 0", b" 253 1 0"), (b"3 0 1 4", b"3 0 4 1")])

@@ -10,13 +10,12 @@ from random import Random
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-import numpy as np
 import pytest
 
 import equaltime as et
 from equaltime.scene import xml_elements, xml_values
 
-from .examples import EVERYDAY, sizes, try_spellings
+from .examples import EVERYDAY, assert_same_pictures, assert_same_scenes, sizes
 from .scene_spellings import blanks, decimal
 
 
@@ -215,18 +214,11 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> et.Scene:
 
 @sizes
 def test_any_spelling_is_the_same_scene(examples: int, original: et.Scene, tmp_path: Path) -> None:
-    def check(random: Random) -> None:
-        scene = loaded(tmp_path, plain(), random)
-        assert (scene.digest, scene.warnings) == (original.digest, original.warnings)
-
-    try_spellings(check, examples)
+    assert_same_scenes(lambda random: loaded(tmp_path, plain(), random), original, examples)
 
 
 def test_a_picture_of_another_spelling_has_the_same_bits(original: et.Scene, tmp_path: Path) -> None:
-    image = et.render(original, spp=4).image
-    for seed in range(3):
-        again = et.render(loaded(tmp_path, plain(), Random(seed)), spp=4).image
-        assert np.array_equal(image, again)
+    assert_same_pictures(lambda random: loaded(tmp_path, plain(), random), original)
 
 
 def numbers(contents: list[Element]) -> Iterator[tuple[Element, str]]:
