@@ -90,7 +90,13 @@ def test_colours(text: str, color: tuple[float, ...]) -> None:
         ("d 0.5\nTr 0.4", "'d' and 'Tr' of a material do not add up to 1: 'd' counts"),
         ("Ks 1 1 1", "'Ks' is not used: surfaces are diffuse"),
         ("illum 7", "'illum' is not used: mirrors and glass are diffuse"),
-        ("map_Bump a.png", "'map_Bump' is not used: surfaces have no relief"),
+        ("disp a.png", "'disp' is not used: surfaces are not displaced"),
+        ("map_Bump -bm x a.png", "'-bm' of 'map_Bump' is not used"),
+        ("bump -bm 1e999 a.png", "'-bm' of 'bump' is not used"),
+        ("bump -imfchan r a.png", "'-imfchan' of 'bump' is not used"),
+        ("norm -bm 0.5 a.png", "'-bm' of 'norm' is not used"),
+        ("map_Kd -bm 0.5 a.png", "'-bm' of 'map_Kd' is not used"),
+        ("bump a.png\nmap_bump b.png", "'map_bump' of a material is given again: the last one counts"),
         ("foo 1", "'foo' is no statement of MTL that is read"),
         ("map_Kd -mm 0 0.5 a.png", "'-mm' of 'map_Kd' is not used"),
         ("map_Kd -t 0.1 0 0 a.png", "'-t' of 'map_Kd' is not used"),
@@ -151,6 +157,23 @@ def test_images_have_options_and_a_name(rest: str, expected: ImageMap) -> None:
     found, told = image(rest)
     assert found == expected
     assert told == []
+
+
+@pytest.mark.parametrize(
+    ("statement", "word", "expected"),
+    [
+        ("norm n.png", "norm", ImageMap(b"n.png", 2)),
+        ("Norm -bm 1 -s 2 3 1 -o 0.5 -clamp on my n.png", "norm", ImageMap(b"my n.png", 2, (2, 3), (0.5, 0), True)),
+        ("bump -bm 0.25 -imfchan l h.png", "bump", ImageMap(b"h.png", 2, multiplier=0.25)),
+        ("map_Bump -bm -2 2 by 4.png", "bump", ImageMap(b"2 by 4.png", 2, multiplier=-2)),
+        ("map_bump -BM 1e-1 -s 2 2 2 h.png # rough", "bump", ImageMap(b"h.png # rough", 2, (2, 2), multiplier=0.1)),
+        ("bump -bm 0.25", "bump", ImageMap(b"0.25", 2)),
+    ],
+)
+def test_reliefs_have_the_options_of_images_and_heights_a_factor(statement: str, word: str, expected: ImageMap) -> None:
+    found, told = material(statement)
+    assert found.images == {word: expected}
+    assert told == ([] if statement != "bump -bm 0.25" else ["a.mtl:2: '-bm' of 'bump' is not used"])
 
 
 def test_the_last_of_two_counts_and_the_first_is_told() -> None:

@@ -81,7 +81,7 @@ def _painted(
         own = _reflectance(mesh, path, place, account, used=found is None or not found[1].has_color)
         bsdf, emitter = _both(own, place), None
         if found is not None:
-            bsdf = materials.bsdf(*found, own, place, has_uvs=mesh.uvs is not None)
+            bsdf = materials.bsdf(*found, own, place, mesh)
             emitter = materials.emitter(*found, place, has_uvs=mesh.uvs is not None)
         material = shown(name)
         if material.encode() != name and material.encode() in parts:

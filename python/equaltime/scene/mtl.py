@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 Use = Literal["color", "radiance", "number", "image", "name", "silent", "told"]
 
 _DIFFUSE: Final = "surfaces are diffuse"
-_FLAT: Final = "surfaces have no relief"
+_UNMOVED: Final = "surfaces are not displaced"
 WORDS: Final[dict[str, tuple[Use, str]]] = {
     # word in small letters: its use, and the reason of those that are not used
     "newmtl": ("name", ""),
@@ -36,6 +36,9 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "map_d": ("image", ""),
     "map_pr": ("image", ""),
     "map_pm": ("image", ""),
+    "norm": ("image", ""),
+    "bump": ("image", ""),
+    "map_bump": ("image", ""),
     "ka": ("silent", "ambient light stands for what is traced here"),
     "map_ka": ("silent", "ambient light stands for what is traced here"),
     "ns": ("silent", "the exponent of Ks and map_Ks, which are told"),
@@ -56,14 +59,13 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "pc": ("told", _DIFFUSE),
     "aniso": ("told", _DIFFUSE),
     "map_ps": ("told", _DIFFUSE),
-    "bump": ("told", _FLAT),
-    "map_bump": ("told", _FLAT),
-    "norm": ("told", _FLAT),
-    "disp": ("told", _FLAT),
-    "map_disp": ("told", _FLAT),
+    "disp": ("told", _UNMOVED),
+    "map_disp": ("told", _UNMOVED),
     "decal": ("told", "images do not replace each other"),
     "map_tr": ("told", "opacities come from map_d"),
 }
+_SAME: Final = {"map_bump": "bump"}
+"""Words that mean another."""
 NEUTRAL: Final[dict[str, frozenset[float]]] = {
     "illum": frozenset({0.0, 1.0, 2.0}),
     "tf": frozenset({1.0}),
@@ -88,6 +90,8 @@ _DEFAULTS: Final[dict[bytes, frozenset[bytes]]] = {
 """Words of options that ask for what is rendered anyway."""
 _NUMBER: Final = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _NUMBERED: Final = frozenset({b"-s", b"-o", b"-t"})
+_FARTHEST: Final = 2.0**20
+"""The largest number of an option that is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +104,8 @@ class ImageMap:
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
     clamp: bool = False
+    multiplier: float = 1.0
+    """``-bm`` of ``bump``: the height of white, in the mesh's units of length."""
 
 
 @dataclass(slots=True)
@@ -118,7 +124,7 @@ class Material:
     metallic: float | None = None
     """``Pm``."""
     images: dict[str, ImageMap] = field(default_factory=dict)
-    """Images by their words in small letters, such as ``map_kd``."""
+    """Images by their words in small letters, such as ``map_kd``; ``map_bump`` is ``bump``."""
     words: set[str] = field(default_factory=set)
     """The words of the statements that were given, in small letters."""
 
@@ -173,6 +179,7 @@ class _Reader:
         elif self._current is None:
             self._tell(f"'{name}' stands before any material and is not used")
         else:
+            key = _SAME.get(key, key)
             if key in self._current.words:
                 self._tell(f"'{name}' of a material is given again: the last one counts")
             self._set(self._current, key, name, rest)
@@ -189,8 +196,8 @@ class _Reader:
             self._materials[name] = self._current
 
     def _set(self, material: Material, key: str, name: str, rest: bytes) -> None:
-        if key.startswith("map_"):
-            material.images[key] = self._image(name, rest)
+        if WORDS[key][0] == "image":
+            material.images[key] = self._image(key, name, rest)
         elif key == "kd":
             material.color = self._color(name, rest, 1.0)
         elif key == "ke":
@@ -238,7 +245,7 @@ class _Reader:
             return None
         return numbers
 
-    def _image(self, name: str, rest: bytes) -> ImageMap:
+    def _image(self, key: str, name: str, rest: bytes) -> ImageMap:
         """Return an image with its options, which stand before the name of its file."""
         given: dict[bytes, list[bytes]] = {}
         while (option := _first(rest)[0].lower()) in _OPTIONS:
@@ -253,17 +260,19 @@ class _Reader:
         scale = self._pair(name, given.pop(b"-s", []), 1.0)
         offset = self._pair(name, given.pop(b"-o", []), 0.0)
         clamp = [word.lower() for word in given.pop(b"-clamp", [])] == [b"on"]
+        multiplier = _multiplier(given.get(b"-bm", [])) if key == "bump" else None
+        if multiplier is not None:
+            del given[b"-bm"]
         for option, words in given.items():
             if not _asks_for_nothing(option, words):
                 self._tell(f"'{option.decode()}' of '{name}' is not used")
-        return ImageMap(rest, self._line, scale, offset, clamp)
+        return ImageMap(rest, self._line, scale, offset, clamp, 1.0 if multiplier is None else multiplier)
 
     def _pair(self, name: str, words: list[bytes], usual: float) -> tuple[float, float]:
         """Return the numbers of an option for u and v; the third is for solid textures."""
         numbers = [float(word) for word in words]
         first, second = [*numbers, usual, usual][:2] if numbers else (usual, usual)
-        limit = 2.0**20
-        if not (abs(first) <= limit and abs(second) <= limit) or (usual and not min(abs(first), abs(second)) > 1e-6):
+        if not max(abs(first), abs(second)) <= _FARTHEST or (usual and not min(abs(first), abs(second)) > 1e-6):
             self._tell(f"a scale or an offset of '{name}' is not used: it leaves nothing of the image")
             return usual, usual
         return first, second
@@ -306,6 +315,12 @@ def _is_finite(number: float) -> bool:
     return abs(number) != float("inf")
 
 
+def _multiplier(words: list[bytes]) -> float | None:
+    """Return the number of ``-bm``; None if it is none that can be used."""
+    numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
+    return numbers[0] if numbers and abs(numbers[0]) <= _FARTHEST else None
+
+
 def _is_neutral(key: str, rest: bytes) -> bool:
     """Tell whether a statement asks for what is rendered anyway."""
     words = rest.split(b"#", 1)[0].split()
@@ -317,4 +332,6 @@ def _asks_for_nothing(option: bytes, words: list[bytes]) -> bool:
     numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
     if option in (b"-t", b"-mm"):
         return numbers == ([0.0, 1.0] if option == b"-mm" else [0.0] * len(words))
+    if option == b"-bm":
+        return numbers == [1.0]
     return option in _DEFAULTS and [word.lower() in _DEFAULTS[option] for word in words] == [True]

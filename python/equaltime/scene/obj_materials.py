@@ -4,6 +4,9 @@
 ``Kd``, ``map_Kd``        `diffuse` on both sides; with an image, ``Kd`` is not used
 Pr, Pm, their images      `principled` instead, where one of them is given
 ``d`` or ``Tr``, map_d    `mask`: where the material is not opaque, light passes as if there were no surface
+``norm``                  `normalmap` within both sides: red leans along u, green along v, which is up in the picture
+``bump``, ``map_bump``    `bumpmap` in its place, of the height ``-bm`` where white, in the mesh's units; a picture of
+                          normals is `normalmap`, if ``-bm`` is 1; not beside ``norm``
 ``Ke``, ``map_Ke``        `area`, from the front side only; with an image, ``Ke`` is not used
 ========================  ==========================================================================================
 
@@ -19,8 +22,9 @@ from typing import Final
 
 from equaltime.scene.account import Account
 from equaltime.scene.gltf.plant import plant
-from equaltime.scene.mesh_readers import obj_name
+from equaltime.scene.mesh_readers import MeshData, obj_name
 from equaltime.scene.mtl import ImageMap, Material, read_mtl, shown
+from equaltime.scene.obj_relief import Content, content_of, is_mirrored
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Object, Place
 
@@ -30,7 +34,7 @@ GREY: Final = 0.5
 """The reflectance of what has no material."""
 _WHITE: Final = (1.0, 1.0, 1.0)
 _BLACK: Final = (0.0, 0.0, 0.0)
-_SHOWN: Final = {word.lower(): word for word in ("map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm")}
+_SHOWN: Final = {word.lower(): word for word in ("map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm", "norm", "bump")}
 _COLORS: Final = frozenset({"map_kd", "map_ke"})
 """Images of colours; the others hold plain numbers."""
 
@@ -44,6 +48,7 @@ class Materials:
         self._search = search
         self._found: dict[bytes, tuple[str, Material]] = {}
         self._libraries: dict[str, None] = {}
+        self._contents: dict[str, Content] = {}
         for rest, line in libraries:
             if not rest:
                 account.tell("'mtllib' names no file", f"{self._path.name}:{line}")
@@ -87,11 +92,11 @@ class Materials:
                 self._account.tell(message, f"{told}:{said.line}")
             self._found[material] = name, said
 
-    def bsdf(self, library: str, material: Material, own: object, place: Place, *, has_uvs: bool) -> Object:
-        """Return the BSDF of a material, on both sides; `own` is the reflectance of one that does not say it."""
+    def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
+        """Return the BSDF of a material on a mesh, on both sides; `own` is the reflectance where it says none."""
 
         def given(word: str, number: object) -> object:
-            return self._image_or(number, word, library, material, place, has_uvs=has_uvs)
+            return self._image_or(number, word, library, material, place, has_uvs=mesh.uvs is not None)
 
         color = given("map_kd", material.color) or own
         roughness, metallic = given("map_pr", material.roughness), given("map_pm", material.metallic)
@@ -99,7 +104,7 @@ class Materials:
             front = plant("bsdf", "diffuse", place, reflectance=color)
         else:
             front = plant("bsdf", "principled", place, base_color=color, roughness=roughness, metallic=metallic)
-        both = plant("bsdf", "twosided", place, bsdf=front)
+        both = plant("bsdf", "twosided", place, bsdf=self._bent(front, library, material, place, mesh))
         opacity = given("map_d", material.opacity)
         if opacity == 1.0:
             return both
@@ -112,19 +117,48 @@ class Materials:
         radiance = self._image_or(material.radiance, "map_ke", library, material, place, has_uvs=has_uvs)
         return None if radiance == _BLACK else plant("emitter", "area", place, radiance=radiance)
 
+    def _bent(self, bsdf: Object, library: str, material: Material, place: Place, mesh: MeshData) -> Object:
+        """Return a BSDF with the relief of a material, if that has one."""
+        word = "norm" if "norm" in material.images else "bump"
+        if word == "norm" and "bump" in material.images:
+            self._tell("'bump' is not used beside 'norm'", library, material.images["bump"].line)
+        name = self._file(library, material, word, has_uvs=mesh.uvs is not None)
+        if name is None:
+            return bsdf
+        image = material.images[word]
+        texture = _bitmap(name, image, place, raw=True)
+        if word == "bump" and not self._holds_normals(name, library, image):
+            return plant("bsdf", "bumpmap", place, texture=texture, scale=image.multiplier, bsdf=bsdf)
+        if (option := _turning(image)) is not None:
+            self._tell(f"a normal map is not used with {option}", library, image.line)
+            return bsdf
+        if word == "bump":
+            self._tell("the image of 'bump' is coloured and is used as a normal map", library, image.line)
+        if is_mirrored(mesh):
+            self._tell("a normal map leans the wrong way along v on faces that mirror it", library, image.line)
+        return plant("bsdf", "normalmap", place, normalmap=texture, bsdf=bsdf)
+
+    def _holds_normals(self, name: str, library: str, image: ImageMap) -> bool:
+        """Tell whether the picture of ``bump`` holds normals and not heights; it is read once."""
+        if name not in self._contents:
+            self._contents[name] = content_of(self._search.note(self._path.parent / name))
+        if self._contents[name] == "colours":
+            self._tell("the image of 'bump' is coloured: its luminance is the height", library, image.line)
+        return self._contents[name] == "normals"
+
     def _image_or(
         self, number: object, word: str, library: str, material: Material, place: Place, *, has_uvs: bool
     ) -> object:
         """Return the image of a material, or else the number in its place; one that is not used is told."""
-        image = self._image(library, material, word, has_uvs, place)
-        if image is None:
+        name = self._file(library, material, word, has_uvs=has_uvs)
+        if name is None:
             return number
         if number not in (None, 1.0, _WHITE, _BLACK if word == "map_ke" else None):
             self._tell(f"'{_SHOWN[word].removeprefix('map_')}' is not used beside an image", library, material.line)
-        return image
+        return _bitmap(name, material.images[word], place, raw=word not in _COLORS)
 
-    def _image(self, library: str, material: Material, word: str, has_uvs: bool, place: Place) -> Object | None:
-        """Return the image of a material, if it can be used."""
+    def _file(self, library: str, material: Material, word: str, *, has_uvs: bool) -> str | None:
+        """Return the file of a material's image, if it can be used."""
         image = material.images.get(word)
         if image is None:
             return None
@@ -138,13 +172,22 @@ class Materials:
             self._tell(f"the image '{shown(spellings[1])}' is left out: no such file", library, image.line)
         elif not has_uvs:
             self._tell(f"'{_SHOWN[word]}' is not used: the faces of the material have no vt", library, image.line)
-        if name is None or not has_uvs:
-            return None
-        wrap_mode, raw = "clamp" if image.clamp else None, None if word in _COLORS else True
-        return plant("texture", "bitmap", place, filename=name, to_uv=_to_uv(image), wrap_mode=wrap_mode, raw=raw)
+        return name if has_uvs else None
 
     def _tell(self, kind: str, library: str, line: int) -> None:
         self._account.tell(kind, f"{shown(os.fsencode(library))}:{line}")
+
+
+def _bitmap(name: str, image: ImageMap, place: Place, *, raw: bool) -> Object:
+    wrap_mode = "clamp" if image.clamp else None
+    return plant("texture", "bitmap", place, filename=name, to_uv=_to_uv(image), wrap_mode=wrap_mode, raw=raw or None)
+
+
+def _turning(image: ImageMap) -> str | None:
+    """Return the option that asks for other normals than those in the picture."""
+    if image.multiplier != 1.0:
+        return "another '-bm' than 1"
+    return "a negative '-s'" if min(image.scale) < 0.0 else None
 
 
 def file_beside(path: Path, folder: str, name: bytes) -> str | None:

@@ -1,0 +1,46 @@
+"""The pictures of ``bump`` in MTL files: heights, or the normals that some exporters write under this word.
+
+Normals are those of tangent space: red leans along u, green along the file's v, which is upwards in the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+
+from equaltime.scene.mesh_readers import MeshData
+from equaltime.scene.pictures import largest, read_picture
+
+__all__ = ["Content", "content_of", "is_mirrored"]
+
+Content = Literal["grey", "normals", "colours"]
+_SAMPLES: Final = 256
+"""Rows and columns of texels that are looked at to tell normals from other colours."""
+_SHARE: Final = 0.75
+"""How many of the texels that are not grey are normals in a picture of normals."""
+
+
+def content_of(path: Path) -> Content:
+    """Return what is in a picture; one that cannot be read is refused where the scene reads it, and grey here."""
+    try:
+        texels = read_picture(path, raw=True).texels
+    except ValueError:
+        return "grey"
+    if texels.shape[2] == 1 or all((texels[..., 0] == texels[..., channel]).all() for channel in (1, 2)):
+        return "grey"
+    rows, columns = (math.ceil(size / _SAMPLES) for size in texels.shape[:2])
+    few = texels[::rows, ::columns].astype(np.float64) / largest(texels)
+    vectors = 2.0 * few[(few != few[..., :1]).any(axis=2)] - 1.0
+    normals = (np.abs(np.linalg.norm(vectors, axis=1) - 1.0) < 0.1) & (vectors[:, 2] > 0.0)
+    return "normals" if np.count_nonzero(normals) > _SHARE * len(vectors) else "colours"
+
+
+def is_mirrored(mesh: MeshData) -> bool:
+    """Tell whether some faces show their image in a mirror from the front; the mesh has uvs, with v upwards."""
+    assert mesh.uvs is not None, "only what has uvs has an image"
+    a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
+    (u1, v1), (u2, v2) = (b - a).T, (c - a).T
+    return bool((u1 * v2 < u2 * v1).any())
