@@ -22,6 +22,8 @@ class Paint:
     opacity: float = 1.0
     radiance: float = 0.0
     image: str | None = None
+    normals: str | None = None
+    heights: str | None = None
 
 
 POINTS: Final = [
@@ -34,10 +36,10 @@ FACES: Final[list[Face]] = [
 ]
 """Materials and corners, which have the uvs of the same numbers."""
 MATERIALS: Final = [
-    Paint((0.75, 0.125, 0.0)),
+    Paint((0.75, 0.125, 0.0), heights="my heights.png"),
     Paint((0.25, 0.5, 0.5), opacity=0.25),
     Paint((0.5, 0.5, 0.5), radiance=2.5),
-    Paint((1.0, 1.0, 1.0), image="my wood.png"),
+    Paint((1.0, 1.0, 1.0), image="my wood.png", normals="my normals.png"),
     Paint(),
 ]
 NAMES: Final = [b"red", b"glass", b"lamp", b"wood", b"plain"]
@@ -116,17 +118,26 @@ def _said(name: bytes, paint: Paint, random: Random | None) -> list[bytes]:
     if paint.radiance:
         said.append((b"Ke", [spelt(paint.radiance)] * rng.choice((1, 3))))
     if paint.image is not None:
-        file = paint.image.encode()
-        quoted = rng.choice((file, b'"' + file + b'"', b".\\" + file, file + b" # oak")) if random else file
-        options = (
-            rng.choice(([], [b"-s", b"1", b"1", b"1"], [b"-clamp", b"off"], [b"-mm", b"0", b"1"])) if random else []
-        )
-        said.append((b"map_Kd", [*options, quoted]))
+        said.append((b"map_Kd", _image(paint.image, random)))
+    if paint.normals is not None:
+        said.append((b"norm", [*rng.choice(([], [b"-bm", spelt(1.0)])), *_image(paint.normals, random)]))
+    if paint.heights is not None:
+        word = rng.choice((b"bump", b"map_Bump"))
+        said.append((word, [b"-bm", spelt(0.125), *_image(paint.heights, random)]))
     if random is None:
         return [b"newmtl " + name, *(b" ".join((word, *rest)) for word, rest in said)]
     rng.shuffle(said)
     silent = rng.choices((b"Ka 1 1 1", b"illum 2", b"Ns 10", b"Ks 0 0 0", b""), k=rng.randint(0, 2))
     return [_named(b"newmtl", name, rng), *(_line(word, rest, rng, any_case=True) for word, rest in said), *silent]
+
+
+def _image(name: str, random: Random | None) -> list[bytes]:
+    """Return a file with options that ask for nothing."""
+    file = name.encode()
+    if random is None:
+        return [file]
+    options = random.choice(([], [b"-s", b"1", b"1", b"1"], [b"-clamp", b"off"], [b"-mm", b"0", b"1"]))
+    return [*options, random.choice((file, b'"' + file + b'"', b".\\" + file, file + b" # oak"))]
 
 
 def _named(word: bytes, name: bytes, random: Random) -> bytes:

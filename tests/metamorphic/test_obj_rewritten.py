@@ -30,7 +30,9 @@ RANDOM: Final = st.integers(0, 2**64).map(Random)
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("obj")
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 3), dtype=np.uint8)
-    images.write(folder / "my wood.png", "png", [images.Part(("R", "G", "B"), pixels, {})])
+    grey = np.ascontiguousarray(pixels[..., :1])
+    for name, channels, stored in (("wood", "RGB", pixels), ("normals", "RGB", pixels), ("heights", "Y", grey)):
+        images.write(folder / f"my {name}.png", "png", [images.Part(tuple(channels), stored, {})])
     return folder
 
 
@@ -41,7 +43,7 @@ def looks(scene: et.Scene) -> Iterator[tuple[Any, ...]]:
         assert isinstance(surface, MeshSurface)
         assert surface.uvs is not None
         arrays = surface.vertices.tolist(), surface.faces.tolist(), surface.uvs.tolist()
-        yield re.sub(r"(\./)+my wood", "my wood", repr(shape.bsdf)), repr(shape.emitter), arrays
+        yield re.sub(r"(\./)+my ", "my ", repr(shape.bsdf)), repr(shape.emitter), arrays
 
 
 def told(scene: et.Scene) -> list[str]:
