@@ -14,7 +14,7 @@ from typing import Any
 from measuring import SHIPPED, arguments, print_conditions, text
 
 import equaltime as et
-from equaltime import progress, result, session
+from equaltime import passes, result, session
 from equaltime.bench import spread
 
 
@@ -25,8 +25,8 @@ def main() -> None:
     parser.add_argument("--max-depth", type=int, default=8)
     options = parser.parse_args()
     print_conditions(options)
-    during = timed(progress, "pixel_statistics", "image_error")
-    after = timed(session, "pixel_statistics") + timed(result, "standard_error", "image_error")
+    during = timed(passes, "pixel_statistics", "stated", "stated_error")
+    after = timed(session, "pixel_statistics") + timed(result, "standard_error", "stated_error")
     for path in SHIPPED:
         scene = et.load(path).with_(size=tuple(options.size), max_depth=options.max_depth)
         shares: list[tuple[float, float]] = []
