@@ -65,7 +65,8 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
   set(s.sampler,
       {{"independent", SamplerKind::independent},
        {"stratified", SamplerKind::stratified},
-       {"sobol", SamplerKind::sobol}},
+       {"sobol", SamplerKind::sobol},
+       {"lattice", SamplerKind::lattice}},
       sampler, "sampler");
   s.roulette_depth = roulette_depth.value_or(s.roulette_depth);
   s.survival = survival.value_or(s.survival);

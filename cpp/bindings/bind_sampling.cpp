@@ -4,6 +4,9 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <map>
+#include <string>
+
 #include "bindings/bindings.h"
 #include "sampling/mis.h"
 #include "transport/checked.h"
@@ -246,14 +249,16 @@ py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens,
 /// The two numbers of a slot for samples 0 … n-1 of a pixel.
 py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, std::uint64_t pixel, py::ssize_t n,
                                    std::uint32_t slot_index, std::uint32_t replicates) {
-  require(kind == "sobol" || kind == "stratified" || kind == "independent",
-          "a sampler is \"independent\", \"stratified\" or \"sobol\"");
-  const SamplerKind k = kind == "sobol"        ? SamplerKind::sobol
-                        : kind == "stratified" ? SamplerKind::stratified
-                                               : SamplerKind::independent;
+  static const std::map<std::string, SamplerKind> kinds = {{"independent", SamplerKind::independent},
+                                                           {"stratified", SamplerKind::stratified},
+                                                           {"sobol", SamplerKind::sobol},
+                                                           {"lattice", SamplerKind::lattice}};
+  const auto found = kinds.find(kind);
+  require(found != kinds.end(), "a sampler is \"independent\", \"stratified\", \"sobol\" or \"lattice\"");
   py::array_t<double> out({n, py::ssize_t{2}});
   for (py::ssize_t i = 0; i < n; ++i) {
-    const Point2f p = Sampler::at(k, seed, pixel, static_cast<std::uint64_t>(i), replicates).get_2d({slot_index});
+    const Point2f p =
+        Sampler::at(found->second, seed, pixel, static_cast<std::uint64_t>(i), replicates).get_2d({slot_index});
     out.mutable_at(i, 0) = p.x;
     out.mutable_at(i, 1) = p.y;
   }

@@ -4,7 +4,8 @@
 // `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
 // that slots are padded without correlation (Burley 2020). Sample i belongs to replicate i mod R; each replicate is
 // scrambled on its own, which is what makes an honest error bar possible. `stratified` gives it jittered strata in the
-// same way (sampling/stratified.h). `independent` hashes the sample index instead.
+// same way (sampling/stratified.h). `lattice` takes the slots of the first vertices from one lattice
+// (sampling/lattice.h) and pads the others. `independent` hashes the sample index instead.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +13,13 @@
 #include "math/bits.h"
 #include "math/numeric.h"
 #include "sampling/dimensions.h"
+#include "sampling/lattice.h"
 #include "sampling/sobol.h"
 #include "sampling/stratified.h"
 
 namespace equaltime {
 
-enum class SamplerKind : std::uint8_t { independent, stratified, sobol };
+enum class SamplerKind : std::uint8_t { independent, stratified, sobol, lattice };
 
 struct Point2f {
   float x, y;
@@ -61,32 +63,31 @@ class Sampler {
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
   [[nodiscard]] EQUALTIME_INLINE std::uint64_t bits(Slot s) const noexcept {
     const std::uint64_t h = hash(s);
-    if (kind_ == SamplerKind::independent) return h;
-    const std::uint32_t x = sobol::scramble_reversed(shuffled_index(h), sobol::seed_x(h));
-    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(h);
+    if (kind_ != SamplerKind::sobol) [[unlikely]]
+      return other_bits(kind_, reversed_index_, s, h);
+    return scrambled_bits(reversed_index_, h);
   }
 
   /// Two numbers in [0, 1), multiples of 2^-24, jointly stratified.
   [[nodiscard]] EQUALTIME_INLINE Point2f get_2d(Slot s) const noexcept {
-    const Bits2 p = bits_2d(hash(s));
+    const Bits2 p = bits_2d(s, hash(s));
     return {unit_float(p.x), unit_float(p.y)};
   }
 
   [[nodiscard]] EQUALTIME_INLINE VertexNumbers vertex(std::uint32_t bounce) const noexcept {
-    const std::uint64_t light = hash(slot(BounceDimension::light_point, bounce));
-    const std::uint64_t bsdf = hash(slot(BounceDimension::bsdf_direction, bounce));
+    const Slot light = slot(BounceDimension::light_point, bounce), bsdf = slot(BounceDimension::bsdf_direction, bounce);
     if (kind_ != SamplerKind::sobol) [[unlikely]] {
-      const Bits2 a = bits_2d(light), b = bits_2d(bsdf);
+      const Bits2 a = bits_2d(light, hash(light)), b = bits_2d(bsdf, hash(bsdf));
       return {{unit_float(a.x), unit_float(a.y)}, {unit_float(b.x), unit_float(b.y)}};
     }
-    const sobol::FloatLanes p = sobol::unit_floats(sobol::two_points(reversed_index_, light, bsdf));
+    const sobol::FloatLanes p = sobol::unit_floats(sobol::two_points(reversed_index_, hash(light), hash(bsdf)));
     return {{p[0], p[1]}, {p[2], p[3]}};
   }
 
   /// As get_2d with the same leading bits, continued to 53 bits by hashing: for tables of very uneven probabilities.
   [[nodiscard]] Point2d get_2d_precise(Slot s) const noexcept {
     const std::uint64_t h = hash(s);
-    const Bits2 p = bits_2d(h);
+    const Bits2 p = bits_2d(s, h);
     const std::uint64_t low = mix64(h + reversed_index_ + kGolden);
     return {static_cast<double>(((static_cast<std::uint64_t>(p.x) << 32) | (low >> 32)) >> 11) * 0x1p-53,
             static_cast<double>(((static_cast<std::uint64_t>(p.y) << 32) | (low & 0xffffffffU)) >> 11) * 0x1p-53};
@@ -106,21 +107,46 @@ class Sampler {
     return mix64(key_ + (s.index + 1) * kGolden);
   }
 
-  [[nodiscard]] EQUALTIME_INLINE std::uint32_t shuffled_index(std::uint64_t h) const noexcept {
-    return reverse_bits(sobol::scramble_reversed(reversed_index_, sobol::seed_shuffle(h)));
+  [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, std::uint64_t h) const noexcept {
+    if (kind_ != SamplerKind::sobol) [[unlikely]]
+      return other_bits_2d(kind_, reversed_index_, s, h);
+    return sobol_bits_2d(reversed_index_, h);
   }
 
-  [[nodiscard]] std::uint32_t low_bits(std::uint64_t h) const noexcept {
-    return static_cast<std::uint32_t>(mix64(h + reversed_index_) >> 32);
+  [[nodiscard]] EQUALTIME_INLINE static std::uint64_t scrambled_bits(std::uint32_t reversed_index,
+                                                                     std::uint64_t h) noexcept {
+    const std::uint32_t shuffled = reverse_bits(sobol::scramble_reversed(reversed_index, sobol::seed_shuffle(h)));
+    const std::uint32_t x = sobol::scramble_reversed(shuffled, sobol::seed_x(h));
+    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(reversed_index, h);
   }
-
-  [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(std::uint64_t h) const noexcept {
-    if (kind_ != SamplerKind::sobol) [[unlikely]] {
-      const std::uint64_t both = kind_ == SamplerKind::independent ? h : stratified::bits_2d(reversed_index_, h);
-      return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
-    }
-    const sobol::Lanes p = sobol::two_points(reversed_index_, h, h);
+  [[nodiscard]] EQUALTIME_INLINE static Bits2 sobol_bits_2d(std::uint32_t reversed_index, std::uint64_t h) noexcept {
+    const sobol::Lanes p = sobol::two_points(reversed_index, h, h);
     return {p[0], p[1]};
+  }
+  [[nodiscard]] static std::uint32_t low_bits(std::uint32_t reversed_index, std::uint64_t h) noexcept {
+    return static_cast<std::uint32_t>(mix64(h + reversed_index) >> 32);
+  }
+
+  // The other kinds, out of line and by value: their code costs those who take Sobol' points nothing.
+  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index, Slot s,
+                                                               std::uint64_t h) noexcept {
+    if (kind == SamplerKind::independent) return h;
+    if (kind == SamplerKind::lattice) {
+      if (!lattice::has(s)) return scrambled_bits(lattice::padded_index(reversed_index, h), h);
+      const std::uint32_t x = lattice::coordinate(reversed_index, s, 0, sobol::seed_x(h));
+      return (static_cast<std::uint64_t>(x) << 32) | low_bits(reversed_index, h);
+    }
+    return scrambled_bits(reversed_index, h);
+  }
+  [[nodiscard, gnu::noinline]] static Bits2 other_bits_2d(SamplerKind kind, std::uint32_t reversed_index, Slot s,
+                                                          std::uint64_t h) noexcept {
+    if (kind == SamplerKind::lattice) {
+      if (!lattice::has(s)) return sobol_bits_2d(lattice::padded_index(reversed_index, h), h);
+      return {lattice::coordinate(reversed_index, s, 0, sobol::seed_x(h)),
+              lattice::coordinate(reversed_index, s, 1, sobol::seed_y(h))};
+    }
+    const std::uint64_t both = kind == SamplerKind::independent ? h : stratified::bits_2d(reversed_index, h);
+    return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
   }
 
   std::uint64_t key_;

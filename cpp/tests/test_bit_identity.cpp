@@ -47,7 +47,8 @@ TEST("another seed, or one sample more, does change bits") {
 
 TEST("every sampler and every technique repeat their bits") {
   const auto scene = built(full_room());
-  for (const SamplerKind sampler : {SamplerKind::independent, SamplerKind::stratified, SamplerKind::sobol})
+  for (const SamplerKind sampler :
+       {SamplerKind::independent, SamplerKind::stratified, SamplerKind::sobol, SamplerKind::lattice})
     for (const Technique technique : kTechniques) {
       Settings settings = deep();
       settings.sampler = sampler, settings.technique = technique;

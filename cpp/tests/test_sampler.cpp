@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <set>
@@ -16,7 +17,8 @@ namespace {
 
 using namespace equaltime;
 
-constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::stratified, SamplerKind::sobol};
+constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::stratified, SamplerKind::sobol,
+                                  SamplerKind::lattice};
 
 bool is_unit_number(float x) { return x >= 0 && x < 1 && x * 0x1p24F == std::floor(x * 0x1p24F); }
 
@@ -121,6 +123,101 @@ TEST("the net test rejects independent points, and Sobol points of which two swa
   std::vector<Point2f> points = replicate_points(SamplerKind::sobol, s, 0, 0, 2, 6);
   std::swap(points[3].y, points[40].y);
   CHECK(!is_net(points, 6));
+}
+
+// Whether 2^k numbers, and any 2^k from a multiple of 2^k on, are equally far apart.
+bool is_even(Slot s, std::uint64_t first, int k, bool y) {
+  std::vector<double> numbers;
+  for (std::uint64_t j = first; j < first + (1ULL << k); ++j) {
+    const Point2f p = Sampler::at(SamplerKind::lattice, 3, 77, j, 1).get_2d(s);
+    numbers.push_back(static_cast<double>(y ? p.y : p.x));
+  }
+  std::ranges::sort(numbers);
+  for (std::size_t i = 1; i < numbers.size(); ++i)
+    if (numbers[i] - numbers[i - 1] != std::ldexp(1.0, -k)) return false;
+  return true;
+}
+
+TEST("each number of the lattice is even over any 2^k samples from a multiple of 2^k on") {
+  for (std::uint32_t index = 0; index < lattice::kSlots; ++index) {
+    if (!lattice::has({index})) continue;
+    for (const int k : {1, 4, 10})
+      for (const std::uint64_t block : {0ULL, 1ULL, 5ULL}) CHECK(is_even({index}, block << k, k, false));
+  }
+  CHECK(is_even(slot(CameraDimension::pixel), 0, 8, true));
+  CHECK(!is_even(slot(CameraDimension::pixel), 3, 4, false));  // not from a multiple on
+}
+
+TEST("decisions of a vertex that never meet in a product share the lattice's components, shifted") {
+  for (const std::uint32_t bounce : {0U, 7U}) {
+    std::set<float> apart;
+    for (std::uint64_t index = 0; index < 256; ++index) {
+      const VertexNumbers v = Sampler::at(SamplerKind::lattice, 5, 9, index, 1).vertex(bounce);
+      const float off = v.light_point.y - v.bsdf_direction.y;
+      apart.insert(off < 0 ? off + 1 : off);
+    }
+    CHECK(apart.size() == 1);
+  }
+  std::set<float> others;  // of another vertex
+  for (std::uint64_t index = 0; index < 256; ++index) {
+    const Sampler s = Sampler::at(SamplerKind::lattice, 5, 9, index, 1);
+    others.insert(s.vertex(0).light_point.y - s.vertex(1).light_point.y);
+  }
+  CHECK(others.size() > 16);
+}
+
+// 64 times the variance, over pixels, of the mean over 64 samples of what two slots do together at their coarsest: the
+// sign of being in the lower half in one, times that in the other. Independent numbers give 1.
+double coarse_variance(SamplerKind kind, Slot a, Slot b) {
+  constexpr int kPixels = 4000;
+  double squares = 0;
+  for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
+    int sum = 0;
+    for (std::uint64_t index = 0; index < 64; ++index) {
+      const Sampler s = Sampler::at(kind, 3, pixel, index, 1);
+      sum += (s.get_2d(a).x < 0.5F) == (s.get_2d(b).x < 0.5F) ? 1 : -1;
+    }
+    squares += sum * sum;
+  }
+  return squares / (64.0 * kPixels);
+}
+
+TEST("slots beyond the lattice are padded as independent of each other; shuffled by nested scrambling they are not") {
+  const Slot a = slot(BounceDimension::bsdf_direction, 9), b = slot(BounceDimension::bsdf_direction, 10);
+  const double most = 1 + 5 * std::sqrt(2.0 / 4000);  // five standard deviations
+  CHECK(coarse_variance(SamplerKind::lattice, a, b) < most);
+  CHECK(coarse_variance(SamplerKind::lattice, slot(BounceDimension::technique, 0), b) < most);
+  CHECK(coarse_variance(SamplerKind::sobol, a, b) > 1.8);
+}
+
+// The mean over 2^k points of the product of 1 + g w over the components of a vector: how far from even they are.
+double unevenness(const std::vector<std::uint32_t>& vector, int k) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < (1U << k); ++i) {
+    double product = 1;
+    for (const std::uint32_t z : vector) {
+      const double x = static_cast<double>(reverse_bits(i) * z) * 0x1p-32;
+      product *= 1 + 0.05 * 2 * std::numbers::pi * std::numbers::pi * (x * x - x + 1.0 / 6);
+    }
+    sum += product;
+  }
+  return std::ldexp(sum, -k) - 1;
+}
+
+TEST("the numbers of the first vertices are more even together than those of random lattices") {
+  constexpr std::size_t kTogether = 11;  // the pixel and three vertices
+  const std::vector<std::uint32_t> ours(lattice::kVector, lattice::kVector + kTogether);
+  std::mt19937 random(1);
+  for (const int k : {6, 10, 14})
+    for (int trial = 0, better = 0; trial < 40; ++trial) {
+      std::vector<std::uint32_t> other(kTogether);
+      for (std::uint32_t& z : other) z = static_cast<std::uint32_t>(random()) | 1;
+      better += unevenness(other, k) < unevenness(ours, k) ? 1 : 0;
+      CHECK(better <= 2);
+    }
+  std::vector<std::uint32_t> twin = ours;
+  twin[4] = twin[2];  // two that are alike
+  CHECK(unevenness(twin, 10) > 1.05 * unevenness(ours, 10));
 }
 
 // Of 2^k samples of a replicate, those of all copies.

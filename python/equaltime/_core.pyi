@@ -268,7 +268,7 @@ class Settings:
         roulette_depth: int | None = 5,
         survival: float | None = 0.75,
         truncate: int = 0,
-        sampler: Literal["independent", "stratified", "sobol"] = "sobol",
+        sampler: Literal["independent", "stratified", "sobol", "lattice"] = "sobol",
         max_depth: int = -1,
     ) -> None: ...
 

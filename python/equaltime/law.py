@@ -22,10 +22,10 @@ _NORMAL = NormalDist()
 # What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
 # samples have ½ exactly, but for the finite sample of the pilot; those of low discrepancy between 0.45, where many
 # bounces and rare paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
-_EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13)}
+_EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13), "lattice": (0.6, 0.13)}
 _LEAST_EXPONENT, _MOST_EXPONENT = 0.3, 1.0
 # By how much the exponent beyond the pilot differs from that within: a standard deviation (measured).
-_BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06}
+_BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06, "lattice": 0.06}
 # By how much estimates drift against the law while the noise falls, of the logarithm of the error. Where it falls fast,
 # low-discrepancy samples are better at powers of two than between: by that times the exponent beyond the slow one.
 _DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6

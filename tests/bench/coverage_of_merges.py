@@ -43,7 +43,7 @@ def main() -> None:
     parser.add_argument("--groups", type=int, default=80, help="merged renders of each plan [%(default)s]")
     parser.add_argument("--size", type=int, default=32, help="pixels along each side [%(default)s]")
     parser.add_argument("--reference", type=int, default=16384, help="its samples a pixel [%(default)s]")
-    parser.add_argument("--sampler", default="sobol", choices=["sobol", "stratified", "independent"])
+    parser.add_argument("--sampler", default="sobol", choices=["sobol", "lattice", "stratified", "independent"])
     parser.add_argument("--scenes", nargs="*", default=["flat", "cornell"], choices=list(TRIALS))
     options = parsed(parser, groups=6, size=16, reference=2048)
     print("half width: upper limit over the value, less 1; below, above: the realised error lies outside, there")

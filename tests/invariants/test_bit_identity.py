@@ -25,6 +25,7 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "naive": {"technique": "uniform", "roulette": "albedo", "sampler": "independent"},
     "mixture": {"technique": "mixture", "roulette": "constant"},
     "lights by the tree": {"lights": "tree", "sampler": "stratified"},
+    "lattice": {"sampler": "lattice"},
 }
 
 

@@ -39,6 +39,7 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "albedo roulette": {"roulette": "albedo", "roulette_depth": 1},
     "uniform": {"technique": "uniform"},
     "stratified": {"sampler": "stratified"},
+    "lattice": {"sampler": "lattice"},
     "naive": {"technique": "uniform", "lights": "uniform", "roulette": "albedo", "sampler": "independent"},
     "mixture": {"technique": "mixture"},
     "compensated": {"environment": "compensated"},
@@ -46,6 +47,7 @@ STRATEGIES: Final[dict[str, dict[str, Any]]] = {
     "mixture, lights alike": {"technique": "mixture", "lights": "uniform", "sampler": "independent"},
     "efficiency": {"roulette": "efficiency", "roulette_depth": 1},
     "efficiency, independent": {"roulette": "efficiency", "sampler": "independent"},
+    "efficiency, lattice": {"roulette": "efficiency", "sampler": "lattice"},
     "efficiency, light": {"roulette": "efficiency", "technique": "light", "sampler": "stratified"},
 }
 NOISY: Final = frozenset(s for s in STRATEGIES if s.startswith(("bsdf", "uniform", "naive")))

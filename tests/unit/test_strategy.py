@@ -17,7 +17,7 @@ CHOICES: dict[str, list[object]] = {
     "roulette_depth": [None, 1, 5],
     "survival": [None, 0.75, 0.95],
     "truncate": [None, 3],
-    "sampler": ["independent", "stratified", "sobol"],
+    "sampler": ["independent", "stratified", "sobol", "lattice"],
     "adaptive": ["none", "error"],
 }
 

@@ -162,7 +162,7 @@ def render(
 
     * lights=uniform|power|tree, environment=plain|compensated (of mis and mixture)
 
-    * sampler=independent|stratified|sobol
+    * sampler=independent|stratified|sobol|lattice
 
     * roulette=none|constant|albedo|throughput|efficiency, roulette_depth=N, survival=P (of constant)
 
