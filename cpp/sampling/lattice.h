@@ -52,10 +52,9 @@ static_assert(kFirst[slot(BounceDimension::medium, kBounces - 1).index] + 2 == s
 }
 
 /// A bit-reversed index after a random permutation within each 16 samples, which `hash` chooses. Nested scrambling of
-/// the index alone flips its last bit in pairs of samples, in every slot: of what two slots do together, half of the
-/// samples say the same as the other half, and its variance doubles.
-[[nodiscard, gnu::noinline]] inline std::uint32_t padded_index(std::uint32_t reversed_index,
-                                                               std::uint64_t hash) noexcept {
+/// the index alone swaps samples 2k and 2k + 1, or does not, in every slot: two slots always change together within
+/// such a pair, and the variance of their coarsest interaction is twice that of independent numbers.
+[[nodiscard]] inline std::uint32_t padded_index(std::uint32_t reversed_index, std::uint64_t hash) noexcept {
   constexpr std::uint32_t kBlock = 0x0fff'ffffU;  // which 16, in all but the leading four bits
   std::uint64_t random = mix64(hash + (reversed_index & kBlock));
   std::uint32_t place = reversed_index >> 28;

@@ -1,5 +1,5 @@
-// The vector of the rank-1 lattice, for up to 2^20 points: made by tests/bench/lattice_vector.py, which says
-// how it is constructed.
+// The vector of the rank-1 lattice, for up to 2^20 points: made by tests/bench/lattice_vector.py, which
+// says how it is constructed.
 #pragma once
 
 #include <cstdint>

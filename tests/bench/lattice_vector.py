@@ -115,8 +115,8 @@ def header(names: Sequence[str], vector: Sequence[int]) -> str:
     rows = [f"    {z},  // {name}" for name, z in zip(names, vector, strict=True)]
     return "\n".join(
         [
-            "// The vector of the rank-1 lattice, for up to 2^20 points: made by tests/bench/lattice_vector.py, which says",
-            "// how it is constructed.",
+            "// The vector of the rank-1 lattice, for up to 2^20 points: made by tests/bench/lattice_vector.py, which",
+            "// says how it is constructed.",
             "#pragma once",
             "",
             "#include <cstdint>",
