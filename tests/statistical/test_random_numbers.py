@@ -80,8 +80,8 @@ def correlation_p(first: list[Array], second: list[Array]) -> float:
     return sidak(float(p.min()), 4)
 
 
-# The lattices of two pixels are the same points with other shifts. A pair of pixels may agree by much, or disagree, as its
-# shifts have it; only the mean over pixels is 0. So a correlation has to be larger to be seen.
+# The lattices of two pixels are the same points with other shifts. A pair of pixels may agree by much, or disagree, as
+# its shifts have it; only the mean over pixels is 0. So a correlation has to be larger to be seen.
 @pytest.mark.parametrize("other", OTHER)
 @pytest.mark.parametrize("kind", KINDS)
 def test_numbers_of_different_decisions_are_not_correlated(kind: str, other: str) -> None:
