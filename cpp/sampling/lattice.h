@@ -1,6 +1,7 @@
-// One rank-1 lattice for all numbers of a path, in van der Corput order: point i has the coordinate
-// i' z / 2^32 + shift modulo 1, where i' is the bit-reversed index and z the component of the vector that the decision
-// has. Any 2^k points from a multiple of 2^k on are a shifted lattice; there is one random shift a pixel and slot.
+// One rank-1 lattice for the numbers of the first eight vertices of a path, in van der Corput order. Point i has the
+// coordinate i' z / 2^32 + shift modulo 1: i' is the bit-reversed index, and z is the decision's component of the
+// vector. Any 2^k points from a multiple of 2^k on are a shifted lattice. Each pixel and slot has a random shift of its
+// own.
 #pragma once
 
 #include <array>
@@ -16,8 +17,8 @@ namespace equaltime::lattice {
 inline constexpr std::uint32_t kSlots = kCameraSlots + kBounces * kBounceSlots;
 inline constexpr std::uint8_t kNone = 255;
 
-/// The first component of each slot; kNone: it has none. Decisions that never meet in one product share theirs: a
-/// light's point with the BSDF's direction, the choice of a light with that of a lobe.
+/// The first component of each slot; kNone: it has none. Two decisions that never enter the same product share their
+/// components: a vertex's light point and its BSDF direction do, and its choices of a light and of a lobe.
 inline constexpr std::array<std::uint8_t, kSlots> kFirst = [] {
   std::array<std::uint8_t, kSlots> first{};
   first.fill(kNone);
@@ -51,9 +52,9 @@ static_assert(kFirst[slot(BounceDimension::medium, kBounces - 1).index] + 2 == s
   return reversed_index * kVector[kFirst[s.index] + component] + shift;
 }
 
-/// A bit-reversed index after a random permutation within each 16 samples, which `hash` chooses. Nested scrambling of
-/// the index alone swaps samples 2k and 2k + 1, or does not, in every slot: two slots always change together within
-/// such a pair, and the variance of their coarsest interaction is twice that of independent numbers.
+/// Permutes the samples within each 16 at random, as `hash` chooses; takes and returns a bit-reversed index. Nested
+/// scrambling of the index alone leaves samples 2k and 2k + 1 beside each other in every slot. Any two slots then
+/// change together within such a pair, which doubles the variance of their coarsest interaction.
 [[nodiscard]] inline std::uint32_t padded_index(std::uint32_t reversed_index, std::uint64_t hash) noexcept {
   constexpr std::uint32_t kBlock = 0x0fff'ffffU;  // which 16, in all but the leading four bits
   std::uint64_t random = mix64(hash + (reversed_index & kBlock));

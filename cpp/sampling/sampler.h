@@ -127,7 +127,7 @@ class Sampler {
     return static_cast<std::uint32_t>(mix64(h + reversed_index) >> 32);
   }
 
-  // The other kinds, out of line and by value: their code costs those who take Sobol' points nothing.
+  // The other kinds are out of line and get values: inlined, they would slow down paths that take Sobol' points.
   [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index, Slot s,
                                                                std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;

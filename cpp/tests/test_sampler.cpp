@@ -204,7 +204,7 @@ double unevenness(const std::vector<std::uint32_t>& vector, int k) {
   return std::ldexp(sum, -k) - 1;
 }
 
-TEST("the numbers of the first vertices are more even together than those of random lattices") {
+TEST("the vector is better for the first three vertices than random vectors are") {
   constexpr std::size_t kTogether = 11;  // the pixel and three vertices
   const std::vector<std::uint32_t> ours(lattice::kVector, lattice::kVector + kTogether);
   std::mt19937 random(1);

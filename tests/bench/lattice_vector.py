@@ -6,9 +6,9 @@ the sizes 2^2 to 2^12, of what it adds to the squared worst-case error, over the
 is smallest. Larger sizes, to 2^20, each choose one more bit. The error is the shift-averaged one in the unanchored
 Sobolev space with product weights: the mean over the points of the product of 1 + g w(x), w = 2 pi^2 B2(x), less 1.
 
-The weights g are what a path makes of its numbers: those of its first vertices matter most. Those of one vertex for the
-light's point and for the BSDF's direction are the same components with shifts of their own, since no product in the
-radiance has both; so are those that pick a light and a lobe.
+The weights g say how much each number matters to a path: the first vertices matter most. The light point and the BSDF
+direction of a vertex share their components, with shifts of their own, since no product in the radiance has both. The
+choice of a light and the choice of a lobe share theirs for the same reason.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SMALLEST, SEARCHED, LARGEST = 2, 12, 20
 BOUNCES = 8
 """Vertices whose numbers are in the lattice."""
 FALLS = 0.8
-"""What each bounce matters, of the one before."""
+"""The weight of a bounce, as a share of the weight of the bounce before."""
 FILE = Path(__file__).resolve().parents[2] / "cpp" / "sampling" / "lattice_vector.h"
 
 

@@ -1,4 +1,4 @@
-"""Noise of samplers at equal samples: the relMSE of each over that of the first, by scene and count of samples.
+"""Measures the noise of samplers at equal samples: each relMSE over that of the first, by scene and count.
 
 A case is a sampler and how many nets share a pixel's samples, such as ``lattice:1``. Every seed is rendered once, and
 looked at after each count. The relMSE comes from the scatter over seeds, against the mean of all cases, without the

@@ -1,4 +1,4 @@
-"""Normal maps and heights of MTL files: seen as those of a scene are, leaning as the picture says, or told."""
+"""Normal maps and heights of MTL files: they look as in a scene file and lean as the picture says, or are told."""
 
 from __future__ import annotations
 

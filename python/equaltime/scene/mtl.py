@@ -316,7 +316,7 @@ def _is_finite(number: float) -> bool:
 
 
 def _multiplier(words: list[bytes]) -> float | None:
-    """Return the number of ``-bm``; None if it is none that can be used."""
+    """Return the number of ``-bm``; None if it is missing or too large."""
     numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
     return numbers[0] if numbers and abs(numbers[0]) <= _FARTHEST else None
 

@@ -1,6 +1,6 @@
 """The pictures of ``bump`` in MTL files: heights, or the normals that some exporters write under this word.
 
-Normals are those of tangent space: red leans along u, green along the file's v, which is upwards in the picture.
+The normals are in tangent space. Red leans along u, and green leans along the file's v: upwards in the picture.
 """
 
 from __future__ import annotations
