@@ -8,6 +8,7 @@
 
 #include "bindings/bindings.h"
 #include "film/error_parts.h"
+#include "film/second_nets.h"
 #include "film/statistics.h"
 
 namespace py = pybind11;
@@ -113,6 +114,12 @@ py::array_t<float> errors_of_pixels(const Doubles& mean, const Doubles& variance
   return errors;
 }
 
+py::array_t<std::int64_t> pixels_of_second_nets(std::uint64_t seed, std::uint32_t width, std::uint32_t height,
+                                                std::uint32_t second_net) {
+  const SecondNets nets(seed, width, height, second_net, 1);
+  return py::array_t<std::int64_t>({nets.film().height(), nets.film().width()}, nets.pixels().data());
+}
+
 }  // namespace
 
 void bind_film(py::module_& m) {
@@ -124,6 +131,10 @@ void bind_film(py::module_& m) {
       "(R, H, W) moments as the mean of all samples (H, W, 3), the estimated variance of that mean, and their number.");
   m.def("sample_deviations", &deviations, "moments"_a,
         "(R, H, W) moments as the standard deviation of one sample, (H, W, 3).");
+  m.attr("MOST_PIXELS_A_SECOND_NET") = SecondNets::kMostPixels;
+  m.def("second_net_pixels", &pixels_of_second_nets, "seed"_a, "width"_a, "height"_a, "second_net"_a,
+        "(h, w): the pixel, y * width + x, that each second net of a render is of; -1: of none. ValueError unless "
+        "`second_net` is a power of two up to MOST_PIXELS_A_SECOND_NET.");
   m.def("box_sum", &of_neighbourhoods<box_sum>, "image"_a, "Sums over 7x7 neighbourhoods of (H, W, C), zeros outside.");
   m.def("nearest_mean", &of_neighbourhoods<nearest_mean>, "image"_a,
         "Means over the pixels around each of (H, W, C) without itself (by not a bit), by a Gaussian of 0.8 pixels "

@@ -94,9 +94,18 @@ bool go_on(const std::optional<py::function>& poll) {
   return !poll || (*poll)().cast<bool>();
 }
 
-py::array moments(py::object self) {
-  Film& film = self.cast<Renderer&>().film();
+py::array moments_of(Film& film, const py::object& self) {
   return py::array_t<PixelMoments>({film.replicates(), film.height(), film.width()}, film.moments().data(), self);
+}
+
+py::array moments(const py::object& self) { return moments_of(self.cast<Renderer&>().film(), self); }
+py::array second_moments(const py::object& self) {
+  return moments_of(self.cast<Renderer&>().second_nets().film(), self);
+}
+
+py::array_t<std::int64_t> second_pixels(Renderer& r) {
+  const Film& film = r.second_nets().film();
+  return py::array_t<std::int64_t>({film.height(), film.width()}, r.second_nets().pixels().data());
 }
 
 py::dict counters(const Renderer& r) {
@@ -151,19 +160,23 @@ void bind_render(py::module_& m) {
   py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
       .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
            "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
-           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "sobol", "max_depth"_a = -1);
+           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "lattice", "max_depth"_a = -1);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates, bool pixel_rays,
-                       const std::vector<std::string>& also, const std::string& traps) {
-             RenderOptions options{seed, threads, tile, replicates, pixel_rays, effects_of(also)};
+                       const std::vector<std::string>& also, const std::string& traps,
+                       std::optional<std::uint32_t> nets, std::uint32_t second_net) {
+             RenderOptions options{seed,       threads,         tile, replicates, nets.value_or(replicates), second_net,
+                                   pixel_rays, effects_of(also)};
              set(options.traps, {{"ignore", Traps::ignore}, {"check", Traps::check}, {"stop", Traps::stop}}, traps,
                  "traps");
              return std::make_unique<Renderer>(std::move(scene), settings, options);
            }),
            "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "tile"_a = 16, "replicates"_a = 2,
-           "pixel_rays"_a = false, "also"_a = py::tuple(), "traps"_a = "ignore",
-           "`also` names effects that the kernel must cover though the scene does not call for them.")
+           "pixel_rays"_a = false, "also"_a = py::tuple(), "traps"_a = "ignore", "nets"_a = py::none(),
+           "second_net"_a = 0,
+           "`also` names effects that the kernel must cover though the scene does not call for them. `nets` is 1, or "
+           "as many as replicates; with 1, one of `second_net` pixels (a power of two up to 32; 0: none) has a second.")
       .def(
           "advance",
           [](Renderer& r, std::uint64_t samples, std::optional<double> seconds, const std::optional<py::function>& poll,
@@ -193,6 +206,10 @@ void bind_render(py::module_& m) {
           [](const Renderer& r) { return std::tuple(r.position().done, r.position().target, r.position().next_block); },
           "(done, target, next block): every pixel has `done` samples, in the blocks before the next `target`.")
       .def_property_readonly("moments", &moments)
+      .def_property_readonly("second_moments", &second_moments,
+                             "Of the second nets of some pixels, (R, h, w); empty if there are none.")
+      .def_property_readonly("second_pixels", &second_pixels,
+                             "(h, w): the pixel, y * width + x, that each second net is of; -1: of none.")
       .def_property_readonly(
           "pixel_rays",
           [](const Renderer& r) {

@@ -108,16 +108,16 @@ class Report {
 };
 
 py::dict replayed(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
-                  std::uint64_t index, std::uint32_t replicates) {
-  if (x >= scene.film.crop_width || y >= scene.film.crop_height || replicates == 0)
+                  std::uint64_t index, std::uint32_t nets) {
+  if (x >= scene.film.crop_width || y >= scene.film.crop_height || nets == 0)
     throw py::value_error("the pixel is not on the film");
-  return Report(scene).all(replay(scene, settings, seed, x, y, index, replicates));
+  return Report(scene).all(replay(scene, settings, seed, x, y, index, nets));
 }
 
 }  // namespace
 
 void bind_replay(py::module_& m) {
-  m.def("replay", &replayed, "scene"_a, "settings"_a, "seed"_a, "x"_a, "y"_a, "index"_a, "replicates"_a = 2,
+  m.def("replay", &replayed, "scene"_a, "settings"_a, "seed"_a, "x"_a, "y"_a, "index"_a, "nets"_a = 2,
         "One sample of a pixel of the crop, vertex by vertex with every factor, in the author's units.");
 }
 

@@ -248,7 +248,7 @@ py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens,
 
 /// The two numbers of a slot for samples 0 … n-1 of a pixel.
 py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, std::uint64_t pixel, py::ssize_t n,
-                                   std::uint32_t slot_index, std::uint32_t replicates) {
+                                   std::uint32_t slot_index, std::uint32_t nets, std::uint64_t first) {
   static const std::map<std::string, SamplerKind> kinds = {{"independent", SamplerKind::independent},
                                                            {"stratified", SamplerKind::stratified},
                                                            {"sobol", SamplerKind::sobol},
@@ -258,7 +258,7 @@ py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, 
   py::array_t<double> out({n, py::ssize_t{2}});
   for (py::ssize_t i = 0; i < n; ++i) {
     const Point2f p =
-        Sampler::at(found->second, seed, pixel, static_cast<std::uint64_t>(i), replicates).get_2d({slot_index});
+        Sampler::at(found->second, seed, pixel, first + static_cast<std::uint64_t>(i), nets).get_2d({slot_index});
     out.mutable_at(i, 0) = p.x;
     out.mutable_at(i, 1) = p.y;
   }
@@ -282,7 +282,8 @@ void bind_sampling(py::module_& m) {
       "take_faults", [] { return fault_names(take_faults()); }, "This thread's floating-point faults since.");
   parts.def("sample_filter", &sample_filter, "scene"_a, "u"_a);
   parts.def("camera_rays", &camera_rays, "scene"_a, "places"_a, "lens"_a, "time"_a = 0.0F);
-  parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "replicates"_a = 1);
+  parts.def("sample_numbers", &sample_numbers, "kind"_a, "seed"_a, "pixel"_a, "count"_a, "slot"_a, "nets"_a = 1,
+            "first"_a = 0);
   parts.def(
       "mis_weight",
       [](const std::string& heuristic, float pdf, float other) {

@@ -25,13 +25,13 @@ void check_signals() {
 }
 
 py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                std::uint64_t samples, std::uint32_t replicates, bool only_lengths) {
+                std::uint64_t samples, std::uint32_t nets, bool only_lengths) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
   auto measured = [&] {
     const py::gil_scoped_release release;
     return std::make_unique<Split>(split_light(std::move(scene), settings,
-                                               {.seed = seed, .threads = threads, .replicates = replicates}, samples,
-                                               only_lengths, check_signals));
+                                               {.seed = seed, .threads = threads, .nets = nets}, samples, only_lengths,
+                                               check_signals));
   }();
   py::list names;
   for (const auto& [kind, what] : std::span(measured->parts.names()).first(measured->kept))
@@ -44,20 +44,19 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
 }
 
 py::array_t<float> alpha_of(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed,
-                            unsigned threads, std::uint64_t samples, std::uint32_t replicates) {
+                            unsigned threads, std::uint64_t samples, std::uint32_t nets) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
   const std::size_t shape[] = {scene->film.crop_height, scene->film.crop_width};
   const std::vector<float> found = [&] {
     const py::gil_scoped_release release;
-    return alpha(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, samples,
-                 check_signals);
+    return alpha(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, samples, check_signals);
   }();
   return py::array_t<float>(shape, found.data());
 }
 
 py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& settings,
                            const py::array_t<std::uint32_t, py::array::c_style>& pixels, std::uint64_t seed,
-                           unsigned threads, std::uint32_t replicates) {
+                           unsigned threads, std::uint32_t nets) {
   const std::size_t count = static_cast<std::size_t>(pixels.size());
   const std::size_t film = std::size_t{scene->film.crop_width} * scene->film.crop_height;
   const std::span<const std::uint32_t> asked(pixels.data(), count);
@@ -65,7 +64,7 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
     throw py::value_error("a pixel is outside of the film");
   const std::vector<double> found = [&] {
     const py::gil_scoped_release release;
-    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .replicates = replicates}, asked);
+    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, asked);
   }();
   const std::size_t shape[] = {count, 3};
   return py::array_t<double>(shape, found.data());
@@ -119,14 +118,14 @@ py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_
 }  // namespace
 
 void bind_split(py::module_& m) {
-  m.def("alpha", &alpha_of, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "replicates"_a = 2,
+  m.def("alpha", &alpha_of, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "nets"_a = 2,
         "How opaque each pixel is, (H, W) in [0, 1]: the share of a render's camera rays that meet something. "
         "Interrupts are honoured.");
-  m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
-        "replicates"_a = 2, "only_lengths"_a = false,
+  m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "nets"_a = 2,
+        "only_lengths"_a = false,
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
         "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
-  m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "replicates"_a = 2,
+  m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "nets"_a = 2,
         "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
         "between surfaces and the lights that it aims at.");
   m.def(

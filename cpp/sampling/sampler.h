@@ -2,8 +2,8 @@
 // No state moves: numbers may be asked for in any order, any number of times, on any thread.
 //
 // `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
-// that slots are padded without correlation (Burley 2020). Sample i belongs to replicate i mod R; each replicate is
-// scrambled on its own, which is what makes an honest error bar possible. `stratified` gives it jittered strata in the
+// that slots are padded without correlation (Burley 2020). Each net of a pixel's samples is scrambled on its own: the
+// difference of two makes an honest error bar possible. `stratified` gives it jittered strata in the
 // same way (sampling/stratified.h). `lattice` takes the slots of the first vertices from one lattice
 // (sampling/lattice.h) and pads the others. `independent` hashes the sample index instead.
 #pragma once
@@ -35,13 +35,14 @@ struct VertexNumbers {
 
 class Sampler {
  public:
-  /// `pixel` is the pixel's place in the full film, so that a crop has the numbers of the whole.
+  /// `pixel` is the pixel's place in the full film, so that a crop has the numbers of the whole. Sample `index` belongs
+  /// to net `index mod nets`. Those from 2^32 `nets` on are samples of further nets.
   [[nodiscard]] static Sampler at(SamplerKind kind, std::uint64_t seed, std::uint64_t pixel, std::uint64_t index,
-                                  std::uint32_t replicates) noexcept {
+                                  std::uint32_t nets) noexcept {
     const std::uint64_t stream = mix64(mix64(seed + kGolden) + pixel * kGolden);
     if (kind == SamplerKind::independent) return {kind, mix64(stream + index * kGolden), 0};
-    const auto in_replicate = static_cast<std::uint32_t>(index / replicates);
-    return {kind, mix64(stream + (index % replicates + 1) * kGolden), reverse_bits(in_replicate)};
+    const std::uint64_t in_net = index / nets, net = index % nets + (in_net >> 32U) * nets;
+    return {kind, mix64(stream + (net + 1) * kGolden), reverse_bits(static_cast<std::uint32_t>(in_net))};
   }
 
   /// The numbers of one of the 2^log2_copies that a path becomes: together those of as many more samples.
@@ -63,9 +64,10 @@ class Sampler {
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
   [[nodiscard]] EQUALTIME_INLINE std::uint64_t bits(Slot s) const noexcept {
     const std::uint64_t h = hash(s);
-    if (kind_ != SamplerKind::sobol) [[unlikely]]
-      return other_bits(kind_, reversed_index_, s, h);
-    return scrambled_bits(reversed_index_, h);
+    if (kind_ != SamplerKind::lattice || !lattice::has(s)) [[unlikely]]
+      return other_bits(kind_, reversed_index_, h);
+    const std::uint32_t x = lattice::coordinate(reversed_index_, s, 0, sobol::seed_x(h));
+    return (static_cast<std::uint64_t>(x) << 32) | low_bits(reversed_index_, h);
   }
 
   /// Two numbers in [0, 1), multiples of 2^-24, jointly stratified.
@@ -76,11 +78,10 @@ class Sampler {
 
   [[nodiscard]] EQUALTIME_INLINE VertexNumbers vertex(std::uint32_t bounce) const noexcept {
     const Slot light = slot(BounceDimension::light_point, bounce), bsdf = slot(BounceDimension::bsdf_direction, bounce);
-    if (kind_ != SamplerKind::sobol) [[unlikely]] {
-      const Bits2 a = bits_2d(light, hash(light)), b = bits_2d(bsdf, hash(bsdf));
-      return {{unit_float(a.x), unit_float(a.y)}, {unit_float(b.x), unit_float(b.y)}};
-    }
-    const sobol::FloatLanes p = sobol::unit_floats(sobol::two_points(reversed_index_, hash(light), hash(bsdf)));
+    const std::uint64_t a = hash(light), b = hash(bsdf);
+    const sobol::FloatLanes p =
+        sobol::unit_floats(kind_ == SamplerKind::sobol ? two_sobol_points(reversed_index_, a, b)
+                                                       : lanes(bits_2d(light, a), bits_2d(bsdf, b)));
     return {{p[0], p[1]}, {p[2], p[3]}};
   }
 
@@ -108,45 +109,44 @@ class Sampler {
   }
 
   [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, std::uint64_t h) const noexcept {
-    if (kind_ != SamplerKind::sobol) [[unlikely]]
-      return other_bits_2d(kind_, reversed_index_, s, h);
-    return sobol_bits_2d(reversed_index_, h);
+    if (kind_ != SamplerKind::lattice || !lattice::has(s)) [[unlikely]]
+      return other_bits_2d(kind_, reversed_index_, h);
+    return {lattice::coordinate(reversed_index_, s, 0, sobol::seed_x(h)),
+            lattice::coordinate(reversed_index_, s, 1, sobol::seed_y(h))};
+  }
+  [[nodiscard]] EQUALTIME_INLINE static sobol::Lanes lanes(Bits2 a, Bits2 b) noexcept {
+    return sobol::Lanes{a.x, a.y, b.x, b.y};
   }
 
-  [[nodiscard]] EQUALTIME_INLINE static std::uint64_t scrambled_bits(std::uint32_t reversed_index,
-                                                                     std::uint64_t h) noexcept {
-    const std::uint32_t shuffled = reverse_bits(sobol::scramble_reversed(reversed_index, sobol::seed_shuffle(h)));
-    const std::uint32_t x = sobol::scramble_reversed(shuffled, sobol::seed_x(h));
-    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(reversed_index, h);
-  }
-  [[nodiscard]] EQUALTIME_INLINE static Bits2 sobol_bits_2d(std::uint32_t reversed_index, std::uint64_t h) noexcept {
-    const sobol::Lanes p = sobol::two_points(reversed_index, h, h);
-    return {p[0], p[1]};
-  }
   [[nodiscard]] static std::uint32_t low_bits(std::uint32_t reversed_index, std::uint64_t h) noexcept {
     return static_cast<std::uint32_t>(mix64(h + reversed_index) >> 32);
   }
 
-  // The other kinds are out of line and get values: inlined, they would slow down paths that take Sobol' points.
-  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index, Slot s,
+  // The other kinds, and slots that the lattice lacks, are out of line and get values: inlined, they would slow down
+  // paths that take points of the lattice.
+  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index,
                                                                std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
-    if (kind == SamplerKind::lattice) {
-      if (!lattice::has(s)) return scrambled_bits(lattice::padded_index(reversed_index, h), h);
-      const std::uint32_t x = lattice::coordinate(reversed_index, s, 0, sobol::seed_x(h));
-      return (static_cast<std::uint64_t>(x) << 32) | low_bits(reversed_index, h);
-    }
-    return scrambled_bits(reversed_index, h);
+    const std::uint32_t index = padded(kind, reversed_index, h);
+    const std::uint32_t shuffled = reverse_bits(sobol::scramble_reversed(index, sobol::seed_shuffle(h)));
+    const std::uint32_t x = sobol::scramble_reversed(shuffled, sobol::seed_x(h));
+    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(index, h);
   }
-  [[nodiscard, gnu::noinline]] static Bits2 other_bits_2d(SamplerKind kind, std::uint32_t reversed_index, Slot s,
+  [[nodiscard, gnu::noinline]] static Bits2 other_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
                                                           std::uint64_t h) noexcept {
-    if (kind == SamplerKind::lattice) {
-      if (!lattice::has(s)) return sobol_bits_2d(lattice::padded_index(reversed_index, h), h);
-      return {lattice::coordinate(reversed_index, s, 0, sobol::seed_x(h)),
-              lattice::coordinate(reversed_index, s, 1, sobol::seed_y(h))};
+    if (kind == SamplerKind::sobol || kind == SamplerKind::lattice) {
+      const sobol::Lanes p = sobol::two_points(padded(kind, reversed_index, h), h, h);
+      return {p[0], p[1]};
     }
     const std::uint64_t both = kind == SamplerKind::independent ? h : stratified::bits_2d(reversed_index, h);
     return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
+  }
+  [[nodiscard, gnu::noinline]] static sobol::Lanes two_sobol_points(std::uint32_t reversed_index, std::uint64_t a,
+                                                                    std::uint64_t b) noexcept {
+    return sobol::two_points(reversed_index, a, b);
+  }
+  [[nodiscard]] static std::uint32_t padded(SamplerKind kind, std::uint32_t reversed_index, std::uint64_t h) noexcept {
+    return kind == SamplerKind::lattice ? lattice::padded_index(reversed_index, h) : reversed_index;
   }
 
   std::uint64_t key_;

@@ -25,9 +25,9 @@ struct QueryCounter : RayCounter {
 QueryCounter queries_of(SceneDescription description) {
   const Scene scene = build_scene(std::move(description));
   const Settings settings;
-  const BlockTask task{scene, settings, 1, {0, 0, 33, 26}, 0, 1};
+  const BlockTask task{scene, settings, 1, {0, 0, 33, 26}, 0, 1, 1};
   QueryCounter counter;
-  for (std::uint32_t x = 0; x < 33; ++x) (void)sample_pixel<kAllEffects>(task, x, 13, 0, 1, counter);
+  for (std::uint32_t x = 0; x < 33; ++x) (void)sample_pixel<kAllEffects>(task, x, 13, 0, counter);
   return counter;
 }
 

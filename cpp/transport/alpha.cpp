@@ -44,13 +44,13 @@ std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& set
   std::vector<float> found(width * scene->film.crop_height);
   for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
     return [&](const PixelBlock& block) {
-      const BlockTask task{*scene, settings, options.seed, block, 0, samples};
+      const BlockTask task{*scene, settings, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           const std::uint32_t px = x + scene->film.crop_x, py = y + scene->film.crop_y;
           double stopped = 0, weights = 0;
           for (std::uint64_t s = 0; s < samples; ++s) {
-            const FilmSample begin(task, px, py, s, std::max(1U, options.replicates));
+            const FilmSample begin(task, px, py, s);
             const float time = begin.time<kAllEffects>();
             const Ray ray = begin.ray<kAllEffects>(*scene, px, py, time);
             const double weight = std::abs(static_cast<double>(begin.offset.weight));  // so that no alpha is above 1

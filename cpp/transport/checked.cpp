@@ -52,7 +52,7 @@ void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& 
   const auto sample = [&](std::uint32_t x, std::uint32_t y, std::uint64_t index) {
     std::feclearexcept(kFaults);
     if (traps == Traps::stop) feenableexcept(kFaults);
-    const Spectrum L = sample_pixel<kAllEffects>(task, x, y, index, film.replicates(), probe);
+    const Spectrum L = sample_pixel<kAllEffects>(task, x, y, index, probe);
     if (traps == Traps::stop) fedisableexcept(kFaults);
     if (const int faults = take_faults(); faults != 0) faulty.add({x, y, index, faults});
     return L;

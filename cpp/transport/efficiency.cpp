@@ -98,7 +98,7 @@ PilotPixel render_pixel(const BlockTask& task, std::uint64_t x, std::uint64_t y)
   Rgb sums[kReplicates][kCopies] = {};
   for (std::uint64_t i = 0; i < kReplicates * kSamples; ++i) {
     const std::uint64_t before = probe.rays();
-    if (!sample_film_pixel<kAllEffects>(task, x, y, i, kReplicates, probe).is_finite()) return {};
+    if (!sample_film_pixel<kAllEffects>(task, x, y, i, probe).is_finite()) return {};
     p.rays_copy += static_cast<double>(probe.rays_after()) / kCopies;
     p.rays_shared += static_cast<double>(probe.rays() - before - probe.rays_after());
     Rgb copies[kCopies];
@@ -222,7 +222,7 @@ Efficiency learn_efficiency(const Scene& scene, const Settings& given, unsigned 
   std::atomic<std::size_t> next{0};
   on_threads(threads, [&](unsigned) {
     for (std::size_t i = next++; i < pilot.size(); i = next++)
-      pilot[i] = render_pixel({scene, settings, kSeed + i, {}, 0, 0}, place(i) % width, place(i) / width);
+      pilot[i] = render_pixel({scene, settings, kSeed + i, {}, 0, 0, kReplicates}, place(i) % width, place(i) / width);
   });
   double mean = 0, rendered = 0;
   for (const PilotPixel& p : pilot) mean += (p.mean[0] + p.mean[1] + p.mean[2]) / 3 * p.paths, rendered += p.paths;

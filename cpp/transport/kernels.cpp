@@ -11,15 +11,15 @@ namespace {
 template <Effects E>
 void render_block(const BlockTask& task, Film& film, RayCounter& probe, SampleLog<NonFinite>& nonfinite) {
   render_samples(task, film, probe, nonfinite, [&](std::uint32_t x, std::uint32_t y, std::uint64_t i) {
-    return sample_pixel<E>(task, x, y, i, film.replicates(), probe);
+    return sample_pixel<E>(task, x, y, i, probe);
   });
 }
 
 template <Effects E>
-void record_block(const BlockTask& task, std::uint32_t replicates, RayRecorder& probe) {
+void record_block(const BlockTask& task, RayRecorder& probe) {
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x)
-      for (std::uint64_t i = task.first; i < task.last; ++i) (void)sample_pixel<E>(task, x, y, i, replicates, probe);
+      for (std::uint64_t i = task.first; i < task.last; ++i) (void)sample_pixel<E>(task, x, y, i, probe);
 }
 
 template <Effects E>

@@ -8,6 +8,7 @@
 #include "film/film.h"
 #include "film/sample_log.h"
 #include "film/schedule.h"
+#include "film/second_nets.h"
 #include "transport/effects.h"
 #include "transport/probe.h"
 #include "transport/settings.h"
@@ -32,15 +33,17 @@ struct BlockTask {
   std::uint64_t seed;
   PixelBlock block;
   std::uint64_t first, last;
+  std::uint32_t nets = 2;                    // of each pixel: sample i belongs to net i mod nets
   const SampleSchedule* schedule = nullptr;  // none: all pixels alike
   std::uint64_t* pixel_rays = nullptr;       // if anybody asks, one for each of the film
+  SecondNets* second = nullptr;              // if some pixels have a second net, not in the film
 };
 
 /// Renders a block into the film. Non-finite samples are logged and kept out of the film. If the counter gives a path
 /// up, the block stays unfinished.
 using Kernel = void (*)(const BlockTask&, Film&, RayCounter&, SampleLog<NonFinite>&);
 /// The same samples without a film, keeping their rays.
-using RecordingKernel = void (*)(const BlockTask&, std::uint32_t replicates, RayRecorder&);
+using RecordingKernel = void (*)(const BlockTask&, RayRecorder&);
 
 struct KernelRow {
   Effects effects;

@@ -34,7 +34,7 @@ class LimitRun {
            const LimitOptions& options, const std::function<void()>& poll)
       : scene_(scene),
         seed_(render.seed),
-        replicates_(std::max(1U, render.replicates)),
+        nets_(render.nets),
         options_(options),
         poll_(poll),
         renderer_(std::move(scene), settings, render),
@@ -86,7 +86,7 @@ class LimitRun {
     std::atomic<std::size_t> kept{0};
     recording.end = in_order(begin, blocks_.size(), [&](std::size_t i) {
       RayRecorder recorder;
-      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, blocks_[i], first, last}, replicates_, recorder);
+      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, blocks_[i], first, last, nets_}, recorder);
       recording.rays[i - begin].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
       const std::size_t bytes = recorder.rays.size() * sizeof(RecordedRay);
       return (kept += bytes) < options_.memory_bytes;
@@ -146,7 +146,7 @@ class LimitRun {
 
   std::shared_ptr<const Scene> scene_;
   std::uint64_t seed_;
-  std::uint32_t replicates_;
+  std::uint32_t nets_;
   LimitOptions options_;
   const std::function<void()>& poll_;
   Renderer renderer_;

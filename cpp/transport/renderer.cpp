@@ -29,19 +29,19 @@ constexpr std::uint64_t kPassPaths = 4096;
 /// the block.
 class BlockBefore {
  public:
-  void keep(const PixelBlock& block, Film& film, const std::uint64_t* rays) {
+  void keep(const PixelBlock& block, Film& film, SecondNets& second, const std::uint64_t* rays) {
     moments_.clear(), rays_.clear();
     const std::size_t pixels = std::size_t{block.x1 - block.x0} * (block.y1 - block.y0);
-    moments_.reserve(pixels * film.replicates());
+    moments_.reserve(2 * pixels * film.replicates());
     if (rays) rays_.reserve(pixels);
-    each(block, film, [&](PixelMoments& moments) { moments_.push_back(moments); });
+    each(block, film, second, [&](PixelMoments& moments) { moments_.push_back(moments); });
     for (std::uint32_t y = block.y0; rays && y < block.y1; ++y)
       rays_.insert(rays_.end(), rays + row(film, y) + block.x0, rays + row(film, y) + block.x1);
   }
-  void put_back(const PixelBlock& block, Film& film, std::uint64_t* rays) const {
+  void put_back(const PixelBlock& block, Film& film, SecondNets& second, std::uint64_t* rays) const {
     if (moments_.empty()) return;  // `keep` found no memory: nothing was changed
     auto moments = moments_.begin();
-    each(block, film, [&](PixelMoments& now) { now = *moments++; });
+    each(block, film, second, [&](PixelMoments& now) { now = *moments++; });
     auto before = rays_.begin();
     for (std::uint32_t y = block.y0; rays && y < block.y1; ++y, before += block.x1 - block.x0)
       std::copy_n(before, block.x1 - block.x0, rays + row(film, y) + block.x0);
@@ -50,10 +50,13 @@ class BlockBefore {
  private:
   static std::size_t row(const Film& film, std::uint32_t y) noexcept { return std::size_t{y} * film.width(); }
   template <class Visit>
-  static void each(const PixelBlock& block, Film& film, Visit&& visit) {
+  static void each(const PixelBlock& block, Film& film, SecondNets& second, Visit&& visit) {
     for (std::uint32_t r = 0; r < film.replicates(); ++r)
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
-        for (std::uint32_t x = block.x0; x < block.x1; ++x) visit(film.at(r, x, y));
+        for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+          visit(film.at(r, x, y));
+          if (second.has(x, y)) visit(second.at(r, x, y));
+        }
   }
 
   std::vector<PixelMoments> moments_;
@@ -143,6 +146,12 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       kernel_(choose_kernel(both(derive_effects(*scene_), both(effects_of(settings), options.also)))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
       blocks_(blocks()) {
+  if (options.nets != 1 && options.nets != film_.replicates())
+    throw std::invalid_argument("one net, or as many as replicates");
+  if (options.second_net > 0) {
+    if (options.nets != 1) throw std::invalid_argument("a second net stands beside one");
+    second_ = SecondNets(options.seed, film_.width(), film_.height(), options.second_net, film_.replicates());
+  }
   scene_->lights.prepare(settings_.lights, settings_.environment);
   if (options.pixel_rays) pixel_rays_.resize(std::size_t{film_.width()} * film_.height());
 }
@@ -189,8 +198,11 @@ bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const
   for (std::uint32_t y = block.y0; y < block.y1; ++y)
     for (std::uint32_t x = block.x0; x < block.x1; ++x) {
       const std::uint64_t samples = schedule_.count(std::size_t{y} * film_.width() + x, average);
-      for (std::uint32_t r = 0; r < replicates; ++r)  // sample i belongs to replicate i mod R
-        if (film_.at(r, x, y).count != (samples + replicates - 1 - r) / replicates) return false;
+      for (std::uint32_t r = 0; r < replicates; ++r) {  // sample i belongs to replicate i mod R
+        const std::uint64_t count = (samples + replicates - 1 - r) / replicates;
+        if (film_.at(r, x, y).count != count) return false;
+        if (second_.has(x, y) && second_.at(r, x, y).count != count) return false;
+      }
     }
   return true;
 }
@@ -220,13 +232,13 @@ bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
   const Counters counters = worker.probe.counters;
   const std::size_t logged = worker.nonfinite.size(), faults_logged = worker.faulty.size();
   const auto undo = [&]() noexcept {
-    worker.before.put_back(task.block, film_, rays);
+    worker.before.put_back(task.block, film_, second_, rays);
     worker.probe.counters = counters;
     worker.nonfinite.shrink(logged);
     worker.faulty.shrink(faults_logged);
   };
   try {
-    worker.before.keep(task.block, film_, rays);
+    worker.before.keep(task.block, film_, second_, rays);
     if (options_.traps == Traps::ignore)
       kernel_.render(task, film_, worker.probe, worker.nonfinite);
     else
@@ -257,8 +269,16 @@ void Renderer::run_pass(Stop& stop) {
       const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
       if (n >= tasks) break;
       const std::size_t i = n < again.size() ? again[n] : at_.next_block + n - again.size();
-      const BlockTask task{*scene_,  settings_,  options_.seed, blocks_[i],
-                           at_.done, at_.target, &schedule_,    options_.pixel_rays ? pixel_rays_.data() : nullptr};
+      const BlockTask task{*scene_,
+                           settings_,
+                           options_.seed,
+                           blocks_[i],
+                           at_.done,
+                           at_.target,
+                           options_.nets,
+                           &schedule_,
+                           options_.pixel_rays ? pixel_rays_.data() : nullptr,
+                           second_.film().width() > 0 ? &second_ : nullptr};
       std::exception_ptr error;
       try {
         if (add_samples(task, worker)) continue;

@@ -17,7 +17,9 @@ struct RenderOptions {
   std::uint64_t seed = 0;
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
-  std::uint32_t replicates = 2;  // independent scrambles, for the error bar
+  std::uint32_t replicates = 2;  // sample i of a pixel belongs to replicate i mod replicates of the film
+  std::uint32_t nets = 2;        // and to net i mod nets of the sampler: as many, or one
+  std::uint32_t second_net = 0;  // with one net, one of so many pixels has a second one (`SecondNets`); 0: none has
   bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
   Traps traps = Traps::ignore;   // of floating-point faults
@@ -56,6 +58,7 @@ class Renderer {
   /// With what roulette by efficiency goes by, which is learnt when it is first needed.
   [[nodiscard]] const Settings& settings();
   [[nodiscard]] Film& film() noexcept { return film_; }
+  [[nodiscard]] SecondNets& second_nets() noexcept { return second_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const SampleLog<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
@@ -85,6 +88,7 @@ class Renderer {
   const KernelRow& kernel_;
   std::shared_ptr<const Efficiency> efficiency_;  // where the settings have it from, in every copy
   Film film_;
+  SecondNets second_;
   std::vector<PixelBlock> blocks_;
   SampleSchedule schedule_;
   std::vector<std::uint64_t> pixel_rays_;

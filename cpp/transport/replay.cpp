@@ -162,7 +162,7 @@ PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcep
 }  // namespace
 
 Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
-              std::uint64_t index, std::uint32_t replicates) {
+              std::uint64_t index, std::uint32_t nets) {
   scene.lights.prepare(settings.lights, settings.environment);
   Replay result{};
   PathTracer tracer(scene, settings, result);
@@ -170,9 +170,9 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   std::optional<Efficiency> efficiency;
   if (settings.roulette == Roulette::efficiency)
     learnt.efficiency = &efficiency.emplace(learn_efficiency(scene, settings, 1));
-  const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1};
+  const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
   const HeldExceptions held;
-  result.radiance = sample_pixel<kAllEffects>(task, x, y, index, replicates, tracer);
+  result.radiance = sample_pixel<kAllEffects>(task, x, y, index, tracer);
   tracer.finish();
   result.end = end_of(result.vertices, settings.max_depth);
   return result;

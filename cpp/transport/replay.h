@@ -67,7 +67,7 @@ struct Replay {
 
 /// Sample `index` of the pixel (x, y) of the crop, bit by bit as any kernel that covers the scene renders it.
 [[nodiscard]] Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x,
-                            std::uint32_t y, std::uint64_t index, std::uint32_t replicates);
+                            std::uint32_t y, std::uint64_t index, std::uint32_t nets);
 
 /// The shape that an area light is, or the triangle of a mesh that is one; kNone for other lights.
 [[nodiscard]] std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept;

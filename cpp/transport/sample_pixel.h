@@ -11,9 +11,8 @@ struct FilmSample {
   Sampler sampler;
   PixelFilter::Offset offset;
 
-  EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index,
-                              std::uint32_t replicates) noexcept
-      : sampler(Sampler::at(task.settings.sampler, task.seed, py * task.scene.film.width + px, index, replicates)),
+  EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index) noexcept
+      : sampler(Sampler::at(task.settings.sampler, task.seed, py * task.scene.film.width + px, index, task.nets)),
         offset(task.scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
 
   /// When the sample is taken, in shares of the shutter's opening; 0 if nothing moves.
@@ -34,8 +33,8 @@ struct FilmSample {
 /// One sample of a pixel of the full film: its path's radiance with the weight.
 template <Effects E, class Probe>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
-                                            std::uint64_t index, std::uint32_t replicates, Probe& probe) {
-  const FilmSample begin(task, px, py, index, replicates);
+                                            std::uint64_t index, Probe& probe) {
+  const FilmSample begin(task, px, py, index);
   probe.begin(begin.offset.weight);
   if constexpr (E.motion) probe.time = begin.time<E>();
   const Ray ray = begin.ray<E>(task.scene, px, py, probe.time);
@@ -46,12 +45,12 @@ EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t
 /// The same of a pixel of the crop.
 template <Effects E, class Probe>
 EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
-                                       std::uint32_t replicates, Probe& probe) {
-  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, replicates, probe);
+                                       Probe& probe) {
+  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, probe);
 }
 
-/// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Ends early
-/// where a path was given up.
+/// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Then those
+/// of the second net, where a pixel has one, to a film of their own. Ends early where a path was given up.
 template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& probe,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
@@ -64,19 +63,24 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
       const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
       const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
       const std::uint64_t rays = probe.counters.rays + probe.counters.shadow_rays;
-      for (std::uint64_t i = first; i < last; ++i) {
+      bool beside = false;  // in the second net; one loop serves both, since a path is too much code to be there twice
+      for (std::uint64_t i = first, end = last; i < end; ++i) {
         const Spectrum L = sample(x, y, i);
         if (probe.gave_up) [[unlikely]]
           return;
         const bool whole = !Accel::refused_ray();
         if (whole && L.is_finite()) {
-          film.at(static_cast<std::uint32_t>(i % replicates), x, y).add(L, scale);
+          const auto replicate = static_cast<std::uint32_t>(i % replicates);
+          (beside ? task.second->at(replicate, x, y) : film.at(replicate, x, y)).add(L, scale);
         } else {
           ++probe.counters.nonfinite;
           nonfinite.add({x, y, i});
         }
+        if (i + 1 == last) {
+          if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;
+          if (task.second && task.second->has(x, y)) beside = true, i = kSecondNet + first - 1, end = kSecondNet + last;
+        }
       }
-      if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;
     }
 }
 

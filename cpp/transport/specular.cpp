@@ -112,8 +112,8 @@ struct Chains {
   Spectrum sample(std::size_t pixel, std::uint64_t index, Probe& probe) const {
     const auto x = static_cast<std::uint32_t>(pixel % scene.film.crop_width);
     const auto y = static_cast<std::uint32_t>(pixel / scene.film.crop_width);
-    const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, 0, 1};
-    return sample_pixel<kAllEffects>(task, x, y, index, 1, probe);
+    const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, 0, 1, 1};
+    return sample_pixel<kAllEffects>(task, x, y, index, probe);
   }
 };
 

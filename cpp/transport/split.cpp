@@ -71,13 +71,12 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
     // The sums are of one pixel: what is kept of it is rounded once.
     return [&, probe = SplitProbe(split.parts),
             sums = std::vector<double>(3 * std::size_t{split.parts.count()})](const PixelBlock& block) mutable {
-      const BlockTask task{*scene, learnt, options.seed, block, 0, samples};
+      const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           std::ranges::fill(sums, 0.0);
           probe.at(sums, scale);
-          for (std::uint64_t s = 0; s < samples; ++s)
-            (void)sample_pixel<kAllEffects>(task, x, y, s, std::max(1U, options.replicates), probe);
+          for (std::uint64_t s = 0; s < samples; ++s) (void)sample_pixel<kAllEffects>(task, x, y, s, probe);
           std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
                                  [](double sum) { return static_cast<float>(sum); });
         }

@@ -57,8 +57,8 @@ std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings sett
     for (std::size_t from = next.fetch_add(kChunk); from < pixels.size(); from = next.fetch_add(kChunk))
       for (std::size_t i = from; i < std::min(from + kChunk, pixels.size()); ++i) {
         const std::uint32_t x = pixels[i] % width, y = pixels[i] / width;
-        const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1};
-        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, std::max(1U, options.replicates), probe);
+        const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1, options.nets};
+        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, probe);
         const float channels[3] = {L.r, L.g, L.b};
         for (std::size_t c = 0; c < 3; ++c) found[3 * i + c] = std::max(0.0, static_cast<double>(channels[c]) * scale);
       }
