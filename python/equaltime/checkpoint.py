@@ -18,11 +18,12 @@ from equaltime.film_picture import FilmPicture
 from equaltime.moments import nonfinite
 from equaltime.parts_of_merge import MergedFilm
 from equaltime.render_file import RenderFile
+from equaltime.second_nets import SecondNets
 from equaltime.stopping import Stop
 
 __all__ = ["Checkpoint", "differences"]
 
-_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "backend")
+_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
 """What renders that are parts of one have in common, beside the scene: keys of a record."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
 _NAMES = {"max_depth": "max depth", "without": "left out"}
@@ -43,6 +44,8 @@ class Checkpoint:
     """(H, W): sums over what was merged (`equaltime.parts_of_merge`); None if nothing was, or by equaltime 0.1.0."""
     alpha: NDArray[np.float32] | None = None
     """(H, W): how opaque its pixels are, if its film asked for that."""
+    second: SecondNets | None = None
+    """Second nets of some pixels, if they have any."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
@@ -62,12 +65,12 @@ class Checkpoint:
             raise ImageError(f"{path}: pixel {wrong[0]},{wrong[1]} has moments that are not finite")
         if parts is not None and not MergedFilm(moments, parts).consistent:
             raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
-        return cls(Path(path), file.record, moments, missed, parts, file.alpha)
+        return cls(Path(path), file.record, moments, missed, parts, file.alpha, file.second)
 
     @property
     def film(self) -> MergedFilm:
         """Its samples for merging. Without sums over parts it is one part."""
-        return MergedFilm.of(self.moments) if self.parts is None else MergedFilm(self.moments, self.parts)
+        return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property
     def picture(self) -> FilmPicture:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime._core import build_info
+from equaltime._core import MOST_PIXELS_A_SECOND_NET, build_info
 from equaltime.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
 from equaltime.machine import memory_bytes, worker_threads
@@ -21,6 +21,7 @@ from equaltime.strategy import Strategy
 
 __all__ = [
     "MOMENTS_BYTES",
+    "ONE_NET",
     "REPLICATES",
     "AdaptiveRenderer",
     "alpha",
@@ -29,12 +30,19 @@ __all__ = [
     "check_memory",
     "core_settings",
     "make_renderer",
+    "nets",
+    "second_net",
     "split_light",
     "traced",
 ]
 
 REPLICATES = 2
-"""Independent parts of a render, whose difference tells its error."""
+"""Parts of a render, every other sample, whose difference tells its error."""
+ONE_NET = 2**16
+"""Pixels of the whole film from which on all samples of a pixel are one net: smaller pictures would need too many
+second nets for their error to be known."""
+_SECOND_NETS = 2048
+"""Pixels that have one, or more, or all pixels of a crop: they tell the error of the image to 2 to 3 %."""
 MOMENTS_BYTES = 40
 """Bytes of one pixel's moments in a film of the core."""
 _RESULT_BYTES = 100
@@ -46,11 +54,27 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
+    how = {"replicates": REPLICATES, "nets": nets(scene, strategy), "second_net": second_net(scene, strategy)}
     try:
-        return make(scene.core, settings, seed=seed, threads=worker_threads(threads), replicates=REPLICATES, **options)
+        return make(scene.core, settings, seed=seed, threads=worker_threads(threads), **{**how, **options})
     except MemoryError as error:
         width, height = scene.size
         raise RenderError(f"not enough memory for the scene and a film of {width}x{height} pixels") from error
+
+
+def nets(scene: Scene, strategy: Strategy) -> int:
+    """Return how many independent nets the samples of a pixel are: one by a lattice on a large film, else two."""
+    width, height = scene.model.sensor.film.size
+    return 1 if strategy.sampler == "lattice" and width * height >= ONE_NET else REPLICATES
+
+
+def second_net(scene: Scene, strategy: Strategy) -> int:
+    """Return one of how many pixels has a second net (`equaltime.second_nets`); 0 if none has."""
+    if nets(scene, strategy) > 1:
+        return 0
+    _, _, width, height = scene.model.sensor.film.crop
+    share = max(width * height // _SECOND_NETS, 1)
+    return int(min(1 << (share.bit_length() - 1), MOST_PIXELS_A_SECOND_NET))
 
 
 class AdaptiveRenderer(_core.Renderer):
@@ -109,20 +133,22 @@ def split_light(
     By all kinds of parts, or by the lengths of paths alone, which takes a third of the memory or less.
     """
     settings = core_settings(scene, strategy)
-    return _core.split_light(scene.core, settings, seed, worker_threads(threads), samples, REPLICATES, only_lengths)
+    return _core.split_light(
+        scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy), only_lengths
+    )
 
 
 def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
     """Return how opaque each pixel is (H, W), in [0, 1], by the first camera rays of `make_renderer`'s renderer."""
     settings = core_settings(scene, strategy)
-    return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, REPLICATES)
+    return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy))
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
     """Return one sample of a pixel of the whole film as the core tells it: the same bits as in a render."""
     x, y, _, _ = scene.model.sensor.film.crop
     return _core.replay(
-        scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, replicates=REPLICATES
+        scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, nets=nets(scene, strategy)
     )
 
 

@@ -1,8 +1,9 @@
 """A render's own estimate of its error, from independent replicates.
 
-Sample ``i`` of a pixel belongs to replicate ``i mod R``. Replicates use independent randomisations, so the spread of
+Sample ``i`` of a pixel belongs to replicate ``i mod R``. Where replicates use independent randomisations, the spread of
 their means is an honest measure of the error of the image under any sampler; the sample variance inside a replicate
-is not (low-discrepancy points are correlated on purpose), and is not used here.
+is not (low-discrepancy points are correlated on purpose), and is not used here. Where they are parts of one net,
+`equaltime.second_nets` tells by what factor their spread is off.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
@@ -140,6 +141,15 @@ class PixelStatistics:
     """Degrees of freedom behind each pixel's variance: R - 1 for R replicates."""
     deviation: Floats | None = None
     """(H, W, 3): standard deviation *of one sample*, where that was asked for."""
+    factors: Floats | None = None
+    """(H, W): what the spread of replicates was multiplied by to be the variance; None where it was not."""
+    common_doubt: float = 0.0
+    """Relative standard deviation of a factor that all variances have in common."""
+
+    @property
+    def spread(self) -> Floats:
+        """(H, W, 3): the variance of the mean as it would be if replicates were independent."""
+        return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
@@ -233,17 +243,18 @@ def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> 
     if value == 0.0:
         return Estimate(0.0, 0.0, 0.0), 0.0
     moved = parts.moved / (parts.value.size * value**4)
-    down, up = (_half_width(part, moved, pixels.degrees, level) for part in (parts.lenient, parts.cautious))
+    down, up = (_half_width(part, moved, pixels, level) for part in (parts.lenient, parts.cautious))
     limits = (low * math.exp(-down), high * math.exp(up) if up < _MOST_KNOWN else math.inf)
     return Estimate(value, *limits), outstanding(parts.value)
 
 
-def _half_width(contributions: Floats, moved: float, degrees: float, level: float) -> float:
+def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, level: float) -> float:
     """Return half the interval of the logarithm of the error that these contributions make, at a level.
 
     Infinite where they are too few. ``moved`` is what the noise of references adds to the variance of error², relative
     to its square.
     """
+    degrees = pixels.degrees
     square = float(contributions.mean())
     spread = _spread(contributions, degrees)
     realised = max(spread, _of_gaussians(degrees) * float(np.square(contributions).mean()))
@@ -252,7 +263,8 @@ def _half_width(contributions: Floats, moved: float, degrees: float, level: floa
     effective = min(contributions.size * degrees, 2.0 / estimated)
     if effective < 1.0:
         return math.inf
-    return math.hypot(_quantile(level, effective) * 0.5 * math.sqrt(estimated + realised), _Z95 * _LEAST_DOUBT)
+    least = _Z95 * math.hypot(_LEAST_DOUBT, 0.5 * pixels.common_doubt)
+    return math.hypot(_quantile(level, effective) * 0.5 * math.sqrt(estimated + realised), least)
 
 
 def expected_half_width(squares: float, pixels: int, degrees: float) -> float:

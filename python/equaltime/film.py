@@ -11,6 +11,7 @@ from equaltime._core import (
     nearest_mean,
     others_sum,
     sample_deviations,
+    second_net_pixels,
     standard_errors,
     unshadowed,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "nearest_mean",
     "others_sum",
     "sample_deviations",
+    "second_net_pixels",
     "standard_errors",
     "unshadowed",
 ]

@@ -132,7 +132,7 @@ class Lamps:
         if not lacking.any():
             return 0.0
         light = self.light[lacking]
-        mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.variance))
+        mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.spread))
         floor = (0.1 * float(pixels.mean.mean())) ** 2
         # the truth is no darker than what lamps add
         denominator = np.square(np.maximum(mean, light)) + floor
@@ -149,7 +149,7 @@ class Lamps:
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon
         where, light = self.pixels[lacking], self.light[lacking]
-        mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.variance))
+        mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.spread))
         # what k meetings in one replicate add to the mean they add to its standard error
         met = replicates * x * np.sqrt(variance.sum(axis=-1) / np.square(light).sum(axis=-1))
         too_much = np.maximum(np.floor(met * (1.0 + _ROUNDING)) / (replicates * x) - 1.0, 0.0)[:, None] * light

@@ -58,7 +58,7 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     _check_disjoint(parts)
     film = reduce(MergedFilm.joined, (part.film for part in parts))
     result = make_result(
-        film.statistics(),
+        replace(film.statistics(), common_doubt=max(part.record["common_doubt"] for part in parts)),
         _stats(parts),
         "merge",
         _origin(first, parts),
@@ -165,6 +165,7 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
         biased=record["biased"],
         seed=record["seed"],
         replicates=record["replicates"],
+        nets=record["nets"],
         backend=record["backend"],
         without=tuple(record["without"]),
         substitutions=tuple(record["substitutions"]),

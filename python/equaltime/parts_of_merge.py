@@ -10,10 +10,11 @@ With ``N = Σ n_k`` the image is ``I = Σ n_k I_k / N``. Its variance has two es
 ``between``  ``Σ n_k (I_k - I)² / ((K - 1) N)`` of K parts. It has K - 1 degrees of freedom, and is unbiased under any
              sampler if all ``n_k`` are equal, whatever the replicates are. It is used in no other case.
 
-Both are pooled by their degrees of freedom. Where parts are of one size and their replicates are not (an odd count),
-``between`` stands alone: Sobol's points make the variance of 2 samples less than half of that of 1, so that every
-``V_k`` of 3 samples is too large by the same factor. Where parts and replicates differ in size, the joined replicates
-tell, by the formula of `pixel_statistics`.
+Where a part has one net a pixel, ``V_k`` is what its second nets tell (`equaltime.second_nets`), which is unbiased for
+any counts. Both are pooled by their degrees of freedom. Where parts are of one size and their replicates are not (an
+odd count), ``between`` stands alone: points of a net make the variance of 2 samples less than half of that of 1, so
+that every ``V_k`` of 3 samples is too large by the same factor. Where parts and replicates differ in size, the joined
+replicates tell, by the formula of `pixel_statistics`.
 
 The sums over parts are stored, not the estimates: they are additive (``Σ n_k (I_k - I)²`` by Chan, Golub & LeVeque
 1983), so that files can be merged again, in any order.
@@ -28,8 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.error_estimate import PixelStatistics, pixel_statistics
-from equaltime.film import join_replicates, merge_moments
+from equaltime.film import merge_moments
 from equaltime.moments import PARTS
+from equaltime.second_nets import SecondNets, statistics
 
 __all__ = ["MergedFilm", "statistics_of"]
 
@@ -46,13 +48,14 @@ class MergedFilm:
     """(H, W): the sums over parts, of the type `equaltime.moments.PARTS`."""
 
     @classmethod
-    def of(cls, moments: NDArray[Any]) -> MergedFilm:
+    def of(cls, moments: NDArray[Any], second: SecondNets | None = None) -> MergedFilm:
         """Return the film of one part."""
-        _, variance, samples = join_replicates(moments)
-        counts = moments["count"]
+        pixels = statistics(moments, second)
+        variance, samples, counts = pixels.variance, pixels.samples, moments["count"]
         parts = np.zeros(samples.shape, PARTS)
         parts["parts"] = samples > 0
-        parts["uneven"] = counts.min(axis=0) != counts.max(axis=0)
+        if pixels.factors is None:  # which are measured with the counts there are
+            parts["uneven"] = counts.min(axis=0) != counts.max(axis=0)
         parts["squares"] = np.square(samples.astype(np.uint64))
         known = (counts > 0).sum(axis=0) > 1
         parts["within"][known] = variance[known] * np.square(samples[known, None].astype(np.float64))
@@ -120,6 +123,8 @@ class MergedFilm:
         return np.asarray(first + (weights[..., None] * (self.moments["mean"] - first)).sum(axis=0))
 
 
-def statistics_of(moments: NDArray[Any], parts: NDArray[Any] | None) -> PixelStatistics:
+def statistics_of(
+    moments: NDArray[Any], parts: NDArray[Any] | None, second: SecondNets | None = None
+) -> PixelStatistics:
     """Return what is known of the pixels of a render (no ``parts``) or of a merged one."""
-    return pixel_statistics(moments) if parts is None else MergedFilm(moments, parts).statistics()
+    return statistics(moments, second) if parts is None else MergedFilm(moments, parts).statistics()

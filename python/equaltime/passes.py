@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, Literal, Protocol
-
-from numpy.typing import NDArray
+from typing import Literal, Protocol
 
 from equaltime.budget import Limits, Look, Looks, next_look
-from equaltime.error_estimate import Estimate, load_quantiles, pixel_statistics
+from equaltime.error_estimate import Estimate, load_quantiles
 from equaltime.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.saving import Saving
+from equaltime.second_nets import Renders, statistics_so_far
 from equaltime.stopping import StoppedBy
 from equaltime.unseen import Unseen, stated, stated_error
 
@@ -34,7 +33,7 @@ _LIKELY_LAW = 0.55
 _LONGEST = 3.0
 
 
-class PassRenderer(Protocol):
+class PassRenderer(Renders, Protocol):
     """What the loop needs of `equaltime._core.Renderer`."""
 
     def advance(
@@ -45,10 +44,6 @@ class PassRenderer(Protocol):
         pause: float | None = None,
     ) -> bool:
         """Bring every pixel to ``samples`` samples; False if a limit, or a pause, ended the pass before."""
-
-    @property
-    def moments(self) -> NDArray[Any]:
-        """(R, H, W) structured array of counts and means."""
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
@@ -252,13 +247,11 @@ class Passes:
 
     def error(self) -> Estimate:
         """Return the error that the render states of what is done so far."""
-        return stated_error(pixel_statistics(self._renderer.moments), self._hidden, brightest=self._looks.brightest)
+        return stated_error(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
 
     def _look(self) -> None:
         begin = self.seconds
-        error, brightest = stated(
-            pixel_statistics(self._renderer.moments), self._hidden, brightest=self._looks.brightest
-        )
+        error, brightest = stated(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
         self._looks.look(error, self.samples, brightest)
         self._looking = self.seconds - begin
 

@@ -6,7 +6,9 @@ these a few hundred say what all of them will, if each is drawn with a probabili
 count for (Hansen and Hurwitz 1943). That is error² in the pilot, averaged over its neighbourhood, and a part of the
 mean, since a pilot has not met all noise. One draw lies in each of as many equal parts of the sum, row by row.
 
-The samples are those that a render with the same seed will take.
+The samples are those that a render with the same seed will take. Where its pixels have one net each
+(`equaltime.core_renderer.nets`), every pixel of a probe has a second one, since no part of one net tells what it is off
+by.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.core_renderer import bad_sample, make_renderer
+from equaltime.core_renderer import bad_sample, make_renderer, nets
 from equaltime.error_estimate import PixelStatistics, error_parts, expected_half_width, pixel_statistics
 from equaltime.film import box_sum
 from equaltime.lamps import Lamps
@@ -80,8 +82,10 @@ class Probe:
         chosen.flat[self._drawn] = 1.0
         local, self._picture = _without_noise(pilot)
         self._scale = 1.0 / (np.square(local) + (0.1 * self._mean) ** 2)
-        self._cost = float((chosen * rates).sum())
-        self._renderer = make_renderer(scene, strategy.model_copy(update={"adaptive": "none"}), seed, threads)
+        even = strategy.model_copy(update={"adaptive": "none"})
+        beside = 1 if nets(scene, even) == 1 else 0
+        self._cost = (1 + beside) * float((chosen * rates).sum())
+        self._renderer = make_renderer(scene, even, seed, threads, second_net=beside)
         self._renderer.adapt(0, (chosen * rates).astype(np.float32))
         self._samples = 0
 
@@ -108,7 +112,7 @@ class Probe:
         self._samples = samples
         if self._renderer.nonfinite:
             raise bad_sample(self._scene, self._strategy, self._seed, self._renderer)
-        together = self._together(pixel_statistics(self._renderer.moments))
+        together = self._together(self._found())
         parts = error_parts(together, self._mean, self._least)
         drawn = parts.value.ravel()[self._drawn]
         counts = drawn / self._sizes[self._drawn]
@@ -119,6 +123,14 @@ class Probe:
         missed = self._lamps.missed(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)))
         high = math.hypot(self._high(parts.cautious), math.sqrt(missed))
         return Probed(samples, math.sqrt(square), doubt, max(math.log(high / math.sqrt(square)), _LEAST_WIDTH))
+
+    def _found(self) -> PixelStatistics:
+        """Return what is known of the drawn pixels: with two nets, the variance is that of one of them."""
+        found, beside = pixel_statistics(self._renderer.moments), self._renderer.second_moments
+        if not beside.size:
+            return found
+        other = pixel_statistics(beside).mean
+        return replace(found, mean=0.5 * (found.mean + other), variance=0.5 * np.square(found.mean - other))
 
     def _high(self, cautious: Floats) -> float:
         """Return the upper limit of the error, by the cautious parts of the drawn pixels."""

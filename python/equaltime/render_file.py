@@ -13,6 +13,7 @@ stderr    R G B, float32          standard error of each pixel, rounded to 6 sig
 samples   samples, uint32         number of samples of each pixel
 moments   r0.mean.R.0 …, uint32   mean, count and spread of each replicate, to the bit (`equaltime.packing`)
 parts     r0.parts.0 …, uint32    sums over what was merged (`equaltime.parts_of_merge`): merged renders
+second    r0.mean.R.0 …, uint32   moments of the second nets of some pixels (`equaltime.second_nets`)
 unseen    R G B, float32          what samples may have missed, in radiance (`equaltime.unseen`)
 lamps     R G B share, float32    lamps smaller than a pixel, and their share of it (`equaltime.lamps`)
 aovs      by the scene            outputs beside the image, float32 (`equaltime.first_hits`)
@@ -32,12 +33,15 @@ max_depth, scene_max_depth   longest paths of the image, and those that the scen
 strategy, biased             name for `Strategy.parse`; whether its mean differs from the truth
 without, bias                effects that were left out, if any, and the error that this makes
 seed, replicates, backend    with the strategy, what decides the bits
+nets, second_net             independent nets of a pixel's samples: with 2 the replicates are two independent halves,
+                             with 1 they are not; and one of how many pixels has a second net, if any has
 substitutions                what was replaced in the scene since it cannot be rendered
 sources                      of a merged render: seed, samples, seconds and build of each part
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             what ended the render; the rule by which it was to end at an error
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
+common_doubt                 relative standard deviation of a factor that all variances have in common, if there is one
 radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
 position                     where the passes stand: [samples, samples of the running pass, next block]
@@ -56,13 +60,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import format_1, images
 from equaltime.errors import ImageError
+from equaltime.film import second_net_pixels
 from equaltime.film_picture import ALPHA, FilmPicture
 from equaltime.image_files import read_part
 from equaltime.images import RGB, SOFTWARE, Part, Picture, Window
@@ -70,6 +75,7 @@ from equaltime.moments import DTYPE, PARTS
 from equaltime.packing import channel_names, packed, packed_moments, packed_shape, unpacked, unpacked_moments
 from equaltime.render_record import checked
 from equaltime.scene.known import shortened
+from equaltime.second_nets import SecondNets
 from equaltime.strict_json import json_text
 
 __all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture", "read_record"]
@@ -111,6 +117,8 @@ class RenderFile:
     """The form of the first part."""
     alpha: NDArray[np.float32] | None = None
     """(H, W): how opaque each pixel is."""
+    second: SecondNets | None = None
+    """Second nets of some pixels."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
         """Write the file, whole or not at all; with ``small`` only what is looked at, rounded.
@@ -151,6 +159,9 @@ class RenderFile:
             yield "moments", _part("moments", names, packed_moments(self.moments, image))
         if self.parts is not None:
             yield "parts", _part("parts", channel_names(PARTS, 1), packed(self.parts[None]))
+        if self.second is not None:
+            second = self.second.moments
+            yield "second", _part("second", channel_names(DTYPE, len(second)), packed(second))
         for name, planes in self.missed.items():
             yield name, _part(name, _MISSED[name], np.asarray(planes, np.float32))
         if self.aovs:
@@ -170,9 +181,10 @@ class RenderFile:
         if not picture.record:
             raise ImageError(f"{path}: was not rendered by equaltime")
         record = checked(picture.record, path)
-        moments, parts = _film(path, picture, guard)
+        moments, parts, second = _film(path, picture, guard)
         missed = {name: found for name, of in _MISSED.items() if (found := _guarded(path, name, of, guard)) is not None}
-        there = {"moments": moments is not None, "parts": parts is not None, **dict.fromkeys(missed, True)}
+        film = {"moments": moments, "parts": parts, "second": second}
+        there = {**{name: of is not None for name, of in film.items()}, **dict.fromkeys(missed, True)}
         known = {**there, "aovs": True, "image": True}
         if lacking := {name for name in guard or () if name not in _ALWAYS and not known.get(name)}:
             raise ImageError(f"{path}: is damaged: it lacks the part '{min(lacking)}'")
@@ -181,7 +193,17 @@ class RenderFile:
         samples = picture.samples if picture.samples is not None else np.zeros(shape[:2], np.int64)
         form, alpha = FilmPicture.from_dict(record["picture"]), picture.channels.get(ALPHA)
         return cls(
-            picture.image, errors, samples, record, picture.window, moments, parts, missed, picture=form, alpha=alpha
+            picture.image,
+            errors,
+            samples,
+            record,
+            picture.window,
+            moments,
+            parts,
+            missed,
+            picture=form,
+            alpha=alpha,
+            second=second,
         )
 
 
@@ -200,8 +222,17 @@ def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
     return {}
 
 
-def read_film(path: str | os.PathLike[str]) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
-    """Read the moments of a file and its sums over merged parts, each None if it has none; raises `ImageError`."""
+class SavedFilm(NamedTuple):
+    """The samples of a saved render; each None if the file has none."""
+
+    moments: NDArray[Any] | None
+    parts: NDArray[Any] | None
+    """Sums over what was merged."""
+    second: SecondNets | None
+
+
+def read_film(path: str | os.PathLike[str]) -> SavedFilm:
+    """Read the samples of a saved render; raises `ImageError`."""
     return _film(path, *_guarded_picture(path))
 
 
@@ -304,12 +335,11 @@ def _digest(numbers: NDArray[Any] | str) -> str:
     return found.hexdigest()
 
 
-def _film(
-    path: str | os.PathLike[str], picture: Picture, guard: Guard
-) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
+def _film(path: str | os.PathLike[str], picture: Picture, guard: Guard) -> SavedFilm:
     if picture.record.get("format", 1) == 1:
-        return format_1.read_moments(path), format_1.read_parts(path)
-    return _moments(path, picture.image, guard), _sums(path, picture.image, guard)
+        return SavedFilm(format_1.read_moments(path), format_1.read_parts(path), None)
+    second = _second(path, picture.record, guard)
+    return SavedFilm(_moments(path, picture.image, guard), _sums(path, picture.image, guard), second)
 
 
 def _moments(path: str | os.PathLike[str], image: NDArray[np.float32], guard: Guard) -> NDArray[Any] | None:
@@ -326,6 +356,21 @@ def _sums(path: str | os.PathLike[str], image: NDArray[np.float32], guard: Guard
         return None
     _check_words(words, image, path)
     return np.asarray(unpacked(words, image.shape[1], PARTS)[0])
+
+
+def _second(path: str | os.PathLike[str], record: Mapping[str, Any], guard: Guard) -> SecondNets | None:
+    words = _guarded(path, "second", lambda count: channel_names(DTYPE, count // DTYPE.itemsize), guard, "uint")
+    if words is None:
+        return None
+    of = checked(record, path)
+    _, _, width, height = of["crop"]
+    try:
+        pixels = second_net_pixels(of["seed"], width, height, of["second_net"])
+    except ValueError as error:
+        raise ImageError(f"{path}: its record is damaged: 'second_net' is {of['second_net']}: {error}") from error
+    if words.shape[:2] != packed_shape(*pixels.shape):
+        raise ImageError(f"{path}: its parts are not of one size")
+    return SecondNets(unpacked(words, pixels.shape[1], DTYPE), pixels)
 
 
 def _check_words(words: NDArray[np.uint32], image: NDArray[np.float32], path: str | os.PathLike[str]) -> None:

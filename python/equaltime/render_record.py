@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from equaltime._core import MOST_PIXELS_A_SECOND_NET
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
 from equaltime.scene.known import shortened
@@ -91,6 +93,8 @@ class _Record(_Facts):
     biased: bool
     seed: Count
     replicates: int
+    nets: Annotated[int, Field(ge=1)] = 2
+    second_net: Annotated[int, Field(ge=0, le=MOST_PIXELS_A_SECOND_NET)] = 0
     backend: str
     without: list[str] = []
     substitutions: list[str]
@@ -101,6 +105,7 @@ class _Record(_Facts):
     bias: _Interval | None = None
     stop: _Stop | None = None
     looks: list[_Look]
+    common_doubt: Annotated[float, Field(ge=0.0)] = 0.0
     focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
     seconds: Seconds
@@ -113,10 +118,25 @@ class _Record(_Facts):
     build: dict[str, Any] | None
 
 
+_BEST_BEFORE = {"sampler": "sobol"}
+"""Defaults of the preset ``best`` in records that do not tell of nets."""
+
+
+def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a record whose strategy means what it meant when it was written."""
+    name = record.get("strategy")
+    if "nets" in record or not isinstance(name, str) or name.partition(",")[0] != "best":
+        return record
+    words = [f"{key}={word}" for key, word in _BEST_BEFORE.items() if f",{key}=" not in name]
+    with suppress(StrategyError):
+        return {**record, "strategy": Strategy.parse(",".join([name, *words])).name}
+    return record
+
+
 def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
     """Return a file's record, whole; raises `ImageError` with all that is wrong with it."""
     try:
-        return _Record.model_validate(record).model_dump()
+        return _Record.model_validate(_in_todays_words(record)).model_dump()
     except ValidationError as error:
         raise ImageError(f"{path}: its record is damaged: {'; '.join(_problems(error))}") from None
 

@@ -23,6 +23,7 @@ from equaltime.images import Window
 from equaltime.output_files import keep_work
 from equaltime.radiance_range import FAR_APART
 from equaltime.render_file import FORMAT, RenderFile
+from equaltime.second_nets import SecondNets
 from equaltime.stated import paths_up_to, stated
 from equaltime.stopping import Stop, StoppedBy
 from equaltime.unseen import Unseen, stated_error
@@ -104,6 +105,10 @@ class Origin:
     """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
+    nets: int = 2
+    """Independent nets of a pixel's samples: as many as replicates, which are independent then, or one."""
+    second_net: int = 0
+    """One of how many pixels has a second net beside its one (`equaltime.second_nets`); 0 if none has."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
     """
@@ -123,6 +128,8 @@ class Origin:
             "biased": self.biased,
             "seed": self.seed,
             "replicates": self.replicates,
+            "nets": self.nets,
+            **({"second_net": self.second_net} if self.second_net else {}),
             "backend": self.backend,
             **({"without": list(self.without)} if self.without else {}),
             "substitutions": list(self.substitutions),
@@ -172,12 +179,17 @@ class Result:
     harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+    common_doubt: float = 0.0
+    """Relative standard deviation of a factor that the variances of all pixels have in common."""
+    second: SecondNets | None = None
+    """Second nets of some pixels (`equaltime.second_nets`); None if there are none."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, by which the error may be in doubt."""
 
     def __post_init__(self) -> None:
         """Keep others from changing what is stated about one another: the image, its error and its moments."""
-        arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts)
+        second = None if self.second is None else self.second.moments
+        arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts, second)
         for array in (*arrays, *self.missed.values(), *self.aovs.values()):
             if array is not None:
                 array.flags.writeable = False
@@ -218,6 +230,7 @@ class Result:
             "stop": None if self.stop is None else self.stop.as_dict(),
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
+            **({"common_doubt": self.common_doubt} if self.common_doubt else {}),
             **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
             **({"radiance_range": self.radiance_range} if self.radiance_range > FAR_APART else {}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
@@ -281,6 +294,7 @@ class Result:
             {name: plane for name, plane in self.aovs.items() if name != ALPHA},
             self.origin.picture,
             self.alpha,
+            self.second,
         )
 
     def _summary(self) -> str:
@@ -309,10 +323,11 @@ def make_result(
     hidden: Unseen | None = None,
     parts: NDArray[Any] | None = None,
     stop: Stop | None = None,
+    second: SecondNets | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
-    The result shares ``moments`` with the caller.
+    The result shares ``moments`` and those of ``second`` nets with the caller.
 
     Raises
     ------
@@ -342,6 +357,8 @@ def make_result(
         stop,
         degrees=pixels.degrees,
         parts=parts,
+        common_doubt=pixels.common_doubt,
+        second=second,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
     beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")

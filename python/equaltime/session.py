@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
-from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
+from equaltime.core_renderer import (
+    REPLICATES,
+    AdaptiveRenderer,
+    bad_sample,
+    build_info,
+    core_settings,
+    make_renderer,
+    nets,
+    second_net,
+)
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import BrightImage, ImageError, RenderError
 from equaltime.film_picture import FilmPicture
@@ -28,6 +37,7 @@ from equaltime.progress import ProgressCallback
 from equaltime.result import Origin, Result, Stats, make_result
 from equaltime.saving import Saving
 from equaltime.scene import Scene
+from equaltime.second_nets import second_nets, statistics, statistics_so_far
 from equaltime.stopping import Stop, StoppedBy
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
@@ -72,7 +82,8 @@ class Session:
         self.bias = bias
         """What leaving effects out makes of the error, if any were."""
         biased = strategy.biased or bool(without)
-        self._origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
+        origin = origin_of(scene, strategy.name, biased, seed, REPLICATES, "core", without)
+        self._origin = replace(origin, nets=nets(scene, strategy), second_net=second_net(scene, strategy))
         core = scene.core  # built now, if it was not before
         self.bytes_before = resident_bytes()
         """Of the process, with the scene, before there is a film."""
@@ -101,6 +112,8 @@ class Session:
         crop = [window.x, window.y, width, height]
         resumed.check({"without": [], **self._origin.record, "crop": crop, "build": build_info()})
         self._renderer.moments[...] = resumed.moments
+        if resumed.second is not None:
+            self._renderer.second_moments[...] = resumed.second.moments
         try:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
             self._renderer.take_up(**numbers, position=resumed.position)
@@ -150,7 +163,7 @@ class Session:
 
     def error(self, lasting: bool = False) -> Estimate:
         """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
-        pixels = pixel_statistics(self._renderer.moments)
+        pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
 
     def probe(self, samples: int, draws: int) -> Probe:
@@ -159,7 +172,7 @@ class Session:
         rates = (
             renderer.rates(samples) if isinstance(renderer, AdaptiveRenderer) else np.ones(renderer.moments.shape[1:])
         )
-        pilot = pixel_statistics(renderer.moments)
+        pilot = statistics_so_far(renderer)
         return Probe(
             self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps
         )
@@ -167,7 +180,7 @@ class Session:
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""
         window = self._origin.window
-        pixels = pixel_statistics(self._renderer.moments)
+        pixels = statistics_so_far(self._renderer)
         return noise_places(pixels, (window.x, window.y), self._unseen.lamps.least(*pixels.samples.shape))
 
     def image(self) -> NDArray[np.float64]:
@@ -186,7 +199,8 @@ class Session:
         The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
         """
         shared = self._snapshot(stopped_by)
-        result = replace(shared, moments=self._renderer.moments.copy())  # now that estimates have freed their memory
+        second = None if shared.second is None else shared.second.copy()
+        result = replace(shared, moments=self._renderer.moments.copy(), second=second)
         self.check(result)
         return result
 
@@ -211,10 +225,10 @@ class Session:
             effects=tuple(name for name, used in self._scene.core.effects().items() if used),
             build=build_info(),
         )
-        moments = self._renderer.moments
+        moments, second = self._renderer.moments, second_nets(self._renderer)
         try:
             return make_result(
-                pixel_statistics(moments),
+                statistics(moments, second),
                 stats,
                 stopped_by,
                 self._origin,
@@ -224,6 +238,7 @@ class Session:
                 self._renderer.position,
                 self._unseen,
                 stop=stop,
+                second=second,
             )
         except BrightImage as error:
             found = cast(Result, error.result)

@@ -17,7 +17,8 @@ from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 import equaltime as et
 from equaltime.core_renderer import make_renderer
 from equaltime.cost.core_subject import CoreSubject
-from equaltime.error_estimate import Estimate, pixel_statistics
+from equaltime.error_estimate import Estimate
+from equaltime.second_nets import statistics_so_far
 from equaltime.unseen import stated_error
 
 Case = tuple[Estimate, float]
@@ -47,7 +48,7 @@ def main() -> None:
                 assert point.estimate is not None
                 records[point.spp].append((point.estimate, true))
                 renderer.advance(point.spp)
-                bare[point.spp].append((stated_error(pixel_statistics(renderer.moments)), true))
+                bare[point.spp].append((stated_error(statistics_so_far(renderer)), true))
         for spp in options.spp:
             print(f"{name}, {spp} spp: records {rates(records[spp])}; without what is hidden {rates(bare[spp])}")
 

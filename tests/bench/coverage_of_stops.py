@@ -22,7 +22,8 @@ from uneven import CASES, Case, case_arguments
 import equaltime as et
 from equaltime.budget import FIRST_LOOK, Looks, next_look
 from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import Estimate, pixel_statistics
+from equaltime.error_estimate import Estimate
+from equaltime.second_nets import statistics_so_far
 from equaltime.unseen import Unseen, stated
 
 Image = NDArray[np.float64]
@@ -101,7 +102,7 @@ def trajectory(case: Case, side: int, seed: int, threads: int, most: int) -> lis
     while samples < most:
         samples = min(most, grid, next_look(samples))
         renderer.advance(samples)
-        pixels, stops = pixel_statistics(renderer.moments), list[float]()
+        pixels, stops = statistics_so_far(renderer), list[float]()
         error, brightest = stated(pixels, unseen, brightest=looks.brightest)
         if looks.due(samples):
             looks.look(error, samples, brightest)

@@ -44,7 +44,7 @@ def main() -> None:
                 empty += 1
                 continue
             record = read_picture(output).record
-            assert read_film(output)[0] is not None
+            assert read_film(output).moments is not None
             done = int(record["samples"]["max"])
             assert done >= before, "the checkpoint went back"
             before = done
@@ -52,7 +52,7 @@ def main() -> None:
         target = before + 64
         subprocess.run(command(output, options, target), check=True)
         whole = et.render(et.load(SCENE).with_(size=tuple(options.size)), spp=target, strategy=options.strategy)
-        found, _ = read_film(output)
+        found = read_film(output).moments
         assert found is not None
         assert whole.moments is not None
         same = found.tobytes() == whole.moments.tobytes()

@@ -18,7 +18,8 @@ from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 import equaltime as et
 from equaltime.core_renderer import core_settings, make_renderer
 from equaltime.cost.metrics import Reference
-from equaltime.error_estimate import Estimate, pixel_statistics
+from equaltime.error_estimate import Estimate
+from equaltime.second_nets import statistics_so_far
 from equaltime.unseen import Unseen, stated_error
 
 Floats = NDArray[np.float64]
@@ -79,7 +80,7 @@ def rendered(
         found, said = [], []
         for count in counts:
             renderer.advance(count)
-            pixels = pixel_statistics(renderer.moments)
+            pixels = statistics_so_far(renderer)
             found.append(pixels.mean)
             said.append(stated_error(pixels, unseen))
         images.append(np.stack(found))

@@ -53,3 +53,11 @@ class FakeRenderer:
         moments["count"] = self.done // 2
         moments["mean"] = np.arange(1.0, 3.0)[:, None, None, None]
         return moments
+
+    @property
+    def second_moments(self) -> NDArray[Any]:
+        return np.zeros((2, 0, 0), DTYPE)
+
+    @property
+    def second_pixels(self) -> NDArray[np.int64]:
+        return np.zeros((0, 0), np.int64)

@@ -262,7 +262,7 @@ def test_the_noise_of_a_lamp_is_not_subtracted_from_the_dark_pixels_beside_it(tm
 
 def test_moments_of_another_image_are_not_the_noise_of_this_one(tmp_path: Path) -> None:
     path = rendered(tmp_path / "a.exr", 1, 64)
-    picture, (moments, _) = read_picture(path), read_film(path)
+    picture, moments = read_picture(path), read_film(path).moments
     assert moments is not None
     changed = {name: 2.0 * plane for name, plane in picture.channels.items()}  # as a denoiser, or anyone, would
     own, other = (Noise.read(path, one) for one in (picture, replace(picture, channels=changed)))
@@ -282,7 +282,7 @@ def test_the_noise_of_a_merged_file_comes_from_all_its_parts(tmp_path: Path) -> 
     noise = Noise.read(tmp_path / "all.exr", read_picture(tmp_path / "all.exr"))
     assert noise is not None
     assert not noise.pooled
-    moments, parts = read_film(tmp_path / "all.exr")
+    moments, parts, _ = read_film(tmp_path / "all.exr")
     assert moments is not None
     assert parts is not None
     np.testing.assert_array_equal(noise.variance, MergedFilm(moments, parts).statistics().variance)

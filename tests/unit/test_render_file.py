@@ -117,7 +117,7 @@ def test_a_small_file_is_looked_at_but_not_gone_on_with(result: et.Result, tmp_p
     np.testing.assert_allclose(picture.image, result.image, rtol=2.0**-11)
     np.testing.assert_array_equal(picture.samples, result.samples)
     assert picture.record["error"] == result.record["error"]
-    assert read_film(path) == (None, None)
+    assert read_film(path) == (None, None, None)
     with pytest.raises(et.ImageError, match="as --small saves it"):
         et.merge([path, path])
 
@@ -216,9 +216,11 @@ def test_a_file_of_a_later_version_is_refused_with_a_sentence(
 
 
 def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_stopped(
-    scene: et.Scene, result: et.Result, tmp_path: Path
+    scene: et.Scene, tmp_path: Path
 ) -> None:
-    before = RenderFile.read(BEFORE / "seed0.exr")
+    before, strategy = RenderFile.read(BEFORE / "seed0.exr"), "best,sampler=sobol"  # what ``best`` was
+    assert before.record["strategy"] == strategy
+    result = et.render(scene, spp=6, threads=1, strategy=strategy)
     assert before.record["format"] == 1
     assert before.moments is not None
     assert result.moments is not None
@@ -226,11 +228,14 @@ def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_sto
     np.testing.assert_allclose(deviations(before.moments), deviations(result.moments), rtol=1e-5)
     file = RenderFile(**{**vars(before), "record": {**before.record, "build": result.record["build"]}})
     file.write(tmp_path / "a.exr")  # another machine's build is another matter
-    taken_up, whole = et.render(scene, spp=10, resume=tmp_path / "a.exr"), et.render(scene, spp=10)
+    taken_up = et.render(scene, spp=10, strategy=strategy, resume=tmp_path / "a.exr")
+    whole = et.render(scene, spp=10, strategy=strategy)
     assert taken_up.image.tobytes() == whole.image.tobytes()
 
 
-def test_files_of_format_1_are_merged_and_compared(result: et.Result, saved: Path) -> None:
+def test_files_of_format_1_are_merged_and_compared(scene: et.Scene, tmp_path: Path) -> None:
+    saved = tmp_path / "a.exr"
+    et.render(scene, spp=6, threads=1, strategy="best,sampler=sobol").save(saved)
     now, then = et.merge([saved, BEFORE / "seed1.exr"]), RenderFile.read(BEFORE / "merged.exr")
     assert then.parts is not None
     assert now.parts is not None

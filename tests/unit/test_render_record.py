@@ -12,6 +12,7 @@ import equaltime as et
 from equaltime.checkpoint import Checkpoint, differences
 from equaltime.cli import main
 from equaltime.render_file import RenderFile
+from equaltime.render_record import checked
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 SIZE = ("--size", "6x5")
@@ -151,7 +152,7 @@ def test_a_result_says_of_which_paths_it_is() -> None:
 )
 def test_what_differs_is_said_in_words(changes: dict[str, Any], words: list[str]) -> None:
     size, crop = {"size": [6, 5]}, {"crop": [0, 0, 6, 5]}
-    how = {"max_depth": 8, "strategy": "best", "without": [], "replicates": 2, "backend": "core", "seed": 0}
+    how = {"max_depth": 8, "strategy": "best", "without": [], "replicates": 2, "nets": 2, "backend": "core", "seed": 0}
     record = {"scene": "a", "digest": "1", **size, **crop, **how, "build": {"embree": "3", "cpu": "2"}}
     assert differences({**record, **changes}, record, ("seed", "build")) == words
 
@@ -178,3 +179,19 @@ def test_another_render_is_bad_input_to_taking_up_as_to_merging(
     assert main(["merge", str(b), str(a), "-o", str(tmp_path / "c.exr")]) == 2
     assert f"{a}: cannot be merged with {b}: {words}\n" in capsys.readouterr().err
     assert a.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("then", "now"),
+    [
+        ("best", "best,sampler=sobol"),
+        ("best,adaptive=error", "best,sampler=sobol,adaptive=error"),
+        ("best,sampler=independent", "best,sampler=independent"),
+        ("mis", "mis"),
+    ],
+)
+def test_the_strategy_of_an_earlier_version_means_what_it_meant(render: et.Result, then: str, now: str) -> None:
+    record = json.loads(json.dumps(render.record))
+    before = {key: value for key, value in record.items() if key != "nets"} | {"strategy": then}
+    assert checked(before, "a.exr")["strategy"] == now
+    assert checked(record | {"strategy": then}, "a.exr")["strategy"] == then

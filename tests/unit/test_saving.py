@@ -198,7 +198,7 @@ def test_a_file_saved_within_a_pass_says_which_samples_it_has_and_can_be_merged(
     scene: et.Scene, within: list[Path], tmp_path: Path
 ) -> None:
     et.render(scene, spp=4, threads=2, checkpoint=tmp_path / "a.exr")
-    part = read_film(within[0])[0]
+    part = read_film(within[0]).moments
     assert part is not None
     counts = part["count"].sum(axis=0)
     record = read_picture(within[0]).record

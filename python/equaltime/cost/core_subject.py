@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 from equaltime.core_renderer import bad_sample, core_settings, make_renderer
 from equaltime.cost.subject import Checkpoint, RendererKind
-from equaltime.error_estimate import pixel_statistics
 from equaltime.float32 import as_float32, beyond_float32
 from equaltime.scene import Scene
+from equaltime.second_nets import statistics_so_far
 from equaltime.strategy import Strategy
 from equaltime.unseen import Unseen, stated_error
 
@@ -72,7 +72,7 @@ class CoreSubject:
             wall += time.perf_counter() - wall_before
             if renderer.nonfinite:
                 raise bad_sample(scene, self.strategy, seed, renderer)
-            pixels = pixel_statistics(renderer.moments)
+            pixels = statistics_so_far(renderer)
             where = ": ".join(filter(None, (str(scene.source or ""), self.label)))
             if (beyond := beyond_float32(pixels.mean, scene.model.sensor.film.crop[:2], where)) is not None:
                 raise beyond

@@ -28,11 +28,11 @@ from numpy.typing import NDArray
 
 from equaltime.cost.metrics import Measured, divided
 from equaltime.cost.statistics import student
-from equaltime.error_estimate import PixelStatistics, pixel_statistics
+from equaltime.error_estimate import PixelStatistics
 from equaltime.film import box_sum
 from equaltime.images import Picture
 from equaltime.neighbourhoods import neighbours
-from equaltime.parts_of_merge import MergedFilm
+from equaltime.parts_of_merge import statistics_of
 from equaltime.render_file import read_film
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
@@ -57,12 +57,13 @@ class Noise:
     @classmethod
     def read(cls, path: str | os.PathLike[str], picture: Picture) -> Noise | None:
         """Return what an image file, read as this picture, tells; raises `ImageError` if it is damaged."""
-        moments, parts = read_film(path) if picture.record else (None, None)
+        moments, parts, second = read_film(path) if picture.record else (None, None, None)
         if moments is None:
             return cls.of(picture, None)
-        if parts is None or parts.shape != moments.shape[1:]:
-            return cls.of(picture, pixel_statistics(moments))
-        return cls.of(picture, MergedFilm(moments, parts).statistics())
+        return cls.of(
+            picture,
+            statistics_of(moments, None if parts is not None and parts.shape != moments.shape[1:] else parts, second),
+        )
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:

@@ -1,0 +1,132 @@
+"""The variance of pixels that have one net of samples each, from a second net in some of them.
+
+A pixel's samples are one net where the picture is large enough (`equaltime.core_renderer.nets`): two nets of half the
+size would have a third more noise at worst, and 3 to 12 % more as a rule. But the two replicates of one net, every
+other sample, are not independent. Their difference shows where the noise is, and its size but for a factor: 0.6 to 0.9
+of what it says is true, as the scene and the count will have it.
+
+So some pixels, drawn at random, have a second net with numbers of its own, which is not in the image. There both are
+known: what the replicates of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,
+
+    ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``,
+
+with the weights ``w`` by which the error of an image measures (`equaltime.error_estimate`): ``1 / (L² + (0.1 m)²)``, L
+the mean of the pixels around, which the noise of this one does not enter. ``F V`` is the variance everywhere. Only what
+was measured is believed: what a pixel says beyond the largest part of any measured one is taken as it is, since rare
+bright paths are as wrong in one net as in two.
+
+F is a ratio of sums over many pixels, so that the delta method tells its standard deviation (Cochran 1977, 6.3). It is
+one number for all pixels: their variances are off together, which widens the interval of the image's error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.error_estimate import PixelStatistics, pixel_statistics
+from equaltime.film import others_sum
+from equaltime.neighbourhoods import others_count
+
+__all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "statistics_so_far"]
+
+Floats = NDArray[np.float64]
+
+FEWEST = 64
+"""With fewer pixels, the factor is not believed, and replicates are taken as if they were independent."""
+
+
+@dataclass(frozen=True, eq=False)
+class SecondNets:
+    """Second nets of some pixels."""
+
+    moments: NDArray[Any]
+    """(R, h, w), of the type `equaltime.moments.DTYPE`."""
+    pixels: NDArray[np.int64]
+    """(h, w): the pixel ``y * width + x`` of the image that each is of; -1 where there is none."""
+
+    def copy(self) -> SecondNets:
+        """Return the same, with memory of its own."""
+        return SecondNets(self.moments.copy(), self.pixels)
+
+    def calibrated(self, image: PixelStatistics) -> PixelStatistics:
+        """Return the statistics of the image with the variances that these tell.
+
+        Pixels whose counts of samples differ between the nets tell nothing: a pass was cut between them.
+        """
+        measured = self._measured(image)
+        if measured is None:
+            return image
+        true, stated, largest = measured
+        factor = float(true.sum() / stated.sum())
+        doubt = float(np.sqrt(np.square(true - factor * stated).sum()) / true.sum())
+        part = (image.variance * _weights(image)).mean(axis=-1)
+        believed = np.divide(np.minimum(part, largest), part, out=np.ones_like(part), where=part > 0.0)
+        factors = 1.0 + (factor - 1.0) * (believed if factor < 1.0 else np.ones_like(part))
+        return replace(image, variance=image.variance * factors[..., None], factors=factors, common_doubt=doubt)
+
+    def _measured(self, image: PixelStatistics) -> tuple[Floats, Floats, float] | None:
+        """Return parts of error² by two nets and by the replicates of each, (N,), and the largest of one net.
+
+        None if too few are known.
+        """
+        there = self.pixels >= 0
+        places = self.pixels[there]
+        second = pixel_statistics(self.moments)
+        means = image.mean.reshape(-1, 3)[places], second.mean[there]
+        variances = image.variance.reshape(-1, 3)[places], second.variance[there]
+        whole = image.samples.ravel()[places] == second.samples[there]
+        known = whole & np.isfinite(variances[0]).all(axis=-1) & np.isfinite(variances[1]).all(axis=-1)
+        if known.sum() < FEWEST:
+            return None
+        weights = _weights(image).reshape(-1, 3)[places]
+        true = (weights * np.square(means[0] - means[1])).mean(axis=-1)[known]
+        each = [(weights * variance).mean(axis=-1)[known] for variance in variances]
+        stated = each[0] + each[1]
+        if not (np.isfinite(true).all() and true.sum() > 0.0 and stated.sum() > 0.0):
+            return None
+        return true, stated, float(max(each[0].max(), each[1].max()))
+
+
+def _weights(image: PixelStatistics) -> Floats:
+    """Return what a variance is multiplied by to be a part of error², (H, W, 3)."""
+    with np.errstate(over="ignore"):  # of what float64 cannot square, the weights are 0: nothing is measured
+        local = np.square(others_sum(image.mean) / others_count(*image.samples.shape))
+        floor = np.maximum(np.square(0.1 * image.mean.mean()), np.finfo(np.float64).tiny)
+        return np.asarray(1.0 / (local + floor))
+
+
+def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
+    """Return what is known of the pixels of a render, from the moments of its film and of its second nets."""
+    pixels = pixel_statistics(moments)
+    return pixels if second is None else second.calibrated(pixels)
+
+
+class Renders(Protocol):
+    """A renderer of the core, as far as its samples go."""
+
+    @property
+    def moments(self) -> NDArray[Any]:
+        """(R, H, W) structured array of counts and means."""
+
+    @property
+    def second_moments(self) -> NDArray[Any]:
+        """(R, h, w): those of second nets; empty if there are none."""
+
+    @property
+    def second_pixels(self) -> NDArray[np.int64]:
+        """(h, w): the pixel that each is of."""
+
+
+def second_nets(renderer: Renders) -> SecondNets | None:
+    """Return the second nets of a render, which share its memory; None if there are none."""
+    moments = renderer.second_moments
+    return SecondNets(moments, renderer.second_pixels) if moments.size else None
+
+
+def statistics_so_far(renderer: Renders) -> PixelStatistics:
+    """Return what is known of the pixels of a render that is under way."""
+    return statistics(renderer.moments, second_nets(renderer))
