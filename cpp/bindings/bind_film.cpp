@@ -116,7 +116,7 @@ py::array_t<float> errors_of_pixels(const Doubles& mean, const Doubles& variance
 
 py::array_t<std::int64_t> pixels_of_second_nets(std::uint64_t seed, std::uint32_t width, std::uint32_t height,
                                                 std::uint32_t second_net) {
-  const SecondNets nets(seed, width, height, second_net, 1);
+  const SecondNets nets(seed, width, height, second_net);
   return py::array_t<std::int64_t>({nets.film().height(), nets.film().width()}, nets.pixels().data());
 }
 

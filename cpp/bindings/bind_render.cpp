@@ -176,7 +176,8 @@ void bind_render(py::module_& m) {
            "pixel_rays"_a = false, "also"_a = py::tuple(), "traps"_a = "ignore", "nets"_a = py::none(),
            "second_net"_a = 0,
            "`also` names effects that the kernel must cover though the scene does not call for them. `nets` is 1, or "
-           "as many as replicates; with 1, one of `second_net` pixels (a power of two up to 32; 0: none) has a second.")
+           "as many as replicates; with 1, replicates are its halves, and one of `second_net` pixels (a power of two "
+           "up to 32; 0: none) has a second.")
       .def(
           "advance",
           [](Renderer& r, std::uint64_t samples, std::optional<double> seconds, const std::optional<py::function>& poll,

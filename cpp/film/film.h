@@ -1,12 +1,12 @@
-// Film: running moments of every pixel's samples, means in float64, one set a replicate (sample i belongs to replicate
-// i mod R). A sample touches one pixel and samples arrive in ascending order, so sums do not depend on threads, tiles
-// or passes.
+// Film: running moments of every pixel's samples, means in float64, one set a replicate. A sample touches one pixel and
+// samples arrive in ascending order, so sums do not depend on threads, tiles or passes.
 #pragma once
 
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include "math/spectrum.h"
@@ -53,10 +53,21 @@ struct PixelMoments {
   [[nodiscard]] static PixelMoments merge(const PixelMoments& a, const PixelMoments& b) noexcept;
 };
 
+/// How the samples of a pixel are shared out to its replicates. `alternate`: sample i belongs to replicate i mod R.
+/// `halves`, for two: the first holds the largest power of two of samples that is less than all of them, the second
+/// those after it. In a net whose first 2^k points are always a net again, both halves are nets as even as can be.
+enum class Sharing : std::uint8_t { alternate, halves };
+
 class Film {
  public:
-  Film(std::uint32_t width, std::uint32_t height, std::uint32_t replicates)
-      : width_(width), height_(height), replicates_(replicates), moments_(std::size_t{width} * height * replicates) {}
+  Film(std::uint32_t width, std::uint32_t height, std::uint32_t replicates, Sharing sharing = Sharing::alternate)
+      : width_(width),
+        height_(height),
+        replicates_(replicates),
+        sharing_(sharing),
+        moments_(std::size_t{width} * height * replicates) {
+    if (sharing == Sharing::halves && replicates != 2) throw std::invalid_argument("halves are two replicates");
+  }
 
   [[nodiscard]] std::uint32_t width() const noexcept { return width_; }
   [[nodiscard]] std::uint32_t height() const noexcept { return height_; }
@@ -67,11 +78,30 @@ class Film {
   [[nodiscard]] const PixelMoments& at(std::uint32_t replicate, std::uint32_t x, std::uint32_t y) const noexcept {
     return moments_[(std::size_t{replicate} * height_ + y) * width_ + x];
   }
+  /// Adds sample `i` of a pixel, after all before it; `scale` as in PixelMoments.
+  void add(std::uint32_t x, std::uint32_t y, std::uint64_t i, const Spectrum& s, double scale) noexcept {
+    if (sharing_ == Sharing::alternate) return at(static_cast<std::uint32_t>(i % replicates_), x, y).add(s, scale);
+    if (i > 1 && std::has_single_bit(i)) join_halves(x, y);
+    at(i > 0, x, y).add(s, scale);
+  }
+  /// How many of the first `samples` of a pixel belong to a replicate.
+  [[nodiscard]] std::uint64_t count_of(std::uint32_t replicate, std::uint64_t samples) const noexcept {
+    if (sharing_ == Sharing::alternate) return (samples + replicates_ - 1 - replicate) / replicates_;
+    const std::uint64_t first = samples > 1 ? std::bit_floor(samples - 1) : samples;
+    return replicate == 0 ? first : samples - first;
+  }
+
   /// Row-major (replicate, y, x).
   [[nodiscard]] std::vector<PixelMoments>& moments() noexcept { return moments_; }
 
  private:
+  void join_halves(std::uint32_t x, std::uint32_t y) noexcept {
+    at(0, x, y) = PixelMoments::merge(at(0, x, y), at(1, x, y));
+    at(1, x, y) = {};
+  }
+
   std::uint32_t width_, height_, replicates_;
+  Sharing sharing_;
   std::vector<PixelMoments> moments_;
 };
 

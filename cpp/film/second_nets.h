@@ -23,14 +23,13 @@ class SecondNets {
   SecondNets() = default;
   /// In one of so many pixels of the film, a power of two up to `kMostPixels`: those of a small rectangle, of which the
   /// seed draws one. None has a second net where a rectangle reaches out of the film and the one drawn lies outside.
-  SecondNets(std::uint64_t seed, std::uint32_t width, std::uint32_t height, std::uint32_t pixels,
-             std::uint32_t replicates)
+  SecondNets(std::uint64_t seed, std::uint32_t width, std::uint32_t height, std::uint32_t pixels)
       : seed_(seed),
         width_(width),
         height_(height),
         log2_wide_((static_cast<std::uint32_t>(std::bit_width(pixels))) / 2),
         log2_high_((static_cast<std::uint32_t>(std::bit_width(pixels)) - 1) / 2),
-        film_(count(width, log2_wide_), count(height, log2_high_), replicates) {
+        film_(count(width, log2_wide_), count(height, log2_high_), 2, Sharing::halves) {
     if (!std::has_single_bit(pixels) || pixels > kMostPixels)
       throw std::invalid_argument("a second net in one of so many pixels, a power of two up to 32");
   }
@@ -47,6 +46,9 @@ class SecondNets {
   /// The moments of a pixel that has one.
   [[nodiscard]] PixelMoments& at(std::uint32_t replicate, std::uint32_t x, std::uint32_t y) noexcept {
     return film_.at(replicate, x >> log2_wide_, y >> log2_high_);
+  }
+  void add(std::uint32_t x, std::uint32_t y, std::uint64_t i, const Spectrum& s, double scale) noexcept {
+    film_.add(x >> log2_wide_, y >> log2_high_, i, s, scale);
   }
   [[nodiscard]] const PixelMoments& at(std::uint32_t replicate, std::uint32_t x, std::uint32_t y) const noexcept {
     return film_.at(replicate, x >> log2_wide_, y >> log2_high_);

@@ -123,6 +123,22 @@ TEST("a film keeps its replicates and pixels apart, row by row") {
   for (std::size_t i = 0; i < 11; ++i) CHECK(film.moments()[i].count == 0);
 }
 
+TEST("halves hold the largest power of two of samples that is less than all of them, and those after it") {
+  Film film(2, 1, 2, Sharing::halves);
+  for (std::uint64_t n = 1; n <= 70; ++n) {
+    film.add(1, 0, n - 1, Spectrum(static_cast<float>(n)), 1);
+    std::uint64_t first = 1;
+    while (2 * first < n) first *= 2;
+    const PixelMoments &a = film.at(0, 1, 0), &b = film.at(1, 1, 0);
+    CHECK(a.count == first && b.count == n - first);
+    CHECK(a.count == film.count_of(0, n) && b.count == film.count_of(1, n));
+    const double sum = static_cast<double>(a.count) * a.mean[0] + static_cast<double>(b.count) * b.mean[0];
+    CHECK(close(sum, static_cast<double>(n * (n + 1)) / 2, 1e-14));
+    CHECK(close(a.mean[0], static_cast<double>(first + 1) / 2, 1e-14));
+  }
+  CHECK(film.at(0, 0, 0).count == 0 && film.count_of(0, 0) == 0 && film.count_of(1, 0) == 0);
+}
+
 TEST("a flat image whose pixels have one variance has one contribution everywhere, whatever band it is in") {
   constexpr std::size_t kHeight = 150, kWidth = 11;
   const std::vector<double> mean(3 * kHeight * kWidth, 2.0), variance(mean.size(), 0.5);

@@ -66,6 +66,11 @@ class BlockBefore {
 /// What a strategy calls for, whatever the scene.
 Effects effects_of(const Settings& settings) noexcept { return {.forks = settings.roulette == Roulette::efficiency}; }
 
+/// Replicates are nets of their own, or the halves of one.
+Sharing sharing(const RenderOptions& options) noexcept {
+  return options.nets == 1 && options.replicates > 1 ? Sharing::halves : Sharing::alternate;
+}
+
 /// Counts who is at work, for as long as it lives: also if that ends with an exception, which others must not wait for.
 class Present {
  public:
@@ -144,13 +149,13 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       options_(options),
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
       kernel_(choose_kernel(both(derive_effects(*scene_), both(effects_of(settings), options.also)))),
-      film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates)),
+      film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates), sharing(options)),
       blocks_(blocks()) {
   if (options.nets != 1 && options.nets != film_.replicates())
     throw std::invalid_argument("one net, or as many as replicates");
   if (options.second_net > 0) {
     if (options.nets != 1) throw std::invalid_argument("a second net stands beside one");
-    second_ = SecondNets(options.seed, film_.width(), film_.height(), options.second_net, film_.replicates());
+    second_ = SecondNets(options.seed, film_.width(), film_.height(), options.second_net);
   }
   scene_->lights.prepare(settings_.lights, settings_.environment);
   if (options.pixel_rays) pixel_rays_.resize(std::size_t{film_.width()} * film_.height());
@@ -194,12 +199,11 @@ const Settings& Renderer::settings() {
 }
 
 bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const noexcept {
-  const std::uint32_t replicates = film_.replicates();
   for (std::uint32_t y = block.y0; y < block.y1; ++y)
     for (std::uint32_t x = block.x0; x < block.x1; ++x) {
       const std::uint64_t samples = schedule_.count(std::size_t{y} * film_.width() + x, average);
-      for (std::uint32_t r = 0; r < replicates; ++r) {  // sample i belongs to replicate i mod R
-        const std::uint64_t count = (samples + replicates - 1 - r) / replicates;
+      for (std::uint32_t r = 0; r < film_.replicates(); ++r) {
+        const std::uint64_t count = film_.count_of(r, samples);
         if (film_.at(r, x, y).count != count) return false;
         if (second_.has(x, y) && second_.at(r, x, y).count != count) return false;
       }

@@ -17,8 +17,8 @@ struct RenderOptions {
   std::uint64_t seed = 0;
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
-  std::uint32_t replicates = 2;  // sample i of a pixel belongs to replicate i mod replicates of the film
-  std::uint32_t nets = 2;        // and to net i mod nets of the sampler: as many, or one
+  std::uint32_t replicates = 2;  // of the film
+  std::uint32_t nets = 2;        // of each pixel: as many as replicates, or one, whose halves are the replicates then
   std::uint32_t second_net = 0;  // with one net, one of so many pixels has a second one (`SecondNets`); 0: none has
   bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // that the kernel must cover, to see what its not doing so is worth

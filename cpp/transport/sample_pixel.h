@@ -55,7 +55,6 @@ template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& probe,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
-  const std::uint32_t replicates = film.replicates();
   static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
@@ -70,8 +69,7 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
           return;
         const bool whole = !Accel::refused_ray();
         if (whole && L.is_finite()) {
-          const auto replicate = static_cast<std::uint32_t>(i % replicates);
-          (beside ? task.second->at(replicate, x, y) : film.at(replicate, x, y)).add(L, scale);
+          beside ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
         } else {
           ++probe.counters.nonfinite;
           nonfinite.add({x, y, i});
