@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 REPLICATES = 2
-"""Parts of a render, every other sample, whose difference tells its error."""
+"""Parts of a render, whose difference tells its error."""
 ONE_NET = 2**16
 """Pixels of the whole film from which on all samples of a pixel are one net: smaller pictures would need too many
 second nets for their error to be known."""

@@ -1,9 +1,9 @@
 """A render's own estimate of its error, from independent replicates.
 
-Sample ``i`` of a pixel belongs to replicate ``i mod R``. Where replicates use independent randomisations, the spread of
-their means is an honest measure of the error of the image under any sampler; the sample variance inside a replicate
-is not (low-discrepancy points are correlated on purpose), and is not used here. Where they are parts of one net,
-`equaltime.second_nets` tells by what factor their spread is off.
+The samples of a pixel belong to R replicates. Where these are nets of their own (sample ``i`` is in replicate ``i mod
+R``), the spread of their means is an honest measure of the error of the image under any sampler; the sample variance
+inside a replicate is not (low-discrepancy points are correlated on purpose), and is not used here. Where replicates are
+the halves of one net, `equaltime.second_nets` tells by what factor their spread is off.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its

@@ -1,6 +1,7 @@
 """What the core does with films and images beside rendering: arithmetic, and what samples have missed."""
 
 from equaltime._core import (
+    MOST_PIXELS_A_SECOND_NET,
     box_sum,
     error_contributions,
     focused_light,
@@ -17,6 +18,7 @@ from equaltime._core import (
 )
 
 __all__ = [
+    "MOST_PIXELS_A_SECOND_NET",
     "box_sum",
     "error_contributions",
     "focused_light",

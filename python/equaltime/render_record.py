@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from equaltime._core import MOST_PIXELS_A_SECOND_NET
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
+from equaltime.film import MOST_PIXELS_A_SECOND_NET
 from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.stopping import StoppedBy, StopRule

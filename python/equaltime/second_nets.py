@@ -1,19 +1,19 @@
 """The variance of pixels that have one net of samples each, from a second net in some of them.
 
 A pixel's samples are one net where the picture is large enough (`equaltime.core_renderer.nets`): two nets of half the
-size would have a third more noise at worst, and 3 to 12 % more as a rule. But the two replicates of one net, every
-other sample, are not independent. Their difference shows where the noise is, and its size but for a factor: 0.6 to 0.9
-of what it says is true, as the scene and the count will have it.
+size would have a third more noise at worst, and 3 to 12 % more as a rule. But the replicates are the halves of one net
+then (`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its size
+but for a factor: 0.6 to 0.9 of what it says is true, as the scene and the count will have it.
 
 So some pixels, drawn at random, have a second net with numbers of its own, which is not in the image. There both are
-known: what the replicates of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,
+known: what the halves of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,
 
     ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``,
 
-with the weights ``w`` by which the error of an image measures (`equaltime.error_estimate`): ``1 / (L² + (0.1 m)²)``, L
-the mean of the pixels around, which the noise of this one does not enter. ``F V`` is the variance everywhere. Only what
-was measured is believed: what a pixel says beyond the largest part of any measured one is taken as it is, since rare
-bright paths are as wrong in one net as in two.
+with weights ``w`` near those of the image's error (`equaltime.error_estimate`), a geometric mean of ``1 / (R² + (0.1
+m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. Only what was measured is
+believed: what a pixel says beyond the largest part of any measured one is taken as it is, since rare bright paths are
+as wrong in one net as in two.
 
 F is a ratio of sums over many pixels, so that the delta method tells its standard deviation (Cochran 1977, 6.3). It is
 one number for all pixels: their variances are off together, which widens the interval of the image's error.
@@ -37,6 +37,10 @@ Floats = NDArray[np.float64]
 
 FEWEST = 64
 """With fewer pixels, the factor is not believed, and replicates are taken as if they were independent."""
+
+
+_CAUTION = 0.3
+"""Weight of the neighbours in the geometric mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ class SecondNets:
         true, stated, largest = measured
         factor = float(true.sum() / stated.sum())
         doubt = float(np.sqrt(np.square(true - factor * stated).sum()) / true.sum())
-        part = (image.variance * _weights(image)).mean(axis=-1)
+        part = (image.variance * _weights(image, image.mean)).mean(axis=-1)
         believed = np.divide(np.minimum(part, largest), part, out=np.ones_like(part), where=part > 0.0)
         factors = 1.0 + (factor - 1.0) * (believed if factor < 1.0 else np.ones_like(part))
         return replace(image, variance=image.variance * factors[..., None], factors=factors, common_doubt=doubt)
@@ -82,7 +86,9 @@ class SecondNets:
         known = whole & np.isfinite(variances[0]).all(axis=-1) & np.isfinite(variances[1]).all(axis=-1)
         if known.sum() < FEWEST:
             return None
-        weights = _weights(image).reshape(-1, 3)[places]
+        both = image.mean.copy()
+        both.reshape(-1, 3)[places] = 0.5 * (means[0] + means[1])
+        weights = _weights(image, both).reshape(-1, 3)[places]
         true = (weights * np.square(means[0] - means[1])).mean(axis=-1)[known]
         each = [(weights * variance).mean(axis=-1)[known] for variance in variances]
         stated = each[0] + each[1]
@@ -91,12 +97,13 @@ class SecondNets:
         return true, stated, float(max(each[0].max(), each[1].max()))
 
 
-def _weights(image: PixelStatistics) -> Floats:
-    """Return what a variance is multiplied by to be a part of error², (H, W, 3)."""
-    with np.errstate(over="ignore"):  # of what float64 cannot square, the weights are 0: nothing is measured
-        local = np.square(others_sum(image.mean) / others_count(*image.samples.shape))
+def _weights(image: PixelStatistics, own: Floats) -> Floats:
+    """Return what a variance is multiplied by to be a part of error², (H, W, 3); ``own`` is the pixel's own mean."""
+    with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square is not measured
+        around = np.square(others_sum(image.mean) / others_count(*image.samples.shape))
         floor = np.maximum(np.square(0.1 * image.mean.mean()), np.finfo(np.float64).tiny)
-        return np.asarray(1.0 / (local + floor))
+        without, by = around + floor, np.square(own) + floor
+        return np.asarray(np.divide(np.power(by / without, _CAUTION), by, where=by > 0.0, out=np.zeros_like(by)))
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:

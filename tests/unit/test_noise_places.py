@@ -109,7 +109,8 @@ def lamp_behind_glass() -> dict[str, Any]:
 
 def quoted(crop: tuple[int, int, int, int] | None = None) -> Places:
     scene = et.load_dict(lamp_behind_glass())
-    places = et.quote(scene if crop is None else scene.with_(crop=crop), error=0.001).places
+    cut = scene if crop is None else scene.with_(crop=crop)
+    places = et.quote(cut, error=0.001, strategy="best,sampler=sobol").places
     assert places is not None
     return places
 

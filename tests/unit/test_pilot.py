@@ -24,7 +24,7 @@ DARK = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sp
 
 @pytest.fixture(scope="module")
 def scene() -> et.Scene:
-    return et.load(SCENE).with_(size=(24, 24))
+    return et.load(SCENE).with_(size=(28, 28))
 
 
 @pytest.mark.parametrize("target", [{"time": 1e6}, {"error": 1e-4}])
