@@ -39,10 +39,6 @@ FEWEST = 64
 """With fewer pixels, the factor is not believed, and replicates are taken as if they were independent."""
 
 
-_CAUTION = 0.3
-"""Weight of the neighbours in the geometric mean."""
-
-
 @dataclass(frozen=True, eq=False)
 class SecondNets:
     """Second nets of some pixels."""
@@ -61,49 +57,53 @@ class SecondNets:
 
         Pixels whose counts of samples differ between the nets tell nothing: a pass was cut between them.
         """
-        measured = self._measured(image)
-        if measured is None:
-            return image
+        floor = np.square(0.1 * image.mean.mean())
+        with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square is not measured
+            around = np.square(others_sum(image.mean) / others_count(*image.samples.shape)) + floor
+            measured = self._measured(image, around, floor)
+            if measured is None:
+                return image
+            part = (_weights(image.mean, around, floor) * image.variance).mean(axis=-1)
         true, stated, largest = measured
         factor = float(true.sum() / stated.sum())
         doubt = float(np.sqrt(np.square(true - factor * stated).sum()) / true.sum())
-        part = (image.variance * _weights(image, image.mean)).mean(axis=-1)
-        believed = np.divide(np.minimum(part, largest), part, out=np.ones_like(part), where=part > 0.0)
-        factors = 1.0 + (factor - 1.0) * (believed if factor < 1.0 else np.ones_like(part))
+        believed = np.ones_like(part)
+        if factor < 1.0:
+            np.divide(largest, part, out=believed, where=part > largest)
+        factors = 1.0 + (factor - 1.0) * believed
         return replace(image, variance=image.variance * factors[..., None], factors=factors, common_doubt=doubt)
 
-    def _measured(self, image: PixelStatistics) -> tuple[Floats, Floats, float] | None:
-        """Return parts of error² by two nets and by the replicates of each, (N,), and the largest of one net.
+    def _measured(self, image: PixelStatistics, around: Floats, floor: float) -> tuple[Floats, Floats, float] | None:
+        """Return parts of error² by two nets, and by the halves of each, (N,); and the largest part of one net.
 
         None if too few are known.
         """
         there = self.pixels >= 0
-        places = self.pixels[there]
-        second = pixel_statistics(self.moments)
-        means = image.mean.reshape(-1, 3)[places], second.mean[there]
-        variances = image.variance.reshape(-1, 3)[places], second.variance[there]
+        places, second = self.pixels[there], pixel_statistics(self.moments)
+        first, other = (
+            (image.mean.reshape(-1, 3)[places], image.variance.reshape(-1, 3)[places]),
+            (second.mean[there], second.variance[there]),
+        )
         whole = image.samples.ravel()[places] == second.samples[there]
-        known = whole & np.isfinite(variances[0]).all(axis=-1) & np.isfinite(variances[1]).all(axis=-1)
+        known = whole & np.isfinite(first[1]).all(axis=-1) & np.isfinite(other[1]).all(axis=-1)
         if known.sum() < FEWEST:
             return None
-        both = image.mean.copy()
-        both.reshape(-1, 3)[places] = 0.5 * (means[0] + means[1])
-        weights = _weights(image, both).reshape(-1, 3)[places]
-        true = (weights * np.square(means[0] - means[1])).mean(axis=-1)[known]
-        each = [(weights * variance).mean(axis=-1)[known] for variance in variances]
-        stated = each[0] + each[1]
+        weights = _weights(0.5 * (first[0] + other[0]), around.reshape(-1, 3)[places], floor)
+        true = (weights * np.square(first[0] - other[0])).mean(axis=-1)[known]
+        halves = [(weights * variance).mean(axis=-1)[known] for _, variance in (first, other)]
+        stated = halves[0] + halves[1]
         if not (np.isfinite(true).all() and true.sum() > 0.0 and stated.sum() > 0.0):
             return None
-        return true, stated, float(max(each[0].max(), each[1].max()))
+        return true, stated, float(max(halves[0].max(), halves[1].max()))
 
 
-def _weights(image: PixelStatistics, own: Floats) -> Floats:
-    """Return what a variance is multiplied by to be a part of error², (H, W, 3); ``own`` is the pixel's own mean."""
-    with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square is not measured
-        around = np.square(others_sum(image.mean) / others_count(*image.samples.shape))
-        floor = np.maximum(np.square(0.1 * image.mean.mean()), np.finfo(np.float64).tiny)
-        without, by = around + floor, np.square(own) + floor
-        return np.asarray(np.divide(np.power(by / without, _CAUTION), by, where=by > 0.0, out=np.zeros_like(by)))
+def _weights(own: Floats, around: Floats, floor: float) -> Floats:
+    """Return what a variance is multiplied by to be a part of error², (..., 3), by a pixel's mean and its neighbours'.
+
+    The geometric mean of both denominators, in which the neighbours weigh a quarter; ``around`` is theirs.
+    """
+    by = np.square(own) + floor
+    return np.asarray(np.divide(np.sqrt(np.sqrt(by / around)), by, where=by > 0.0, out=np.zeros_like(by)))
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
