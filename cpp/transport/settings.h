@@ -31,7 +31,7 @@ struct Settings {
   LightSelection lights = LightSelection::power;
   EnvironmentSampling environment = EnvironmentSampling::plain;
   Roulette roulette = Roulette::throughput;
-  SamplerKind sampler = SamplerKind::sobol;
+  SamplerKind sampler = SamplerKind::lattice;
   float survival = 0.75F;                  // of the constant roulette, in (0, 1)
   int roulette_depth = 5;                  // the first depth at which a path may be ended at random
   int max_depth = kUnlimitedDepth;         // Mitsuba's: 1 sees emission only, 2 direct light too

@@ -65,9 +65,10 @@ class Strategy(BaseModel):
     it, weights grow from bounce to bounce; where its square is, paths without limit have infinite variance."""
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
     """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
-    sampler: Literal["independent", "stratified", "sobol", "lattice"] = "sobol"
+    sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
     """Independent numbers; jittered strata, as many as samples at powers of four; Owen-scrambled Sobol points, a pair
-    for each decision; or one lattice for all decisions at the first eight vertices, with random shifts."""
+    for each decision; or one lattice for all decisions at the first eight vertices, with random shifts (Cools, Kuo &
+    Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "none"
     """Which pixels get more samples after a pilot (`equaltime.adaptive`): none; those whose neighbours showed a large
     error (``error``, unbiased). For comparison, and biased, those among scattered values, those with an error of their

@@ -72,7 +72,7 @@ def clipped(loaded: et.Scene, near: float) -> et.Scene:
     return loaded.replaced(model.replace(sensor=model.sensor.replace(near_clip=near)))
 
 
-def check_looks_through(lamps: tuple[Dict, ...], beyond: float, strategy: str, spp: int = 256) -> None:
+def check_looks_through(lamps: tuple[Dict, ...], beyond: float, strategy: str, spp: int = 512) -> None:
     """The wall behind lamps is as one sees it past them; a darker one would be found."""
     past = middle(clipped(scene(WALL, *lamps, sky=SKY, hide=False), beyond), spp, seed=2, strategy=strategy)
     darker = WALL | {"bsdf": {"type": "diffuse", "reflectance": 0.4}}

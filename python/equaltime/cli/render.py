@@ -155,7 +155,7 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, Sobol points, lights by a tree, roulette), mis, bsdf and light (each plain),
+    Strategies: the presets best (MIS, a lattice, lights by a tree, roulette), mis, bsdf and light (each plain),
     naive (uniform directions, roulette by albedo), and
 
     * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
