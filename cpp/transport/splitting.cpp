@@ -1,156 +1,73 @@
-#include "transport/efficiency.h"
+#include "transport/splitting.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <utility>
 
-#include "math/threads.h"
-#include "transport/sample_pixel.h"
+#include "math/numeric.h"
+#include "scene/scene.h"
+#include "transport/splitting_pilot.h"
 
 namespace equaltime {
 
 namespace {
 
-constexpr std::uint64_t kSeed = 0xea450000ea45;  // of the pilot's numbers
-// Pilot paths that leave the camera: one for so many pixels of the film, within bounds.
-constexpr std::uint64_t kPixelsAPath = 4, kLeastPaths = 2048, kMostPaths = 16384;
-constexpr std::uint32_t kLog2Copies = 2;  // of each of them
-constexpr std::size_t kCopies = 1U << kLog2Copies;
-constexpr std::size_t kReplicates = 2;
-constexpr std::uint64_t kSamples = 4;  // of a replicate of a pilot pixel: enough to see what the sampler does
-constexpr double kPixelsABlock = 2;    // of the pilot, on average
+constexpr double kPixelsABlock = 2;  // of the pilot, on average
+constexpr double kImagePixels = 4;   // as many pilot pixels as the whole picture counts for in a block
+constexpr double kMostShare = 0.05;  // of a sum over the pilot that one of its pixels makes up
+constexpr std::size_t kParts = 8;    // of the pilot; each is judged by copies that the others chose
+constexpr double kCopies = SplittingPilot::kCopies;
+/// Pixels of the smallest film for which splitting is decided automatically: the pilot of a smaller one meets too few
+/// of the pixels that make most of the noise, such as the edges of lamps.
+constexpr std::uint64_t kLeastFilmPixels = 65536;
+/// Time of a ray in kernels that fork over that in the others: the median of 13 scenes (1.02 to 1.24).
+constexpr double kForkingRay = 1.1;
 
-/// What pilot paths do, before they fork and after.
-class PilotProbe {
- public:
-  static constexpr bool listens = true;
-  static constexpr bool allocates = false;
-
-  template <auto E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
-    ++rays_;
-    return scene.intersect<E>(ray, time);
+/// The largest number t such that no value, cut off at t, is more than kMostShare of the sum of all that are: a rare
+/// bright path in one pixel of the pilot must not speak for the picture.
+double bound_of(const std::vector<PilotPixel>& pixels, double PilotPixel::*value) {
+  double t = 0;
+  for (const PilotPixel& p : pixels) t = std::max(t, p.*value);
+  for (int turn = 0; turn < 64; ++turn) {
+    double sum = 0;
+    for (const PilotPixel& p : pixels) sum += std::min(p.*value, t);
+    t = std::min(t, kMostShare * sum);
   }
-  template <auto E>
-  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
-    ++rays_;
-    return scene.occluded<E>(ray, time);
-  }
-  template <auto E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
-    return intersect<E>(scene, ray);
-  }
-
-  void begin(float) noexcept { copy_ = 0, forked_ = false, before_ = {}, after_ = {}; }
-  static void scatters(const Bsdf&) noexcept {}
-  static void aims(const LightSample&) noexcept {}
-  Spectrum met(const Spectrum& L, std::uint32_t, int) noexcept { return add(L); }
-  Spectrum lit(const Spectrum& L, int) noexcept { return add(L); }
-  template <class Event>
-  void note(const Event&) noexcept {}
-  void note(const event::Forks&) noexcept { forked_ = true, rays_at_fork_ = rays_; }
-  void note(const event::Resumes&) noexcept { ++copy_; }
-  static bool gives_up() noexcept { return false; }
-
-  /// Of all paths so far.
-  [[nodiscard]] std::uint64_t rays() const noexcept { return rays_; }
-  /// Since the path forked, by all copies.
-  [[nodiscard]] std::uint64_t rays_after() const noexcept { return forked_ ? rays_ - rays_at_fork_ : 0; }
-  /// What the path would have brought with this copy alone.
-  [[nodiscard]] Spectrum alone(std::size_t copy) const noexcept { return before_ + after_[copy] * kCopies; }
-
-  float time = 0;  // as RayCounter's
-
- private:
-  Spectrum add(const Spectrum& L) noexcept {
-    (forked_ ? after_[copy_] : before_) += L;
-    return L;
-  }
-
-  bool forked_ = false;
-  std::size_t copy_ = 0;
-  Spectrum before_;
-  std::array<Spectrum, kCopies> after_;
-  std::uint64_t rays_ = 0, rays_at_fork_ = 0;
-};
-
-/// What was seen in one pixel.
-struct PilotPixel {
-  double paths = 0;
-  double mean[3] = {};
-  double rays_shared = 0, rays_copy = 0;  // of all paths: before they fork, and of one copy of each
-  double one[3] = {}, all[3] = {};        // variance of a path with one copy and with all, as the sampler makes it
-  double within[3] = {};                  // variance among the copies of one path
-};
-
-struct Rgb {
-  double value[3];
-};
-
-Rgb rgb(const Spectrum& s) noexcept {
-  return {{static_cast<double>(s.r), static_cast<double>(s.g), static_cast<double>(s.b)}};
+  return t;
 }
 
-/// Renders one pixel of the pilot. Not a number: as if it had not been.
-PilotPixel render_pixel(const BlockTask& task, std::uint64_t x, std::uint64_t y) {
-  PilotProbe probe;
-  PilotPixel p;
-  Rgb sums[kReplicates][kCopies] = {};
-  for (std::uint64_t i = 0; i < kReplicates * kSamples; ++i) {
-    const std::uint64_t before = probe.rays();
-    if (!sample_film_pixel<kAllEffects>(task, x, y, i, kReplicates, probe).is_finite()) return {};
-    p.rays_copy += static_cast<double>(probe.rays_after()) / kCopies;
-    p.rays_shared += static_cast<double>(probe.rays() - before - probe.rays_after());
-    Rgb copies[kCopies];
-    for (std::size_t k = 0; k < kCopies; ++k) copies[k] = rgb(probe.alone(k));
-    for (int c = 0; c < 3; ++c) {
-      double mean = 0;
-      for (std::size_t k = 0; k < kCopies; ++k) mean += copies[k].value[c] / kCopies;
-      for (std::size_t k = 0; k < kCopies; ++k) {
-        sums[i % kReplicates][k].value[c] += copies[k].value[c];
-        p.within[c] += square(copies[k].value[c] - mean) / ((kCopies - 1) * kReplicates * kSamples);
-      }
-      p.mean[c] += mean / (kReplicates * kSamples);
-    }
+/// Cuts off what single pixels say, of each quantity by itself.
+void bound(std::vector<PilotPixel>& pixels) {
+  for (const auto value : {&PilotPixel::seen, &PilotPixel::one, &PilotPixel::all, &PilotPixel::within}) {
+    const double most = bound_of(pixels, value);
+    for (PilotPixel& p : pixels) p.*value = std::min(p.*value, most);
   }
-  for (int c = 0; c < 3; ++c) {
-    double difference = 0;
-    for (std::size_t k = 0; k < kCopies; ++k) {
-      const double d = sums[0][k].value[c] - sums[1][k].value[c];
-      p.one[c] += d * d / (kCopies * 2 * kSamples), difference += d / kCopies;
-    }
-    p.all[c] = square(difference) / (2 * kSamples);
-  }
-  p.paths = kReplicates * kSamples;
-  return p;
 }
 
-/// What is seen of a part of the film: variances by the design's error, relative to the squares of a pixel and of a
-/// tenth of the image's mean.
+/// Sums over pixels.
 struct Seen {
-  double paths = 0, rays_shared = 0, rays_copy = 0, one = 0, all = 0, within = 0;
+  double pixels = 0, variance = 0;  // with one copy
+  double scattered = 0, own = 0;    // of it: what is scattered, and what each copy has by itself
+  double deviation = 0;             // among the copies: of roots, since a few pixels hold most of the squares
+  double rays_shared = 0, rays_copy = 0;
 
-  Seen& operator+=(const Seen& s) noexcept {
-    paths += s.paths, rays_shared += s.rays_shared, rays_copy += s.rays_copy;
-    one += s.one, all += s.all, within += s.within;
-    return *this;
-  }
-  [[nodiscard]] Seen of_a_path() const noexcept {
-    const double n = 1 / paths;
-    return {1, rays_shared * n, rays_copy * n, one * n, all * n, within * n};
+  Seen() = default;
+  explicit Seen(const PilotPixel& p) noexcept
+      : pixels(1),
+        variance(p.seen + p.one),
+        scattered(p.one),
+        own((p.one - p.all) * kCopies / (kCopies - 1)),
+        deviation(std::sqrt(p.within)),
+        rays_shared(p.rays_shared),
+        rays_copy(p.rays_copy) {}
+  void add(const Seen& s, double weight = 1) noexcept {
+    pixels += weight * s.pixels, variance += weight * s.variance, scattered += weight * s.scattered;
+    own += weight * s.own, deviation += weight * s.deviation;
+    rays_shared += weight * s.rays_shared, rays_copy += weight * s.rays_copy;
   }
 };
 
-Seen seen(const PilotPixel& p, double image_mean) noexcept {
-  Seen s{p.paths, p.rays_shared, p.rays_copy};
-  for (int c = 0; c < 3; ++c) {
-    const double relative = p.paths / (3 * (square(p.mean[c]) + square(0.1 * image_mean)));
-    s.one += p.one[c] * relative, s.all += p.all[c] * relative, s.within += p.within[c] * relative;
-  }
-  return s;
-}
-
-/// Blocks of the film with about so many pilot pixels each.
+/// Blocks of the film with about kPixelsABlock pilot pixels each.
 class Blocks {
  public:
   Blocks(const FilmDescription& film, std::size_t pilot_pixels)
@@ -160,17 +77,18 @@ class Blocks {
         high_((film.height + side_ - 1) / side_),
         seen_(wide_ * high_) {}
 
-  void add(std::uint64_t x, std::uint64_t y, const Seen& s) noexcept { seen_[y / side_ * wide_ + x / side_] += s; }
+  void add(const PilotPixel& p) noexcept { seen_[p.y / side_ * wide_ + p.x / side_].add(Seen(p)); }
 
-  /// Of a path in each block, as seen there and in its neighbours and, as if it were a path more, in the image.
+  /// Means in each block, as seen there, in its neighbours and in the image.
   [[nodiscard]] std::vector<Seen> smoothed(const Seen& image) const {
-    std::vector<Seen> smooth(seen_.size(), image.of_a_path());
+    std::vector<Seen> smooth(seen_.size());
     for (std::uint64_t y = 0; y < high_; ++y)
       for (std::uint64_t x = 0; x < wide_; ++x) {
-        Seen& sum = smooth[y * wide_ + x];
+        Seen sum;
+        sum.add(image, kImagePixels / image.pixels);
         for (std::uint64_t v = y - (y > 0); v < std::min(y + 2, high_); ++v)
-          for (std::uint64_t u = x - (x > 0); u < std::min(x + 2, wide_); ++u) sum += seen_[v * wide_ + u];
-        sum = sum.of_a_path();
+          for (std::uint64_t u = x - (x > 0); u < std::min(x + 2, wide_); ++u) sum.add(seen_[v * wide_ + u]);
+        smooth[y * wide_ + x].add(sum, 1 / sum.pixels);
       }
     return smooth;
   }
@@ -183,23 +101,32 @@ class Blocks {
   std::vector<Seen> seen_;
 };
 
+/// Variance of a copy by itself in each block: in proportion to the square of the deviation among copies. A sampler
+/// that fills its strata leaves less of it than copies show, hence the sum is what splitting takes away.
+std::vector<double> variances_of_copy(const std::vector<Seen>& blocks, const Seen& image) {
+  std::vector<double> variances;
+  double sum = 0;
+  for (const Seen& block : blocks) sum += variances.emplace_back(square(block.deviation));
+  const double own = std::clamp(image.own, 0.0, image.scattered) / image.pixels;
+  for (double& variance : variances) variance *= sum > 0 ? own / sum * static_cast<double>(blocks.size()) : 0;
+  return variances;
+}
+
 /// The numbers of copies for which a block's variance of a copy, over its rays, is as many squares of the copies as the
 /// image's variance over its rays, which the copies make: a fixed point.
 std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, const Seen& image) {
-  const double count = static_cast<double>(blocks.size());
-  // A sampler that fills its strata leaves less than the variance that copies have by themselves.
-  const double own = std::clamp((image.one - image.all) * kCopies / (kCopies - 1), 0.0, image.one);
-  const double left = image.within > 0 ? own / image.within : 0.0;
+  const std::vector<double> of_copy = variances_of_copy(blocks, image);
+  double shared = image.variance / image.pixels * static_cast<double>(blocks.size());
+  for (const double variance : of_copy) shared -= variance;
   std::vector<double> copies(blocks.size(), 1.0);
   for (int turn = 0; turn < 16; ++turn) {
-    double variance = (image.one - own) / image.paths * count, rays = 0;
+    double variance = shared, rays = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      variance += left * blocks[i].within / copies[i];
+      variance += of_copy[i] / copies[i];
       rays += blocks[i].rays_shared + blocks[i].rays_copy * copies[i];
     }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      const double of_copy = left * blocks[i].within;
-      const double worth = of_copy > 0 ? std::sqrt(of_copy / blocks[i].rays_copy * rays / variance) : 1.0;
+      const double worth = of_copy[i] > 0 ? std::sqrt(of_copy[i] / blocks[i].rays_copy * rays / variance) : 1.0;
       copies[i] = std::clamp(worth, 1.0, static_cast<double>(1U << Efficiency::kMostLog2));
     }
   }
@@ -208,33 +135,85 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
   return log2_copies;
 }
 
+/// Variance and rays over pixels, as they are and with copies.
+struct Judged {
+  double variance = 0, saved = 0, rays = 0, rays_split = 0;
+
+  void add(const PilotPixel& p, const Efficiency& efficiency) noexcept {
+    const Seen s(p);
+    const double copies = 1U << efficiency.log2_copies(p.x, p.y);
+    variance += s.variance, saved += s.own * (1 - 1 / copies);
+    rays += s.rays_shared + s.rays_copy, rays_split += s.rays_shared + s.rays_copy * copies;
+  }
+  [[nodiscard]] double log_ratio() const noexcept {
+    return variance > saved ? std::log((variance - saved) / variance * rays_split / rays) : 0.0;
+  }
+};
+
+/// Pixels of a pilot, bounded, with the numbers of their parts: squares stay whole, as their pixels know each other.
+struct Parts {
+  std::vector<PilotPixel> pixels;
+  std::vector<std::size_t> part;
+
+  explicit Parts(const SplittingPilot& pilot) {
+    for (std::size_t i = 0; i < pilot.squares.size(); ++i)
+      for (const PilotPixel& p : pilot.squares[i]) pixels.push_back(p), part.push_back(i % kParts);
+    bound(pixels);
+  }
+  /// Copies by all parts but one; by all if that is none of them.
+  [[nodiscard]] Efficiency fitted(const FilmDescription& film, std::size_t left_out) const {
+    Seen image;
+    Blocks blocks(film, pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      if (part[i] != left_out) image.add(Seen(pixels[i])), blocks.add(pixels[i]);
+    if (!(image.pixels > 0)) return Efficiency::uniform(0);
+    return blocks.with(worthwhile_copies(blocks.smoothed(image), image));
+  }
+};
+
 }  // namespace
 
-Efficiency learn_efficiency(const Scene& scene, const Settings& given, unsigned threads) {
-  scene.lights.prepare(given.lights, given.environment);
-  const Efficiency split = Efficiency::uniform(kLog2Copies);
-  Settings settings = given;
-  settings.efficiency = &split;
-  const std::uint64_t width = scene.film.width, pixels = width * scene.film.height;
-  const std::uint64_t paths = std::clamp(pixels / kPixelsAPath, kLeastPaths, kMostPaths);
-  std::vector<PilotPixel> pilot(paths / (kReplicates * kSamples));
-  const auto place = [&](std::size_t i) { return mix64(kSeed + i) % pixels; };
-  std::atomic<std::size_t> next{0};
-  on_threads(threads, [&](unsigned) {
-    for (std::size_t i = next++; i < pilot.size(); i = next++)
-      pilot[i] = render_pixel({scene, settings, kSeed + i, {}, 0, 0}, place(i) % width, place(i) / width);
-  });
-  double mean = 0, rendered = 0;
-  for (const PilotPixel& p : pilot) mean += (p.mean[0] + p.mean[1] + p.mean[2]) / 3 * p.paths, rendered += p.paths;
-  if (!(mean > 0)) return Efficiency::uniform(0);
-  Seen image;
-  Blocks blocks(scene.film, pilot.size());
-  for (std::size_t i = 0; i < pilot.size(); ++i) {
-    const Seen s = seen(pilot[i], mean / rendered);
-    image += s;
-    blocks.add(place(i) % width, place(i) / width, s);
+Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads) {
+  const SplittingPilot pilot = render_splitting_pilot(scene, settings, threads);
+  Splitting splitting;
+  splitting.rays = pilot.rays, splitting.shadow_rays = pilot.shadow_rays;
+  const Parts parts(pilot);
+  if (parts.pixels.empty()) return splitting;
+  Judged judged;
+  for (std::size_t own = 0; own < kParts; ++own) {
+    const Efficiency by_others = parts.fitted(scene.film, own);
+    for (std::size_t i = 0; i < parts.pixels.size(); ++i)
+      if (parts.part[i] == own) judged.add(parts.pixels[i], by_others);
   }
-  return blocks.with(worthwhile_copies(blocks.smoothed(image), image));
+  splitting.log_ratio = judged.log_ratio();
+  splitting.efficiency = parts.fitted(scene.film, kParts);
+  return splitting;
+}
+
+Settings RouletteDecision::applied(Settings settings) const noexcept {
+  settings.roulette = roulette;
+  if (efficiency) settings.efficiency = efficiency.get();
+  return settings;
+}
+
+bool is_undecided(const Settings& settings) noexcept {
+  return settings.roulette == Roulette::automatic ||
+         (settings.roulette == Roulette::efficiency && settings.efficiency == nullptr);
+}
+
+RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads) {
+  RouletteDecision decision;
+  decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
+  const bool fixed = settings.roulette != Roulette::automatic;
+  const bool can_pay =
+      !is_uncommon(settings.technique) && std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
+  if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
+  Splitting found = learn_splitting(scene, settings, threads);
+  decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
+  if (!fixed && found.log_ratio + std::log(kForkingRay) >= 0) return decision;
+  decision.roulette = Roulette::efficiency;
+  decision.efficiency = std::make_shared<const Efficiency>(std::move(found.efficiency));
+  return decision;
 }
 
 }  // namespace equaltime

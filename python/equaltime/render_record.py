@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from equaltime.decision import Counts
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
 from equaltime.scene.known import shortened
@@ -71,6 +72,12 @@ class _Stop(_Facts):
     pilot_seconds: Seconds = 0.0
 
 
+class _Decision(_Facts):
+    roulette: Literal["throughput", "efficiency"] | None = None
+    splitting: Annotated[float, Field(gt=0.0)] | None = None
+    counts: Counts | None = None
+
+
 class _Picture(_Facts):
     colors: Literal["rgb", "luminance", "xyz"]
     alpha: bool
@@ -100,6 +107,7 @@ class _Record(_Facts):
     stopped_by: StoppedBy
     bias: _Interval | None = None
     stop: _Stop | None = None
+    decision: _Decision | None = None
     looks: list[_Look]
     focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime import images, preview
 from equaltime.budget import Look
+from equaltime.decision import Decision
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.film_picture import ALPHA, FilmPicture
 from equaltime.float32 import as_float32, beyond_float32
@@ -172,6 +173,8 @@ class Result:
     harmonic mean over pixels, of all parts and their replicates (`equaltime.parts_of_merge`)."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+    decision: Decision = field(default_factory=Decision)
+    """What the strategy left to the render."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, by which the error may be in doubt."""
 
@@ -216,6 +219,7 @@ class Result:
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "stop": None if self.stop is None else self.stop.as_dict(),
+            **({"decision": self.decision.as_dict()} if self.decision != Decision() else {}),
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
@@ -309,6 +313,7 @@ def make_result(
     hidden: Unseen | None = None,
     parts: NDArray[Any] | None = None,
     stop: Stop | None = None,
+    decision: Decision | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
@@ -342,6 +347,7 @@ def make_result(
         stop,
         degrees=pixels.degrees,
         parts=parts,
+        decision=Decision() if decision is None else decision,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
     beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from equaltime.budget import Limits
 from equaltime.checkpoint import Checkpoint
-from equaltime.core_renderer import REPLICATES, AdaptiveRenderer, bad_sample, build_info, core_settings, make_renderer
+from equaltime.core_renderer import (
+    REPLICATES,
+    AdaptiveRenderer,
+    bad_sample,
+    build_info,
+    core_settings,
+    decision_of,
+    make_renderer,
+)
+from equaltime.decision import Decision
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import BrightImage, ImageError, RenderError
 from equaltime.film_picture import FilmPicture
@@ -76,7 +85,9 @@ class Session:
         core = scene.core  # built now, if it was not before
         self.bytes_before = resident_bytes()
         """Of the process, with the scene, before there is a film."""
-        self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
+        decided = strategy if resumed is None else resumed.decision.applied(strategy)
+        self._renderer = make_renderer(scene, decided, seed, threads, traps=traps)
+        self._resumed = Decision() if resumed is None else resumed.decision
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
             self._take_up(resumed)
@@ -160,9 +171,14 @@ class Session:
             renderer.rates(samples) if isinstance(renderer, AdaptiveRenderer) else np.ones(renderer.moments.shape[1:])
         )
         pilot = pixel_statistics(renderer.moments)
-        return Probe(
-            self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps
-        )
+        strategy = self._decision.applied(self.strategy)
+        return Probe(self._scene, strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps)
+
+    @property
+    def _decision(self) -> Decision:
+        """What was decided so far, by this render or by one that it took up."""
+        found, before = decision_of(self._renderer, self.strategy), self._resumed
+        return found if before == Decision() else replace(before, counts=found.counts or before.counts)
 
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""
@@ -224,6 +240,7 @@ class Session:
                 self._renderer.position,
                 self._unseen,
                 stop=stop,
+                decision=self._decision,
             )
         except BrightImage as error:
             found = cast(Result, error.result)

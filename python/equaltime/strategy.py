@@ -54,10 +54,11 @@ class Strategy(BaseModel):
     environment: Literal["plain", "compensated"] | None = None
     """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
     the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
-    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency"] = "throughput"
+    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "throughput"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput; with ``efficiency`` by throughput too, and a path is split where it is
-    scattered first, into as many copies as are worth their rays there. Unbiased."""
+    scattered first, into as many copies as are worth their rays there. ``automatic`` is ``efficiency`` where a pilot
+    shows that splitting pays, else ``throughput``. Unbiased."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
     """The first depth at which a path may be ended by the roulette; 5 unless given. None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
@@ -169,7 +170,7 @@ _CONDITIONS: Mapping[str, _Condition] = {
         "technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"
     ),
     "roulette_depth": _Condition(
-        "roulette", ("constant", "albedo", "throughput", "efficiency"), 5, "there is none to begin"
+        "roulette", ("constant", "albedo", "throughput", "efficiency", "automatic"), 5, "there is none to begin"
     ),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
