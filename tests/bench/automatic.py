@@ -43,6 +43,12 @@ def main() -> None:
     parser.add_argument("--spp", type=int, default=64, help="[%(default)s]")
     parser.add_argument("--seeds", type=int, default=10, help="[%(default)s]")
     parser.add_argument("--side", type=int, default=256, help="root of the number of pixels [%(default)s]")
+    parser.add_argument(
+        "--part",
+        type=float,
+        default=1.0,
+        help="of width and height, in the middle; of the pilot its share [%(default)s]",
+    )
     parser.add_argument("--max-depth", type=int, default=9, help="[%(default)s]")
     parser.add_argument("--keep", type=Path, help="folder for images")
     options = parsed(parser, seeds=3, side=64, spp=16)
@@ -60,7 +66,7 @@ def main() -> None:
 
 def measured(path: str, options: Any) -> tuple[dict[str, float], dict[str, float]]:
     """Return relMSE times rays over those of the first fixed choice, by choice: with the tail cut off, and whole."""
-    scene = sized(path, options.side, options.max_depth)
+    scene = middle(sized(path, options.side, options.max_depth), options.part)
     found = {name: images(scene, words, options) for name, words in FIXED.items()}
     errors = squared_errors({name: each for name, (each, _) in found.items()})
     most = float(np.quantile(np.stack(list(errors.values())), 1.0 - TAIL))
@@ -85,13 +91,20 @@ def sized(path: str, side: int, max_depth: int) -> et.Scene:
     return scene.with_(max_depth=max_depth) if not 0 <= scene.max_depth <= max_depth else scene
 
 
+def middle(scene: et.Scene, part: float) -> et.Scene:
+    """Return the scene with a window in the middle of its film: splitting goes by the whole, counts by the window."""
+    width, height = scene.size
+    across, down = math.ceil(part * width), math.ceil(part * height)
+    return scene.with_(crop=((width - across) // 2, (height - down) // 2, across, down))
+
+
 def decision(scene: et.Scene, options: Any) -> tuple[str, float]:
     """Return the roulette that `best` decides for, and the rays of its pilot."""
     words = f"best,roulette=automatic,adaptive=none,sampler={options.sampler}"
     renderer = make_renderer(scene, et.Strategy.parse(words), 0, options.threads)
     renderer.advance(1)
     assert renderer.decision is not None
-    return renderer.decision["roulette"], renderer.decision["rays"]
+    return renderer.decision["roulette"], options.part**2 * renderer.decision["rays"]
 
 
 def images(scene: et.Scene, words: str, options: Any) -> tuple[Floats, float]:
@@ -113,6 +126,7 @@ def image(scene: et.Scene, words: str, seed: int, options: Any) -> tuple[Floats,
     counts = renderer.moments["count"][..., None].astype(np.float64)
     found = (counts * renderer.moments["mean"]).sum(axis=0) / counts.sum(axis=0)
     rays = renderer.counters["rays"] + renderer.counters["shadow_rays"]
+    rays -= (1.0 - options.part**2) * (0 if renderer.decision is None else renderer.decision["rays"])
     if kept is not None:
         kept.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(kept, image=found.astype(np.float32), rays=rays)
