@@ -135,18 +135,21 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
   return log2_copies;
 }
 
-/// Variance and rays over pixels, as they are and with copies.
+/// Variance and rays over pixels, as they are and with copies. More copies than the pilot's own cannot leave less than
+/// their share of what those left: differences of noisy sums could.
 struct Judged {
-  double variance = 0, saved = 0, rays = 0, rays_split = 0;
+  double variance = 0, saved = 0, least = 0, rays = 0, rays_split = 0;
 
   void add(const PilotPixel& p, const Efficiency& efficiency) noexcept {
     const Seen s(p);
     const double copies = 1U << efficiency.log2_copies(p.x, p.y);
     variance += s.variance, saved += s.own * (1 - 1 / copies);
+    least += p.seen + p.all * std::min(1.0, kCopies / copies);
     rays += s.rays_shared + s.rays_copy, rays_split += s.rays_shared + s.rays_copy * copies;
   }
   [[nodiscard]] double log_ratio() const noexcept {
-    return variance > saved ? std::log((variance - saved) / variance * rays_split / rays) : 0.0;
+    const double left = std::max(variance - saved, std::min(least, variance));
+    return left > 0 ? std::log(left / variance * rays_split / rays) : 0.0;
   }
 };
 

@@ -3,6 +3,7 @@ every thread, seed and crop, stands in the record, and is taken from there by a 
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -118,6 +119,42 @@ def test_even_counts_are_those_of_a_render_that_does_not_adapt(tmp_path: Path) -
     resumed = et.render(sky, spp=21, strategy="best,adaptive=error", resume=tmp_path / "part.exr")
     assert (resumed.image == even.image).all()
     assert resumed.decision == adaptive.decision
+
+
+def under_a_lamp() -> et.Scene:
+    """Return a small patch of a floor under a lamp: all pixels are alike, and all paths end at their second ray."""
+    towards_floor = {"look_at": {"origin": [0, 0, 2], "target": [0, 0, 0], "up": [0, 1, 0]}}
+    film = {"type": "hdrfilm", "width": 512, "height": 512, "rfilter": {"type": "box"}}
+    return et.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 2},
+            "sensor": {"type": "perspective", "fov": 0.5, "to_world": [towards_floor], "film": film},
+            "floor": {"type": "rectangle", "bsdf": {"type": "diffuse"}},
+            "lamp": {
+                "type": "rectangle",
+                "to_world": [{"rotate": {"axis": [0, 1, 0], "angle": 90}}, {"translate": [-1, 0, 1]}],
+                "emitter": {"type": "area", "radiance": 1.0},
+            },
+        }
+    )
+
+
+def test_the_gain_of_splitting_is_that_of_the_closed_form() -> None:
+    """A ray to the floor, and one from there that may meet the lamp: n copies leave 1/n of the variance for 1 + n rays.
+
+    16 copies, the most, make 17/32 of the variance times rays. The pilot's 4096 pixels extrapolate from four copies,
+    with a standard deviation of 0.14 in the logarithm: false alarms 1 in 15,787 (4 sigma, two-sided). Where a lamp is
+    aimed at and rays from the floor bring nothing, copies cost rays alone, and none are made.
+    """
+    found = {}
+    for technique in ("bsdf", "light"):
+        words = f"{technique},sampler=independent,roulette=efficiency,roulette_depth=5"
+        renderer = rendered(under_a_lamp(), et.Strategy.parse(words))
+        assert renderer.decision is not None
+        found[technique] = renderer.decision["splitting"]
+    assert abs(math.log(found["bsdf"] / (17.0 / 32.0))) < 0.56
+    assert found["light"] == 1.0, "the twin"
 
 
 def test_a_choice_that_was_made_is_not_overridden(room: et.Scene) -> None:
