@@ -55,8 +55,7 @@ class Decision:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what was decided as JSON data, as it stands in the record of a result."""
-        found = {"roulette": self.roulette, "splitting": self.splitting, "counts": self.counts}
-        return {name: value for name, value in found.items() if value is not None}
+        return {"roulette": self.roulette, "splitting": self.splitting, "counts": self.counts}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> Decision:
