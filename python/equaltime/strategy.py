@@ -54,7 +54,7 @@ class Strategy(BaseModel):
     environment: Literal["plain", "compensated"] | None = None
     """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
     the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
-    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "throughput"
+    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "automatic"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput; with ``efficiency`` by throughput too, and a path is split where it is
     scattered first, into as many copies as are worth their rays there. ``automatic`` is ``efficiency`` where a pilot
@@ -69,10 +69,11 @@ class Strategy(BaseModel):
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "sobol"
     """Independent numbers; jittered strata, as many as samples at powers of four; Owen-scrambled Sobol points, a pair
     for each decision; or one lattice for all decisions at the first eight vertices, with random shifts."""
-    adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "none"
+    adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Which pixels get more samples after a pilot (`equaltime.adaptive`): none; those whose neighbours showed a large
-    error (``error``, unbiased). For comparison, and biased, those among scattered values, those with an error of their
-    own, or all but those that seem done (``cutoff``: the rule of most renderers)."""
+    error, if the pilot shows a gain (``error``, unbiased; a crop has other counts than the whole). For comparison, and
+    biased, those among scattered values, those with an error of their own, or all but those that seem done (``cutoff``:
+    the rule of most renderers)."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -212,10 +213,11 @@ PRESETS: Mapping[str, Strategy] = {
         environment="plain",
         roulette="none",
         sampler="independent",
+        adaptive="none",
     ),
-    "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent"),
-    "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent"),
-    "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent"),
+    "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent", adaptive="none"),
+    "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent", adaptive="none"),
+    "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent", adaptive="none"),
 }
 """``best``; the textbook techniques with nothing else switched on, for comparisons; and ``naive``, which knows nothing
 of lights and BSDFs and is what speed-ups are measured against."""

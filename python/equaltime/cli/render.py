@@ -158,8 +158,9 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, Sobol points, lights by a tree, roulette), mis, bsdf and light (each plain),
-    naive (uniform directions, roulette by albedo), and
+    Strategies: the presets best (MIS, Sobol points, lights by a tree, roulette; paths are split, and noisy parts get
+    more samples, where that pays), mis, bsdf and light (each plain), naive (uniform directions, roulette by albedo),
+    and
 
     * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
 
