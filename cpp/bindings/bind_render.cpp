@@ -8,6 +8,7 @@
 #include <gnu/libc-version.h>
 #endif
 
+#include <cmath>
 #include <map>
 
 #include "bindings/bindings.h"
@@ -60,7 +61,8 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
        {"constant", Roulette::constant},
        {"albedo", Roulette::albedo},
        {"throughput", Roulette::throughput},
-       {"efficiency", Roulette::efficiency}},
+       {"efficiency", Roulette::efficiency},
+       {"automatic", Roulette::automatic}},
       roulette, "roulette");
   set(s.sampler,
       {{"independent", SamplerKind::independent},
@@ -123,6 +125,15 @@ py::list faulty(const Renderer& r) {
   py::list list;
   for (const FaultySample& s : r.faulty()) list.append(py::make_tuple(s.x, s.y, s.index, fault_names(s.faults)));
   return list;
+}
+
+py::object decision(const Renderer& r) {
+  static constexpr const char* kWords[] = {"none", "constant", "albedo", "throughput", "efficiency", "automatic"};
+  const RouletteDecision* decided = r.decision();
+  if (decided == nullptr) return py::none();
+  const auto splitting = decided->log_ratio ? std::optional(std::exp(*decided->log_ratio)) : std::nullopt;
+  return py::dict("roulette"_a = kWords[static_cast<std::size_t>(decided->roulette)], "splitting"_a = splitting,
+                  "rays"_a = decided->rays + decided->shadow_rays);
 }
 
 /// The C library whose functions are a part of the bits, and whether it takes those with fused multiplication: it
@@ -222,6 +233,9 @@ void bind_render(py::module_& m) {
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("faulty", &faulty, "(x, y, index, what) of samples that raised floating-point faults.")
+      .def_property_readonly("decision", &decision,
+                             "Roulette, variance times rays with splitting over that without, and the pilot's rays; "
+                             "None until it is decided, or where there was nothing to decide.")
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");

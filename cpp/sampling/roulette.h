@@ -10,7 +10,7 @@
 
 namespace equaltime {
 
-enum class Roulette : std::uint8_t { none, constant, albedo, throughput, efficiency };
+enum class Roulette : std::uint8_t { none, constant, albedo, throughput, efficiency, automatic };
 
 /// Probability of survival in [0, 1]. `beta` is the throughput with the radiance compression of refraction taken out;
 /// `albedo` is called for that of the surface. There is no cap below 1: by throughput, a path of throughput 1 always
@@ -27,6 +27,7 @@ template <class Albedo>
       return std::min(1.0F, albedo().max_component());
     case Roulette::throughput:
     case Roulette::efficiency:  // which splits paths besides (transport/forks.h)
+    case Roulette::automatic:   // either of these, once a pilot has decided (transport/splitting.h)
       return std::min(1.0F, beta.max_component());
   }
   return 1.0F;

@@ -1,18 +1,12 @@
-// Efficiency: into how many copies the paths of a pixel are worth splitting where they are scattered first. Copies
-// lessen the variance that comes after, and cost its rays; they leave alone what comes before. Of all numbers of copies
-// the best product of the image's variance and rays has those that grow as the root of a copy's variance over its rays
-// (Rath et al. 2022, "EARS", for one vertex of a path). It is learnt from pilot paths that belong to no image, so that
-// it depends on the scene and the strategy alone: not on crop, seed or what was rendered before.
+// Efficiency: into how many copies the paths of each pixel are split where they are scattered first; plain values, for
+// the kernels. Which numbers are worth their rays is learnt by transport/splitting.h.
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <utility>
 #include <vector>
 
 namespace equaltime {
-
-struct Scene;
-struct Settings;
 
 class Efficiency {
  public:
@@ -32,8 +26,5 @@ class Efficiency {
   std::uint64_t block_, blocks_wide_;
   std::vector<std::uint32_t> log2_copies_;
 };
-
-/// Learns it from pilot paths: the same for any number of threads.
-[[nodiscard]] Efficiency learn_efficiency(const Scene& scene, const Settings& settings, unsigned threads);
 
 }  // namespace equaltime

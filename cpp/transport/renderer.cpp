@@ -148,7 +148,8 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       settings_(settings),
       options_(options),
       threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
-      kernel_(choose_kernel(both(derive_effects(*scene_), both(effects_of(settings), options.also)))),
+      need_(both(derive_effects(*scene_), options.also)),
+      kernel_(&choose_kernel(both(need_, effects_of(settings)))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates), sharing(options)),
       blocks_(blocks()) {
   if (options.nets != 1 && options.nets != film_.replicates())
@@ -191,9 +192,13 @@ bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, con
 }
 
 const Settings& Renderer::settings() {
-  if (settings_.roulette == Roulette::efficiency && !efficiency_) {
-    efficiency_ = std::make_shared<const Efficiency>(learn_efficiency(*scene_, settings_, threads_));
-    settings_.efficiency = efficiency_.get();
+  if (decision_ || !is_undecided(settings_)) return settings_;
+  decision_ = decide_roulette(*scene_, settings_, threads_);
+  settings_ = decision_->applied(settings_);
+  kernel_ = &choose_kernel(both(need_, effects_of(settings_)));
+  if (!taken_up_) {  // or an earlier render has counted them
+    counters_.rays += decision_->rays;
+    counters_.shadow_rays += decision_->shadow_rays;
   }
   return settings_;
 }
@@ -229,6 +234,7 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
   again_ = std::move(again);
   at_ = position;
   counters_ = so_far;
+  taken_up_ = true;
 }
 
 bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
@@ -244,7 +250,7 @@ bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
   try {
     worker.before.keep(task.block, film_, second_, rays);
     if (options_.traps == Traps::ignore)
-      kernel_.render(task, film_, worker.probe, worker.nonfinite);
+      kernel_->render(task, film_, worker.probe, worker.nonfinite);
     else
       render_checked(task, options_.traps, film_, worker.probe, worker.nonfinite, worker.faulty);
   } catch (...) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "transport/checked.h"
-#include "transport/efficiency.h"
 #include "transport/kernels.h"
+#include "transport/splitting.h"
 
 namespace equaltime {
 
@@ -55,8 +55,10 @@ class Renderer {
   /// counts are not what passes of this renderer leave there.
   void take_up(const Counters& so_far, const Position& position);
 
-  /// With what roulette by efficiency goes by, which is learnt when it is first needed.
+  /// With the roulette that a pilot decided on, and what it goes by: learnt when they are first needed.
   [[nodiscard]] const Settings& settings();
+  /// What was decided; null until then, or where there was nothing to decide.
+  [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] SecondNets& second_nets() noexcept { return second_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
@@ -66,7 +68,7 @@ class Renderer {
   [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
   /// Rays of every pixel since this was made, row-major; empty unless they are counted.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
-  [[nodiscard]] const KernelRow& kernel() const noexcept { return kernel_; }
+  [[nodiscard]] const KernelRow& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
   /// The block of each number, in the order in which they are begun.
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
@@ -85,8 +87,10 @@ class Renderer {
   Settings settings_;
   RenderOptions options_;
   unsigned threads_;
-  const KernelRow& kernel_;
-  std::shared_ptr<const Efficiency> efficiency_;  // where the settings have it from, in every copy
+  Effects need_;  // of the scene and of whoever made this
+  const KernelRow* kernel_;
+  std::optional<RouletteDecision> decision_;  // holds what the settings point to, in every copy
+  bool taken_up_ = false;
   Film film_;
   SecondNets second_;
   std::vector<PixelBlock> blocks_;

@@ -4,6 +4,7 @@
 
 #include "math/floating_point.h"
 #include "transport/sample_pixel.h"
+#include "transport/splitting.h"
 
 namespace equaltime {
 
@@ -166,10 +167,8 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   scene.lights.prepare(settings.lights, settings.environment);
   Replay result{};
   PathTracer tracer(scene, settings, result);
-  Settings learnt = settings;
-  std::optional<Efficiency> efficiency;
-  if (settings.roulette == Roulette::efficiency)
-    learnt.efficiency = &efficiency.emplace(learn_efficiency(scene, settings, 1));
+  const RouletteDecision decision = decide_roulette(scene, settings, 1);
+  const Settings learnt = decision.applied(settings);
   const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
   const HeldExceptions held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, tracer);

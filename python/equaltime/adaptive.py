@@ -4,7 +4,7 @@
 the metric ``error`` it does not: the number is a function of the pilot samples of *other* pixels alone, and pixels use
 independent random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Three numbers that
 belong to the whole image would let the pixel in by the back door. For its mean a pixel on a black tile of a chessboard
-takes that of the white ones; for whether it is worth while, the weights within these; and for the mean of all weights,
+takes that of the white ones; for whether it is worth while, the gain within these; and for the mean of all weights,
 which keeps the total, that of those whose neighbourhoods do not reach into its tile. No sample is discarded, and no
 later one changes a rate. A crop is an image by itself, with another mean: here alone it has not the bits of the whole.
 
@@ -13,15 +13,23 @@ n their number, D the denominator; if a sample takes c rays, the sum is smallest
 grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. For sqrt(v) the
 neighbours' standard deviations of single samples are averaged, the nearer ones by more: not the differences of their
 replicates, which are one number where those are eight, and not their squares, of which one rare bright sample would
-send all the others to where nothing else is. Even points make less of v than that where the picture is smooth.
+send all the others to where nothing else is.
+
+**Whether it is worth while.** Even points make less of the noise than single samples show, and a pilot of few events
+knows little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
+follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one colour this gives
+the gain in error² times rays (`Gain`). If it is above its standard error, pixels of the other colour get their rates,
+and otherwise all alike. Where a caustic's rare paths make most of the noise, the gain is one of the mean over many
+images: most of them meet none of these paths, and have spent their samples elsewhere.
 
 The other metrics are there to be compared with: they look at the pixel itself, so they are biased, and named so.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +39,7 @@ from equaltime.error_estimate import PixelStatistics, pixel_statistics
 from equaltime.film import box_sum, nearest_mean, sample_deviations
 from equaltime.neighbourhoods import RADIUS, neighbours
 
-__all__ = ["METRICS", "PILOT", "pilot_statistics"]
+__all__ = ["METRICS", "PILOT", "Gain", "pilot_statistics"]
 
 Floats = NDArray[np.float64]
 
@@ -43,9 +51,9 @@ _LEAST = 0.1
 """The rate that every pixel has however quiet its neighbours were, since a pilot sees little."""
 _MOST = 0.5
 """Of the image's samples: what one tile may add to them, which does not see its own weights in the mean."""
-_LEAST_WORTH = 1.1
-"""The gain that the pilot must promise. Below it all pixels are sampled alike: what low-discrepancy points make of the
-noise is not what single samples show, and little can be lost."""
+_JUDGED = 64
+"""Samples a pixel at which the gain is judged. It is one number, so that a longer render begins with the bits of a
+shorter one; more samples gain more, as they leave the pilot behind."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
@@ -60,9 +68,11 @@ def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
     colours = (rows[:, None] + columns[None, :]) % 2
     rates = np.empty((height, width))
     for colour in (0, 1):
-        weights = _weights(variance, local, 0.1 * float(pilot.mean[colours != colour].mean())) / cost
-        inner = np.logical_and.outer(*(_within_tile(length) for length in (height, width)))
-        if _worth(weights[inner & (colours != colour)], np.square(cost[inner & (colours != colour)])) < _LEAST_WORTH:
+        dark = 0.1 * float(pilot.mean[colours != colour].mean())
+        weights = _weights(variance, local, dark) / cost
+        inner = np.logical_and.outer(*(_within_tile(length) for length in (height, width))) & (colours != colour)
+        noise = np.square(_weights(pilot.variance, pilot.mean, dark))
+        if not Gain.of(noise[inner], rays[inner], _relative(weights[inner], float(weights[inner].mean()))).sure:
             rates[colours == colour] = 1.0
             continue
         for tile, elsewhere in _tiles(weights):
@@ -77,10 +87,31 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
     return np.asarray((place >= RADIUS) & (place < _TILE - RADIUS))
 
 
-def _worth(weights: Floats, cost: Floats) -> float:
-    """Return by how much counts in proportion to the weights would lower error² at equal cost."""
-    spent = float((weights * cost).mean())
-    return float((weights * weights * cost).mean()) * float(cost.mean()) / spent**2 if spent > 0.0 else 1.0
+@dataclass(frozen=True)
+class Gain:
+    """The logarithm of error² times rays with even counts over that with counts by rates, and its standard error."""
+
+    value: float
+    error: float
+
+    @classmethod
+    def of(cls, noise: Floats, rays: Floats, rates: Floats, samples: int = _JUDGED) -> Gain:
+        """Judge rates by what pixels have of error² and of rays in an even pilot; no rate may follow from its pixel's.
+
+        All pixels count alike for the standard error, as if they were independent (the influence function).
+        """
+        counts = PILOT / samples + rates * (1.0 - PILOT / samples)
+        even, uneven = (noise, rays), (noise / counts, rays * counts)
+        if not all(part.sum() > 0.0 for part in even):
+            return cls(0.0, math.inf)
+        value = sum(math.log(part.sum()) for part in even) - sum(math.log(part.sum()) for part in uneven)
+        influence = sum(part / part.sum() for part in even) - sum(part / part.sum() for part in uneven)
+        return cls(value, float(np.sqrt(np.square(influence).sum())))
+
+    @property
+    def sure(self) -> bool:
+        """Whether the gain is above 0 by more than its standard error."""
+        return self.value > self.error
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.budget import Look
+from equaltime.decision import Decision
 from equaltime.errors import ImageError
 from equaltime.film_picture import FilmPicture
 from equaltime.moments import nonfinite
@@ -89,6 +90,11 @@ class Checkpoint:
             Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
             for samples, value, high, brightest in self.record["looks"]
         )
+
+    @property
+    def decision(self) -> Decision:
+        """What it had decided."""
+        return Decision.from_dict(self.record["decision"])
 
     @property
     def stop(self) -> Stop | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from equaltime import _core
 from equaltime._core import MOST_PIXELS_A_SECOND_NET, build_info
 from equaltime.adaptive import METRICS, PILOT, pilot_statistics
+from equaltime.decision import Counts, Decision
 from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
 from equaltime.machine import memory_bytes, worker_threads
 from equaltime.result import Result
@@ -29,6 +30,7 @@ __all__ = [
     "build_info",
     "check_memory",
     "core_settings",
+    "decision_of",
     "make_renderer",
     "nets",
     "second_net",
@@ -87,6 +89,11 @@ class AdaptiveRenderer(_core.Renderer):
         self._pilot = partial(_core.Renderer, scene, settings, **options)
         self._rates: NDArray[np.float32] | None = None
 
+    @property
+    def counts(self) -> Counts | None:
+        """What the pilot decided; None before that."""
+        return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
+
     def rates(self, samples: int) -> NDArray[np.float64]:
         """Return what each pixel has of ``samples`` a pixel on average, (H, W), once it has the pilot's."""
         if self._rates is None:
@@ -122,7 +129,17 @@ class AdaptiveRenderer(_core.Renderer):
     def _decide(self, pilot: _core.Renderer) -> None:
         rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
         self._rates = rates.astype(np.float32)
-        self.adapt(PILOT, self._rates)
+        if self.counts != "even":  # or the samples of a pixel could be no odd number
+            self.adapt(PILOT, self._rates)
+
+
+def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
+    """Return what a renderer of this strategy has decided so far."""
+    counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
+    decided = renderer.decision
+    if strategy.roulette != "automatic" or decided is None:
+        return Decision(counts=counts)
+    return Decision(decided["roulette"], decided["splitting"], counts)
 
 
 def split_light(

@@ -44,14 +44,14 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     ------
     ImageError
         If a file cannot be read or holds no moments, if two belong to different images, or have samples in common, or
-        if the renders are adaptive.
+        if their sample counts follow from a pixel's own samples.
     """
     if len(paths) < 2:
         raise ImageError("merging takes two files or more")
     parts = [Checkpoint.read(path) for path in paths]
     first = parts[0]
     for part in parts:
-        _check_even(part)
+        _check_counts(part)
         _check_whole(part)
     for part in parts[1:]:
         _check_alike(first, part)
@@ -80,12 +80,15 @@ def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
     return {ALPHA: np.asarray(sum(alpha * counts for alpha, counts in planes) / samples, np.float32)}
 
 
-def _check_even(part: Checkpoint) -> None:
-    """Refuse adaptive renders: a pixel's counts go by its part's pilot, so that joined means are not unbiased."""
-    if Strategy.parse(part.record["strategy"]).adaptive != "none":
+def _check_counts(part: Checkpoint) -> None:
+    """Refuse counts that follow from a pixel's own samples: what met little light would weigh more.
+
+    With adaptive=error they follow from other pixels, so that a mean weighted by them is unbiased.
+    """
+    if (adaptive := Strategy.parse(part.record["strategy"]).adaptive) not in ("none", "error"):
         raise ImageError(
-            f"{part.path}: adaptive renders cannot be merged: each chose its sample counts from its own pilot. "
-            "Render the parts with adaptive=none."
+            f"{part.path}: renders with adaptive={adaptive} cannot be merged: each pixel chose its sample counts from "
+            "its own samples. Render the parts with adaptive=error or adaptive=none."
         )
 
 

@@ -40,6 +40,7 @@ sources                      of a merged render: seed, samples, seconds and buil
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             what ended the render; the rule by which it was to end at an error
+decision                     roulette, splitting and counts, where the strategy left them to the render (`Decision`)
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
 common_doubt                 relative standard deviation of a factor that all variances have in common, if there is one
 radiance_range               largest radiance over the smallest above 0, if that is more than 1e12

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from equaltime.decision import Counts
 from equaltime.error_estimate import Unit
 from equaltime.errors import ImageError, StrategyError
 from equaltime.film import MOST_PIXELS_A_SECOND_NET
@@ -73,6 +74,12 @@ class _Stop(_Facts):
     pilot_seconds: Seconds = 0.0
 
 
+class _Decision(_Facts):
+    roulette: Literal["throughput", "efficiency"] | None = None
+    splitting: Annotated[float, Field(gt=0.0)] | None = None
+    counts: Counts | None = None
+
+
 class _Picture(_Facts):
     colors: Literal["rgb", "luminance", "xyz"]
     alpha: bool
@@ -104,6 +111,7 @@ class _Record(_Facts):
     stopped_by: StoppedBy
     bias: _Interval | None = None
     stop: _Stop | None = None
+    decision: _Decision | None = None
     looks: list[_Look]
     common_doubt: Annotated[float, Field(ge=0.0)] = 0.0
     focus: dict[str, float] | None = None
@@ -118,7 +126,7 @@ class _Record(_Facts):
     build: dict[str, Any] | None
 
 
-_BEST_BEFORE = {"sampler": "sobol"}
+_BEST_BEFORE = {"roulette": "throughput", "sampler": "sobol", "adaptive": "none"}
 """Defaults of the preset ``best`` in records that do not tell of nets."""
 
 

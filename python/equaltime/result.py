@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime import images, preview
 from equaltime.budget import Look
+from equaltime.decision import Decision
 from equaltime.error_estimate import Estimate, PixelStatistics, standard_error
 from equaltime.film_picture import ALPHA, FilmPicture
 from equaltime.float32 import as_float32, beyond_float32
@@ -183,6 +184,8 @@ class Result:
     """Relative standard deviation of a factor that the variances of all pixels have in common."""
     second: SecondNets | None = None
     """Second nets of some pixels (`equaltime.second_nets`); None if there are none."""
+    decision: Decision = field(default_factory=Decision)
+    """What the strategy left to the render."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, by which the error may be in doubt."""
 
@@ -228,6 +231,7 @@ class Result:
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "stop": None if self.stop is None else self.stop.as_dict(),
+            **({"decision": self.decision.as_dict()} if self.decision != Decision() else {}),
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"common_doubt": self.common_doubt} if self.common_doubt else {}),
@@ -324,6 +328,7 @@ def make_result(
     parts: NDArray[Any] | None = None,
     stop: Stop | None = None,
     second: SecondNets | None = None,
+    decision: Decision | None = None,
 ) -> Result:
     """Add the image and its errors, and the time that they took, to what is known of a render.
 
@@ -359,6 +364,7 @@ def make_result(
         parts=parts,
         common_doubt=pixels.common_doubt,
         second=second,
+        decision=Decision() if decision is None else decision,
         focus=Focus.none() if hidden is None else hidden.focus,
     )
     beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")

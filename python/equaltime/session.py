@@ -20,10 +20,12 @@ from equaltime.core_renderer import (
     bad_sample,
     build_info,
     core_settings,
+    decision_of,
     make_renderer,
     nets,
     second_net,
 )
+from equaltime.decision import Decision
 from equaltime.error_estimate import Estimate, pixel_statistics
 from equaltime.errors import BrightImage, ImageError, RenderError
 from equaltime.film_picture import FilmPicture
@@ -87,7 +89,9 @@ class Session:
         core = scene.core  # built now, if it was not before
         self.bytes_before = resident_bytes()
         """Of the process, with the scene, before there is a film."""
-        self._renderer = make_renderer(scene, strategy, seed, threads, traps=traps)
+        decided = strategy if resumed is None else resumed.decision.applied(strategy)
+        self._renderer = make_renderer(scene, decided, seed, threads, traps=traps)
+        self._resumed = Decision() if resumed is None else resumed.decision
         self._before = 0.0 if resumed is None else resumed.seconds
         if resumed is not None:
             self._take_up(resumed)
@@ -173,9 +177,14 @@ class Session:
             renderer.rates(samples) if isinstance(renderer, AdaptiveRenderer) else np.ones(renderer.moments.shape[1:])
         )
         pilot = statistics_so_far(renderer)
-        return Probe(
-            self._scene, self.strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps
-        )
+        strategy = self._decision.applied(self.strategy)
+        return Probe(self._scene, strategy, self._origin.seed, self._threads, pilot, rates, draws, self._unseen.lamps)
+
+    @property
+    def _decision(self) -> Decision:
+        """What was decided so far, by this render or by one that it took up."""
+        found, before = decision_of(self._renderer, self.strategy), self._resumed
+        return found if before == Decision() else replace(before, counts=found.counts or before.counts)
 
     def places(self) -> Places:
         """Tell where on the picture the error of what is done so far is."""
@@ -239,6 +248,7 @@ class Session:
                 self._unseen,
                 stop=stop,
                 second=second,
+                decision=self._decision,
             )
         except BrightImage as error:
             found = cast(Result, error.result)

@@ -54,10 +54,11 @@ class Strategy(BaseModel):
     environment: Literal["plain", "compensated"] | None = None
     """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
     the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
-    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency"] = "throughput"
+    roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "automatic"
     """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
     largest component), or the path's throughput; with ``efficiency`` by throughput too, and a path is split where it is
-    scattered first, into as many copies as are worth their rays there. Unbiased."""
+    scattered first, into as many copies as are worth their rays there. ``automatic`` is ``efficiency`` where a pilot
+    shows that splitting pays, else ``throughput``. Unbiased."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
     """The first depth at which a path may be ended by the roulette; 5 unless given. None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
@@ -69,10 +70,11 @@ class Strategy(BaseModel):
     """Independent numbers; jittered strata, as many as samples at powers of four; Owen-scrambled Sobol points, a pair
     for each decision; or one lattice for all decisions at the first eight vertices, with random shifts (Cools, Kuo &
     Nuyens 2006)."""
-    adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "none"
+    adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Which pixels get more samples after a pilot (`equaltime.adaptive`): none; those whose neighbours showed a large
-    error (``error``, unbiased). For comparison, and biased, those among scattered values, those with an error of their
-    own, or all but those that seem done (``cutoff``: the rule of most renderers)."""
+    error, if the pilot shows a gain (``error``, unbiased; a crop has other counts than the whole). For comparison, and
+    biased, those among scattered values, those with an error of their own, or all but those that seem done (``cutoff``:
+    the rule of most renderers)."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -170,7 +172,7 @@ _CONDITIONS: Mapping[str, _Condition] = {
         "technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"
     ),
     "roulette_depth": _Condition(
-        "roulette", ("constant", "albedo", "throughput", "efficiency"), 5, "there is none to begin"
+        "roulette", ("constant", "albedo", "throughput", "efficiency", "automatic"), 5, "there is none to begin"
     ),
     "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
 }
@@ -212,10 +214,11 @@ PRESETS: Mapping[str, Strategy] = {
         environment="plain",
         roulette="none",
         sampler="independent",
+        adaptive="none",
     ),
-    "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent"),
-    "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent"),
-    "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent"),
+    "bsdf": Strategy(technique="bsdf", lights="uniform", roulette="none", sampler="independent", adaptive="none"),
+    "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent", adaptive="none"),
+    "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent", adaptive="none"),
 }
 """``best``; the textbook techniques with nothing else switched on, for comparisons; and ``naive``, which knows nothing
 of lights and BSDFs and is what speed-ups are measured against."""

@@ -14,7 +14,7 @@ import equaltime as et
 from .golden import SCENES, Golden, load_scene
 
 RENDERS, SPP, FIRST_SEED = 64, 512, 1_000_000
-STRATEGY = "best,sampler=independent,lights=uniform,heuristic=balance,roulette=none"
+STRATEGY = "best,sampler=independent,lights=uniform,heuristic=balance,roulette=none,adaptive=none"
 
 
 def main(names: list[str]) -> None:

@@ -10,6 +10,7 @@ import pytest
 BENCH = Path(__file__).resolve().parents[1] / "bench"
 SMALLEST = {
     "adaptive_gain": "--seeds 2 --size 16 --spp 16 --images 4 --scenes lens",
+    "automatic": "--seeds 2 --side 16 --spp 4 --scenes scenes/cornell-box.toml",
     "cost_of_measuring": "--repeats 1 --size 16 16 --spp 4",
     "coverage_of_merges": "--groups 2 --size 8 --reference 64 --scenes flat",
     "coverage_of_compare": "--seeds 2 --size 16 --spp 256 --scenes flat",

@@ -250,13 +250,13 @@ def saved_again(result: et.Result, folder: Path) -> Path:
     return folder / "same.exr"
 
 
-def test_adaptive_renders_are_refused_in_plain_words(tmp_path: Path) -> None:
+def test_renders_that_look_at_their_own_pixels_are_refused_in_plain_words(tmp_path: Path) -> None:
     scene = et.load(SCENES / "cornell-box.toml").with_(size=(8, 8))
-    for seed, strategy in enumerate(("best", "best,adaptive=error")):
+    for seed, strategy in enumerate(("best", "best,adaptive=history")):
         et.render(scene, spp=4, seed=seed, strategy=strategy).save(tmp_path / f"{seed}.exr")
     words = (
-        r"1\.exr: adaptive renders cannot be merged: each chose its sample counts from its own pilot\. "
-        r"Render the parts with adaptive=none\.$"
+        r"1\.exr: renders with adaptive=history cannot be merged: each pixel chose its sample counts from its own "
+        r"samples\. Render the parts with adaptive=error or adaptive=none\.$"
     )
     with pytest.raises(et.ImageError, match=words):
         et.merge([tmp_path / "0.exr", tmp_path / "1.exr"])

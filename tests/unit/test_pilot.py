@@ -45,7 +45,7 @@ def test_an_error_beyond_all_samples_is_refused_at_once(scene: et.Scene) -> None
 def test_what_is_done_already_is_quoted_as_it_is_known(scene: et.Scene) -> None:
     """The pilot has all four samples that the render will have, and the image's own interval."""
     quotes: list[et.Quote] = []
-    result = et.render(scene, spp=4, error=0.02, quoted=quotes.append)
+    result = et.render(scene, spp=4, error=0.02, quoted=quotes.append, strategy="best,adaptive=none")
     assert quotes[0].error.value == pytest.approx(result.error.value)
     assert quotes[0].error.high == pytest.approx(result.error.high)
     assert quotes[0].error.low < 0.9 * quotes[0].error.value
@@ -62,13 +62,13 @@ def test_any_of_several_limits_may_end_a_render_first(scene: et.Scene) -> None:
 
 def resumed_quote(scene: et.Scene, begun: Path, **limits: float) -> tuple[et.Quote, et.Result]:
     quotes: list[et.Quote] = []
-    result = et.render(scene, resume=begun, quoted=quotes.append, **limits)  # type: ignore[arg-type]
+    result = et.render(scene, resume=begun, quoted=quotes.append, strategy="best,adaptive=none", **limits)  # type: ignore[arg-type]
     return quotes[0], result
 
 
 def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) -> None:
     begun = tmp_path / "begun.exr"
-    first = et.render(scene, spp=64)
+    first = et.render(scene, spp=64, strategy="best,adaptive=none")
     first.save(begun)
     quote, result = resumed_quote(scene, begun, error=0.1)
     assert quote.spp.low <= result.spp <= quote.spp.high
@@ -79,7 +79,7 @@ def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) ->
 
 
 def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Path) -> None:
-    et.render(scene, spp=256).save(tmp_path / "begun.exr")
+    et.render(scene, spp=256, strategy="best,adaptive=none").save(tmp_path / "begun.exr")
     quote, _ = resumed_quote(scene, tmp_path / "begun.exr", spp=320, time=1e3)
     even = (320 - 256) * quote.law.seconds_per_sample
     assert quote.seconds.value == pytest.approx(from_start(even, quote.law.seconds_lost))

@@ -202,7 +202,7 @@ def test_a_sample_that_is_not_a_number_is_raised_with_what_replays_it(
 ) -> None:
     monkeypatch.setattr(_core, "Renderer", FaultyRenderer)
     with pytest.raises(et.NonFiniteSample, match="pixel 5,6, sample 1, seed 3") as caught:
-        et.render(scene, spp=8, seed=3)
+        et.render(scene, spp=8, seed=3, strategy="best,adaptive=none")
     assert isinstance(caught.value.result, et.Result)
     assert caught.value.result.stopped_by == "nonfinite"
     assert caught.value.result.spp == 2

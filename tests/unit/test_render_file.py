@@ -218,7 +218,7 @@ def test_a_file_of_a_later_version_is_refused_with_a_sentence(
 def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_stopped(
     scene: et.Scene, tmp_path: Path
 ) -> None:
-    before, strategy = RenderFile.read(BEFORE / "seed0.exr"), "best,sampler=sobol"  # what ``best`` was
+    before, strategy = RenderFile.read(BEFORE / "seed0.exr"), "best,roulette=throughput,sampler=sobol,adaptive=none"  # what ``best`` was
     assert before.record["strategy"] == strategy
     result = et.render(scene, spp=6, threads=1, strategy=strategy)
     assert before.record["format"] == 1
@@ -235,7 +235,7 @@ def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_sto
 
 def test_files_of_format_1_are_merged_and_compared(scene: et.Scene, tmp_path: Path) -> None:
     saved = tmp_path / "a.exr"
-    et.render(scene, spp=6, threads=1, strategy="best,sampler=sobol").save(saved)
+    et.render(scene, spp=6, threads=1, strategy="best,roulette=throughput,sampler=sobol,adaptive=none").save(saved)
     now, then = et.merge([saved, BEFORE / "seed1.exr"]), RenderFile.read(BEFORE / "merged.exr")
     assert then.parts is not None
     assert now.parts is not None
@@ -269,7 +269,7 @@ def test_a_file_is_lean(scene: et.Scene, tmp_path: Path) -> None:
     """The table by sample counts is that of tests/bench/file_sizes.py; here only that it does not grow again."""
     cornell = et.load(SCENES / "cornell-box.toml").with_(size=(96, 96))
     for spp, most in ((1, 20.0), (64, 67.0)):  # 40 and 140 MB of 1920 x 1080
-        result = et.render(cornell, spp=spp)
+        result = et.render(cornell, spp=spp, strategy="best,adaptive=none")
         result.save(tmp_path / "a.exr")
         assert (tmp_path / "a.exr").stat().st_size < most * 96 * 96
         result.save(tmp_path / "a.exr", small=True)

@@ -184,9 +184,9 @@ def test_another_render_is_bad_input_to_taking_up_as_to_merging(
 @pytest.mark.parametrize(
     ("then", "now"),
     [
-        ("best", "best,sampler=sobol"),
-        ("best,adaptive=error", "best,sampler=sobol,adaptive=error"),
-        ("best,sampler=independent", "best,sampler=independent"),
+        ("best", "best,roulette=throughput,sampler=sobol,adaptive=none"),
+        ("best,adaptive=error", "best,roulette=throughput,sampler=sobol"),
+        ("best,sampler=independent,roulette=none", "best,roulette=none,sampler=independent,adaptive=none"),
         ("mis", "mis"),
     ],
 )

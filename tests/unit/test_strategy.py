@@ -108,7 +108,7 @@ def test_a_wrong_strategy_is_refused_with_the_nearest_name(text: str, message: s
         ("best,technique=mixture,heuristic=balance", "heuristic=balance has no meaning with technique=mixture"),
         ("best,technique=light,environment=compensated", "environment=compensated has no meaning with technique=light"),
         ("mis,roulette_depth=3", "roulette_depth=3 has no meaning with roulette=none"),
-        ("best,survival=0.9", "survival=0.9 has no meaning with roulette=throughput"),
+        ("best,roulette=throughput,survival=0.9", "survival=0.9 has no meaning with roulette=throughput"),
         ("naive,roulette=efficiency", "roulette=efficiency has no meaning with technique=uniform"),
         ("best,technique=mixture,roulette=efficiency", "roulette=efficiency has no meaning with technique=mixture"),
     ],

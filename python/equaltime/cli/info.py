@@ -24,7 +24,7 @@ FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Of what is told how many of each plugin there are."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
-    *("sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
+    *("decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
     *("threads", "kernel", "effects", "substitutions", "software", "build"),
 )
 """What is told of a saved render: keys of its record."""

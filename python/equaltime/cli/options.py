@@ -73,7 +73,7 @@ Crop = Annotated[
         parser=parse_crop,
         metavar="X,Y,W,H",
         show_default=False,
-        help="Render this window of the film only; it has the bits of the whole.",
+        help="Render this window of the film only: samples of the whole, in the same numbers with adaptive=none.",
     ),
 ]
 MaxDepth = Annotated[

@@ -140,6 +140,9 @@ def render(
         ),
     ] = "ignore",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Say also what the strategy left to the render, and why.")
+    ] = False,
 ) -> int:
     """Render a scene to an EXR with its error bar.
 
@@ -155,8 +158,9 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, a lattice, lights by a tree, roulette), mis, bsdf and light (each plain),
-    naive (uniform directions, roulette by albedo), and
+    Strategies: the presets best (MIS, a lattice, lights by a tree, roulette; paths are split, and noisy parts get
+    more samples, where that pays), mis, bsdf and light (each plain), naive (uniform directions, roulette by albedo),
+    and
 
     * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
 
@@ -164,7 +168,8 @@ def render(
 
     * sampler=independent|stratified|sobol|lattice
 
-    * roulette=none|constant|albedo|throughput|efficiency, roulette_depth=N, survival=P (of constant)
+    * roulette=none|constant|albedo|throughput|efficiency (splits paths)|automatic (where that pays),
+      roulette_depth=N, survival=P (of constant)
 
     * adaptive=none|error (more samples where the neighbours are noisy), neighbours|history|cutoff (biased)
 
@@ -231,7 +236,7 @@ def render(
         writing = clock.perf_counter() - begin
         if isinstance(failure, BrightImage):
             raise failure.with_result(result, str(output))
-        _tell_end(result, loaded, findings, writing, files, viewer, quiet, told if as_json else None)
+        _tell_end(result, loaded, findings, writing, files, viewer, quiet, told if as_json else None, verbose)
         if not quiet and not reasons(findings) and (black := black_picture(result, loaded, findings)):
             print_warning(black)
     if failure is not None:
@@ -250,6 +255,7 @@ def _tell_end(
     viewer: Viewer | None,
     quiet: bool,
     told: dict[str, Any] | None,
+    verbose: bool,
 ) -> None:
     """Print what was done, as a record with what it should tell besides, or in lines."""
     if viewer is not None and viewer.problem is not None:
@@ -257,7 +263,8 @@ def _tell_end(
     if told is not None:
         print(json_text(_record(result, writing, files) | told, indent=2))
     elif not quiet:
-        print_lines([*_summary(result, findings, writing, files), *left_by_interrupt(result, scene)])
+        decided = [str(result.decision)] if verbose and str(result.decision) else []
+        print_lines([*_summary(result, findings, writing, files), *decided, *left_by_interrupt(result, scene)])
 
 
 def _warn_of_checkpoints(why: str) -> None:

@@ -1,0 +1,36 @@
+// Splitting pilot: pixels rendered with one copy of each path and with four, to see what splitting does to the noise
+// and to the rays of an image. Its pixels and numbers are its own: none of its samples is in an image, and it depends
+// on the scene and the strategy alone, not on the crop, the seed, the threads or what was rendered before.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace equaltime {
+
+struct Scene;
+struct Settings;
+
+/// One pixel of the pilot. Variances are those of the mean of its samples, averaged over RGB and divided by the square
+/// of the pixel and of a tenth of the picture's mean, as in the error of an image.
+struct PilotPixel {
+  std::uint32_t x = 0, y = 0;             // in the full film
+  double seen = 0;                        // of the light of emitters that the camera sees, which splitting leaves alone
+  double one = 0, all = 0;                // of light that is scattered, with one copy and with all
+  double within = 0;                      // among the copies of a path
+  double rays_shared = 0, rays_copy = 0;  // a path, before it forks and after, of one copy
+};
+
+struct SplittingPilot {
+  static constexpr std::uint32_t kLog2Copies = 2;
+  static constexpr double kCopies = 1U << kLog2Copies;
+
+  std::vector<std::vector<PilotPixel>> squares;  // neighbours stand together
+  std::uint64_t rays = 0, shadow_rays = 0;       // that it took
+};
+
+/// Renders a pilot of one pixel for 64 of the film, but no fewer than 256 and no more than 4096: it takes as many rays
+/// as 0.6 path a pixel of a film of a million pixels or less, which is 1 % of a render of 64 samples a pixel.
+[[nodiscard]] SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& settings, unsigned threads);
+
+}  // namespace equaltime
