@@ -24,6 +24,8 @@ from equaltime.render_file import FORMAT, RenderFile, read_film, read_picture
 
 SCENES = Path(__file__).parents[2] / "scenes"
 BEFORE = Path(__file__).parent / "data" / "format_1"
+BEST_BEFORE = "best,roulette=throughput,sampler=sobol,adaptive=none"
+"""What ``best`` was when these files were written."""
 
 
 @pytest.fixture(scope="module")
@@ -218,9 +220,9 @@ def test_a_file_of_a_later_version_is_refused_with_a_sentence(
 def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_stopped(
     scene: et.Scene, tmp_path: Path
 ) -> None:
-    before, strategy = RenderFile.read(BEFORE / "seed0.exr"), "best,roulette=throughput,sampler=sobol,adaptive=none"  # what ``best`` was
-    assert before.record["strategy"] == strategy
-    result = et.render(scene, spp=6, threads=1, strategy=strategy)
+    before = RenderFile.read(BEFORE / "seed0.exr")
+    assert before.record["strategy"] == BEST_BEFORE
+    result = et.render(scene, spp=6, threads=1, strategy=BEST_BEFORE)
     assert before.record["format"] == 1
     assert before.moments is not None
     assert result.moments is not None
@@ -228,14 +230,14 @@ def test_a_file_of_format_1_is_taken_up_with_the_bits_of_a_render_that_never_sto
     np.testing.assert_allclose(deviations(before.moments), deviations(result.moments), rtol=1e-5)
     file = RenderFile(**{**vars(before), "record": {**before.record, "build": result.record["build"]}})
     file.write(tmp_path / "a.exr")  # another machine's build is another matter
-    taken_up = et.render(scene, spp=10, strategy=strategy, resume=tmp_path / "a.exr")
-    whole = et.render(scene, spp=10, strategy=strategy)
+    taken_up = et.render(scene, spp=10, strategy=BEST_BEFORE, resume=tmp_path / "a.exr")
+    whole = et.render(scene, spp=10, strategy=BEST_BEFORE)
     assert taken_up.image.tobytes() == whole.image.tobytes()
 
 
 def test_files_of_format_1_are_merged_and_compared(scene: et.Scene, tmp_path: Path) -> None:
     saved = tmp_path / "a.exr"
-    et.render(scene, spp=6, threads=1, strategy="best,roulette=throughput,sampler=sobol,adaptive=none").save(saved)
+    et.render(scene, spp=6, threads=1, strategy=BEST_BEFORE).save(saved)
     now, then = et.merge([saved, BEFORE / "seed1.exr"]), RenderFile.read(BEFORE / "merged.exr")
     assert then.parts is not None
     assert now.parts is not None
