@@ -25,7 +25,7 @@ class Decision:
     roulette: Literal["throughput", "efficiency"] | None = None
     """The roulette of an automatic one: ``efficiency`` splits paths."""
     splitting: float | None = None
-    """Variance times rays with splitting over that without, by the pilot; None if the picture is too small for one."""
+    """Variance times rays with splitting over that without, by the pilot; None if there was none."""
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
@@ -45,7 +45,7 @@ class Decision:
         if self.roulette is None:
             return ""
         if self.splitting is None:
-            return "paths are not split: the picture is too small for a pilot that could tell whether this pays"
+            return "paths are not split: small pictures, and the techniques uniform and mixture, get no pilot"
         does = "are split where they are scattered first" if self.roulette == "efficiency" else "are not split"
         return f"paths {does}: by a pilot, splitting multiplies the variance times the rays by {self.splitting:.2f}"
 

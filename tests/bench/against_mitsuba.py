@@ -24,7 +24,7 @@ from equaltime.cost.core_subject import CoreSubject
 from equaltime.cost.peers import MitsubaPeer, with_box_filter
 from equaltime.cost.subject import Subject
 
-STRATEGY = "best,roulette=none"
+STRATEGY = "best,roulette=none,adaptive=none"
 NO_ROULETTE = 10**6
 
 

@@ -76,7 +76,7 @@ def main() -> None:
 
 def renders(name: str, side: int, seed: int, times: tuple[int, ...], threads: int) -> list[Render]:
     """Return one render at each multiple of the samples: of one seed, so that the longer ones hold the shorter."""
-    renderer = make_renderer(trial_scene(name, side), et.Strategy.parse("best"), seed, threads)
+    renderer = make_renderer(trial_scene(name, side), et.Strategy.parse("best,adaptive=none"), seed, threads)
     found = []
     for factor in times:
         renderer.advance(factor * SAMPLES)

@@ -38,7 +38,7 @@ def main() -> None:
     growth = [(film(SMALL, MANY) - film(SMALL, FEW)) / film(SMALL, FEW) for _ in repeats]
     print(f"{MANY} spp over {FEW} spp     {text(spread([1 + g for g in growth]), 4)} x the peak")
     with tempfile.TemporaryDirectory() as folder:
-        for strategy in ("best", "best,adaptive=error"):
+        for strategy in ("best,adaptive=none", "best,adaptive=error"):
             for side in (SMALL, 2 * SMALL):
                 question = {"scene": scene, "size": [side, side], "error": 0.5, "strategy": strategy}
                 answer = fresh(**question, threads=options.threads, save=str(Path(folder) / "a.exr"))

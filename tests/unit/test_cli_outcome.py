@@ -28,6 +28,23 @@ def test_counts_that_differ_are_told(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert fewest < 32 < most
 
 
+def test_what_the_strategy_left_to_the_render_is_said_if_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--size", "32x32", "--spp", "32", "--strategy", "best,roulette=automatic,adaptive=error"]
+    command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), *words]
+    decided = (
+        "paths are not split: small pictures, and the techniques uniform and mixture, get no pilot; "
+        "noisy parts have more samples"
+    )
+    assert main([*command, "-v"]) == 0
+    assert decided in capsys.readouterr().out.splitlines()
+    assert main(command) == 0
+    assert decided not in capsys.readouterr().out
+    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    assert "decision" in capsys.readouterr().out
+
+
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

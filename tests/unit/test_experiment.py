@@ -224,7 +224,7 @@ def test_the_default_compares_the_presets_up_to_best() -> None:
 def test_paths_without_an_end_get_a_roulette_by_default() -> None:
     experiment = default_experiment(SceneEntry(path=MONTELIGHT), ("bsdf", "best", "mis,roulette=none"))
     roulettes = [entry.strategy.roulette for entry in experiment.strategies if entry.strategy]
-    assert roulettes == ["throughput", "throughput", "none"]
+    assert roulettes == ["throughput", "automatic", "none"]
 
 
 def test_a_misspelt_strategy_of_a_default_experiment_is_named() -> None:
