@@ -268,7 +268,7 @@ class Settings:
         heuristic: Literal["balance", "power"] | None = "power",
         lights: Literal["uniform", "power", "tree"] = "power",
         environment: Literal["plain", "compensated"] | None = "plain",
-        roulette: Literal["none", "constant", "albedo", "throughput", "efficiency"] = "throughput",
+        roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "throughput",
         roulette_depth: int | None = 5,
         survival: float | None = 0.75,
         truncate: int = 0,

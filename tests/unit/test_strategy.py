@@ -13,7 +13,7 @@ CHOICES: dict[str, list[object]] = {
     "heuristic": [None, "balance", "power"],
     "lights": ["uniform", "power", "tree"],
     "environment": [None, "plain", "compensated"],
-    "roulette": ["none", "constant", "albedo", "throughput", "efficiency"],
+    "roulette": ["none", "constant", "albedo", "throughput", "efficiency", "automatic"],
     "roulette_depth": [None, 1, 5],
     "survival": [None, 0.75, 0.95],
     "truncate": [None, 3],
