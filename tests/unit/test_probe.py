@@ -138,9 +138,8 @@ def test_a_pilot_and_its_probe_take_what_a_quote_may(error: float, strategy: str
         session.passes.limits = Limits(spp=max(pilot.due, session.passes.samples))
     pixels = session.passes.pixels
     probed = pilot.taken > session.passes.samples * pixels
-    assert probed == (
-        strategy == "best,adaptive=none" or error == 0.05
-    )  # else a pilot of 8 samples, which it needs, leaves no room
+    # else a pilot of 8 samples, which it needs, leaves no room
+    assert probed == (strategy == "best,adaptive=none" or error == 0.05)
     assert pilot.taken <= max(FIRST_LOOK, 0.05 * pilot._work) * pixels + DRAWS
     actual = et.render(scene(), error=error, strategy=strategy)
     assert 1.0 / 1.5 < found.spp.value / actual.spp < 1.5  # three standard deviations of 140 pixels
@@ -159,11 +158,11 @@ def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_
     light = np.full((10, 3), 1.5)
     lamp = Lamps.small(pixels, light, np.full(10, 0.5 / SAMPLES))
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
-    widths = [found.width for lamps in (NO_LAMPS, lamp) if (found := probe(pilot, lamps).advance(SAMPLES))]
-    foretold = math.exp(2.0 * widths[1]) - math.exp(2.0 * widths[0])
-    stated = lamp.missed(whole) / image_error(whole).value ** 2
-    assert foretold == pytest.approx(stated, rel=0.3)
-    assert stated > 0.1, "the twin, a probe without lamps, foretells nothing of it"
+    found = [each for lamps in (NO_LAMPS, lamp) if (each := probe(pilot, lamps).advance(SAMPLES))]
+    without, by = ((each.error * math.exp(each.width)) ** 2 for each in found)
+    stated = lamp.missed(whole)
+    assert by - without == pytest.approx(stated, rel=0.3)
+    assert stated > 0.1 * image_error(whole).value ** 2, "the twin, a probe without lamps, foretells nothing of it"
 
 
 def test_a_law_goes_through_what_was_probed() -> None:

@@ -186,7 +186,7 @@ def test_another_render_is_bad_input_to_taking_up_as_to_merging(
     [
         ("best", "best,roulette=throughput,sampler=sobol,adaptive=none"),
         ("best,adaptive=error", "best,roulette=throughput,sampler=sobol"),
-        ("best,sampler=independent,roulette=none", "best,roulette=none,sampler=independent,adaptive=none"),
+        ("best,roulette=none", "best,roulette=none,sampler=sobol,adaptive=none"),
         ("mis", "mis"),
     ],
 )

@@ -21,7 +21,7 @@ from equaltime.render_file import read_film
 from equaltime.second_nets import FEWEST, SecondNets, statistics
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
-LATTICE = "best,sampler=lattice"
+LATTICE = "best,sampler=lattice,adaptive=none"
 Floats = NDArray[np.float64]
 
 
