@@ -154,9 +154,9 @@ def test_pixels_without_noise_say_nothing() -> None:
 
 
 def test_a_small_lamp_in_sight_widens_the_limit_that_is_foretold_as_it_will_the_limit_that_is_stated() -> None:
-    pixels = 20 * SIDE + np.arange(20, 30)
-    light = np.full((10, 3), 1.5)
-    lamp = Lamps.small(pixels, light, np.full(10, 0.5 / SAMPLES))
+    pixels = np.arange(20, 28)[:, None] * SIDE + np.arange(12, 52)
+    light = np.full((pixels.size, 3), 1.5)
+    lamp = Lamps.small(pixels.ravel(), light, np.full(pixels.size, 0.5 / SAMPLES))
     pilot, whole = statistics(PILOT), statistics(SAMPLES)
     found = [each for lamps in (NO_LAMPS, lamp) if (each := probe(pilot, lamps).advance(SAMPLES))]
     without, by = ((each.error * math.exp(each.width)) ** 2 for each in found)
