@@ -3,9 +3,9 @@
 //
 // `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
 // that slots are padded without correlation (Burley 2020). Each net of a pixel's samples is scrambled on its own: the
-// difference of two makes an honest error bar possible. `stratified` gives it jittered strata in the
-// same way (sampling/stratified.h). `lattice` takes the slots of the first vertices from one lattice
-// (sampling/lattice.h) and pads the others. `independent` hashes the sample index instead.
+// difference of two makes an honest error bar possible. `stratified` gives it jittered strata in the same way
+// (sampling/stratified.h). `lattice` takes the slots of the first vertices from one lattice (sampling/lattice.h) and
+// pads the others. `independent` hashes the sample index instead.
 #pragma once
 
 #include <cstdint>

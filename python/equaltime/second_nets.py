@@ -1,9 +1,9 @@
 """The variance of pixels that have one net of samples each, from a second net in some of them.
 
 A pixel's samples are one net where the picture is large enough (`equaltime.core_renderer.nets`): two nets of half the
-size would have a third more noise at worst, and 3 to 12 % more as a rule. But the replicates are the halves of one net
-then (`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its size
-but for a factor: 0.6 to 0.9 of what it says is true, as the scene and the count will have it.
+size would have 5 to 20 % more squared error (tests/bench/sampler_noise.py). But the replicates are the halves of one
+net then (`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its
+size but for a factor: half to all of what it says is true, as the scene and the count will have it.
 
 So some pixels, drawn at random, have a second net with numbers of its own, which is not in the image. There both are
 known: what the halves of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,

@@ -39,7 +39,7 @@ TAIL = 2e-4
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--scenes", nargs="+", default=[str(SCENES / name) for name in OURS], help="files")
-    parser.add_argument("--sampler", default="sobol", help="[%(default)s]")
+    parser.add_argument("--sampler", default="lattice", help="[%(default)s]")
     parser.add_argument("--spp", type=int, default=64, help="[%(default)s]")
     parser.add_argument("--seeds", type=int, default=10, help="[%(default)s]")
     parser.add_argument("--side", type=int, default=256, help="root of the number of pixels [%(default)s]")
