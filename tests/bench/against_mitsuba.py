@@ -1,10 +1,11 @@
 """Throughput and variance per sample side by side with Mitsuba 3, on its own scene files.
 
-Both render the same scene, size, depth and number of samples on the same threads, with a box filter and without
-roulette: Mitsuba with its `path` integrator and its multijitter sampler, equaltime with MIS and Owen-scrambled Sobol
-points. They are the subjects of equaltime's experiments: Mitsuba runs in a process of its own, clocks run while samples
-are taken, and what has to be compiled first is not counted. Mitsuba needs LLVM for its llvm_ variants: if it does not
-find the library, set DRJIT_LIBLLVM_PATH.
+Both render the same scene, size, depth and number of samples on the same threads, with a box filter: Mitsuba with its
+`path` integrator and its multijitter sampler, without roulette; equaltime by ``--strategy``, without roulette and
+adaptive counts unless one is given. The product of seconds and relMSE is what an error costs. They are the subjects of
+equaltime's experiments: Mitsuba runs in a process of its own, clocks run while samples are taken, and what has to be
+compiled first is not counted. Mitsuba needs LLVM for its llvm_ variants: if it does not find the library, set
+DRJIT_LIBLLVM_PATH.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=[256, 256])
     parser.add_argument("--max-depth", type=int, default=8)
     parser.add_argument("--spp", type=int, default=64, help="a square number, for multijitter [%(default)s]")
+    parser.add_argument("--strategy", default=STRATEGY, help="[%(default)s]")
     parser.add_argument("--peer-python", default=sys.executable, help="a Python with mitsuba and equaltime [this one]")
     options = parser.parse_args()
     print_conditions(options)
@@ -46,7 +48,7 @@ def main() -> None:
             )
             stack.callback(peer.close)
             peers.append(peer)
-        subjects = (CoreSubject("equaltime", et.Strategy.parse(STRATEGY)), *peers)
+        subjects = (CoreSubject("equaltime", et.Strategy.parse(options.strategy)), *peers)
         for name in options.scenes:
             compare(name, subjects, options)
 
@@ -57,6 +59,7 @@ def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
     scene = with_box_filter(loaded.with_(size=tuple(options.size), max_depth=options.max_depth))
     named = {subject.label: subject for subject in subjects}
     images: dict[str, list[NDArray[np.float64]]] = {who: [] for who in named}
+    seconds: dict[str, list[float]] = {who: [] for who in named}
     for subject in subjects:
         subject.prepare(scene, options.threads)
 
@@ -64,6 +67,7 @@ def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
         checkpoint = next(named[who].run(seed, (options.spp,), None))
         if seed > 0:
             images[who].append(checkpoint.image.astype(np.float64))
+            seconds[who].append(checkpoint.wall_s)
         assert checkpoint.paths is not None, "both count them"
         return checkpoint.paths / checkpoint.wall_s
 
@@ -75,9 +79,11 @@ def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
     for peer in subjects[1:]:
         faster = ratio(rates["equaltime"], rates[peer.label])
         less = noise(images[peer.label]) / noise(images["equaltime"])
+        products = [np.median(seconds[who]) * noise(images[who]) for who in ("equaltime", peer.label)]
         print(
             f"  equaltime over {peer.label}: {text(faster)} x the paths/s; "
-            f"{peer.label} has {less:.3g} x the relMSE at equal samples"
+            f"{peer.label} has {less:.3g} x the relMSE at equal samples; "
+            f"seconds x relMSE over its: {products[0] / products[1]:.3g}"
         )
 
 
