@@ -273,6 +273,16 @@ def test_gltf_parts_that_stand_nowhere_or_are_shared(tmp_path: Path, name: str) 
     assert words in _refused(tmp_path / "bomb.gltf", _gltf(**parts))
 
 
+@pytest.mark.parametrize(
+    "name", ["accessors without data", "copies that share data", "primitives that share an accessor"]
+)
+def test_scenes_that_name_a_mesh_of_such_a_file(tmp_path: Path, name: str) -> None:
+    parts, words = GLTF[name]
+    (tmp_path / "bomb.gltf").write_text(_gltf(**parts))
+    shape = "<shape type='gltf'><string name='filename' value='bomb.gltf#/meshes/0/primitives/0'/></shape>"
+    assert words in _refused(tmp_path / "scene.xml", f"{HEAD}{shape}</scene>")
+
+
 def test_sparse_morph_targets_may_have_zeros_for_each_vertex(tmp_path: Path) -> None:
     """The twin: fifty expressions of a face."""
     count = 30_000
@@ -363,6 +373,9 @@ def test_as_many_warnings_are_told_as_anybody_reads(tmp_path: Path) -> None:
     assert warnings[-1] == "and 200 more warnings"
 
 
+MIXED: list[Any] = [{"type": "diffuse"}, *([0.5] * 1000)]
+
+
 def _doubled(leaf: Any, join: Callable[[Any], Any]) -> Any:
     for _ in range(40):
         leaf = join(leaf)
@@ -374,10 +387,11 @@ def _doubled(leaf: Any, join: Callable[[Any], Any]) -> Any:
     [
         _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "a": bsdf, "b": bsdf}),
         _doubled({"type": "diffuse"}, lambda bsdf: {"type": "blendbsdf", "weight": 0.5, "bsdfs": [bsdf, bsdf]}),
+        {"type": "unknown", **{str(number): MIXED for number in range(200)}},
         {"type": "sphere", "center": _doubled([1.0], lambda numbers: [numbers, numbers])},
         {"type": "sphere", "to_world": _doubled([1.0], lambda numbers: [numbers, numbers])},
     ],
-    ids=["objects", "lists of objects", "numbers", "steps"],
+    ids=["objects", "lists of objects", "lists of an object and numbers", "numbers", "steps"],
 )
 def test_dictionaries_and_lists_that_share_parts(part: dict[str, Any]) -> None:
     started = process_time()
