@@ -16,6 +16,11 @@ from equaltime.cost.core_subject import CoreSubject
 from equaltime.error_estimate import PixelStatistics, image_error
 from equaltime.machine import memory_bytes
 
+BRIGHT = (
+    '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 4, height = 4 }\n'
+    '[sky]\ntype = "constant"\nradiance = 3.5e38\n'
+)
+
 
 def _scene(radiance: float) -> et.Scene:
     emitter = {"type": "constant", "radiance": {"type": "rgb", "value": [radiance] * 3}}
@@ -33,10 +38,7 @@ def test_a_render_that_float32_cannot_hold_is_kept_and_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, output = tmp_path / "bright.toml", tmp_path / "bright.exr"
-    file.write_text(
-        '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 4, height = 4 }\n'
-        '[sky]\ntype = "constant"\nradiance = 3.5e38\n'
-    )
+    file.write_text(BRIGHT)
     command = ["render", str(file), "-o", str(output), "-q"]
     assert main([*command, "--spp", "2"]) == 1
     said = f"pixel 0,0 is 3.5e+38 (infinite in {output}, which has all samples), more than an image of float32 can hold"
@@ -52,6 +54,18 @@ def test_a_render_that_float32_cannot_hold_is_kept_and_goes_on(
     assert f"{file}: pixel 0,0 is 3.5e+38, more" in capsys.readouterr().err
     with pytest.raises(et.ImageError, match=r"bright\.exr: pixel 0,0 is not finite: R is inf"):
         et.compare(output, output)
+
+
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_render_that_float32_cannot_hold_ends_with_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], more: tuple[str, ...]
+) -> None:
+    file = tmp_path / "bright.toml"
+    file.write_text(BRIGHT)
+    assert main(["render", str(file), "-o", str(tmp_path / "bright.exr"), "--spp", "2", *more]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert [line for line in told.err.splitlines() if line.startswith("error")] == told.err.splitlines()[-1:]
 
 
 def test_a_checkpoint_that_float32_cannot_hold_is_kept_and_ends_the_render(tmp_path: Path) -> None:
