@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
 from equaltime.black_picture import unwarned
 from equaltime.cli import main
+from equaltime.cost.peers.agreement import check
+from equaltime.cost.subject import Checkpoint, RendererKind
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
 SENSOR = {"type": "perspective", "film": FILM}
@@ -59,6 +63,29 @@ def test_a_thread_that_wants_no_warnings_does_not_silence_another() -> None:
             assert not caught
             pool.submit(et.render, dark, 4).result()
     assert [warning.category for warning in caught] == [et.EqualtimeWarning]
+
+
+class _Dark:
+    """A peer whose images are black."""
+
+    label = name = "dark"
+    renderer: RendererKind = "command"
+    biased = False
+
+    def prepare(self, scene: et.Scene, threads: int) -> float:
+        self.size = scene.size
+        return 0.0
+
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+        width, height = self.size
+        for spp in ladder:
+            yield Checkpoint(spp, 0.01, 0.01, np.zeros((height, width, 3), np.float32))
+
+
+def test_peers_are_compared_on_a_black_picture_without_a_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert check(_Dark(), described(floor={"type": "rectangle"}), threads=1, seeds=4).agrees
 
 
 TOML = """
