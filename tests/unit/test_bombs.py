@@ -351,12 +351,14 @@ def test_a_spectrum_that_many_parts_name_is_read_once(tmp_path: Path) -> None:
         "".join(
             f"<bsdf type='diffuse' id='q{i}'/><shape type='sphere'><ref id='nope{i}'/></shape>" for i in range(3000)
         ),
-        "<shape type='sphere'>" + "".join(f"<float name='r{i}' value='1'/>" for i in range(20_000)) + "</shape>",
+        "".join(f"<bsdf type='diffuse' id='node{i}'/>" for i in range(6000))
+        + "".join(f"<shape type='sphere'><ref id='nope{i}'/></shape>" for i in range(200)),
+        "<shape type='sphere'>" + "".join(f"<float name='r{i}' value='1'/>" for i in range(40_000)) + "</shape>",
         "<shape type='sphere' " + " ".join(f"a{i}='1'" for i in range(20_000)) + "/>",
         f"<shape type='sphere'><ref id='{'q' * 100_000}'/></shape>",
         f"<shape type='sphere'><string name='{'q' * 100_000}' value='{'w' * 100_000}'/></shape>",
     ],
-    ids=["references", "parameters", "attributes", "a name", "a value"],
+    ids=["references", "references among many names", "parameters", "attributes", "a name", "a value"],
 )
 def test_as_many_problems_are_told_as_anybody_reads(tmp_path: Path, parts: str) -> None:
     message = _refused(tmp_path / "broken.xml", f"{HEAD}{parts}</scene>")
