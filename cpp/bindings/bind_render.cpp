@@ -219,7 +219,7 @@ void bind_render(py::module_& m) {
           "(done, target, next block): every pixel has `done` samples, in the blocks before the next `target`.")
       .def_property_readonly("moments", &moments)
       .def_property_readonly("second_moments", &second_moments,
-                             "Of the second nets of some pixels, (R, h, w); empty if there are none.")
+                             "Moments of the second nets of some pixels, (R, h, w); empty if there are none.")
       .def_property_readonly("second_pixels", &second_pixels,
                              "(h, w): the pixel, y * width + x, that each second net is of; -1: of none.")
       .def_property_readonly(

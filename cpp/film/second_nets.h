@@ -21,8 +21,8 @@ class SecondNets {
   static constexpr std::uint32_t kMostPixels = 32;
 
   SecondNets() = default;
-  /// In one of so many pixels of the film, a power of two up to `kMostPixels`: those of a small rectangle, of which the
-  /// seed draws one. None has a second net where a rectangle reaches out of the film and the one drawn lies outside.
+  /// Divides the film into rectangles of `pixels` pixels, a power of two up to `kMostPixels`. The seed draws one pixel
+  /// of each, which has a second net. A rectangle at the border has none if the pixel lies outside of the film.
   SecondNets(std::uint64_t seed, std::uint32_t width, std::uint32_t height, std::uint32_t pixels)
       : seed_(seed),
         width_(width),
@@ -31,7 +31,7 @@ class SecondNets {
         log2_high_((static_cast<std::uint32_t>(std::bit_width(pixels)) - 1) / 2),
         film_(count(width, log2_wide_), count(height, log2_high_), 2, Sharing::halves) {
     if (!std::has_single_bit(pixels) || pixels > kMostPixels)
-      throw std::invalid_argument("a second net in one of so many pixels, a power of two up to 32");
+      throw std::invalid_argument("the pixels for one second net are a power of two up to 32");
   }
 
   [[nodiscard]] Film& film() noexcept { return film_; }
@@ -81,7 +81,7 @@ class SecondNets {
             (v << log2_high_) + (high & ((1U << log2_high_) - 1))};
   }
 
-  static constexpr std::uint64_t kNumbers = 0x5ec07d0e75;  // of the drawing, apart from those of samples
+  static constexpr std::uint64_t kNumbers = 0x5ec07d0e75;  // the pixels are drawn with other numbers than samples
 
   std::uint64_t seed_ = 0;
   std::uint32_t width_ = 0, height_ = 0, log2_wide_ = 0, log2_high_ = 0;
