@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core, core_renderer
+from equaltime.budget import Limits
 from equaltime.core_renderer import core_settings
 from equaltime.error_estimate import image_error, pixel_statistics
 from equaltime.film import second_net_pixels
 from equaltime.moments import DTYPE
 from equaltime.render_file import read_film
 from equaltime.second_nets import FEWEST, SecondNets, statistics
+from equaltime.session import Session
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 LATTICE = "best,sampler=lattice,adaptive=none"
@@ -225,6 +227,21 @@ def test_renders_with_one_net_are_merged(one_net: None, tmp_path: Path) -> None:
     merged.save(tmp_path / "merged.exr")
     assert json.loads(json.dumps(merged.record))["nets"] == 1
     assert et.merge([tmp_path / "merged.exr", _saved(tmp_path, 9)]).error.known
+
+
+def test_a_probe_of_pixels_with_one_net_has_two_of_each(one_net: None) -> None:
+    session = Session(scene(40, 40), et.Strategy.parse(LATTICE), 0, 0, Limits(spp=8))
+    session.passes.run()
+    probe = session.probe(16, 50)
+    assert probe.advance(16) is not None
+    first, second = (pixel_statistics(of) for of in (probe._renderer.moments, probe._renderer.second_moments))
+    drawn = first.samples > 0
+    assert 0 < drawn.sum() <= 50
+    np.testing.assert_array_equal(first.samples, second.samples)
+    found = probe._found()
+    np.testing.assert_allclose(found.variance[drawn], 0.5 * np.square(first.mean - second.mean)[drawn])
+    assert not np.allclose(found.variance[drawn], first.variance[drawn]), "the twin: halves of one net"
+    assert probe.taken == pytest.approx(2.0 * first.samples.sum())
 
 
 def _saved(folder: Path, seed: int) -> Path:
