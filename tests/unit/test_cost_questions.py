@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.cost.agreement import LEVEL
-from equaltime.cost.questions import bias_verdict, samples_verdict
+from equaltime.cost.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.cost.ratios import fewer_samples
 from equaltime.cost.statistics import UNKNOWN, Interval
 from equaltime.cost.strategy_runs import StrategyRuns
@@ -84,10 +84,34 @@ def test_samples_are_said_as_ratios(fewer: Interval, said: str) -> None:
     assert samples_verdict([scene(strategy("x", fewer=fewer))]) == f"samples to the same error, against right: x {said}"
 
 
+def with_efficiency(label: str, *numbers: float) -> StrategyResult:
+    return replace(strategy(label), efficiency=Interval(*numbers) if numbers else UNKNOWN.doubted("few repeats"))
+
+
+def test_efficiency_is_told_over_all_scenes_the_standard_first() -> None:
+    box = scene(with_efficiency("split", 1.0, 0.5, 2.0), with_efficiency("best", 4.0, 2.0, 8.0), name="box")
+    ball = scene(with_efficiency("split"), with_efficiency("best", 0.25, 0.2, 0.5), name="ball")
+    scenes = [replace(one, standard="best") for one in (box, ball)]
+    assert efficiency_verdict(scenes) == (
+        f"squared error {TIMES} time, of typical runs, against right (geometric means): "
+        f"best 1{TIMES} [0.695, 1.63] less (ball: 4{TIMES} [2, 5] more; box: 4{TIMES} [2, 8] less), "
+        f"split 1{TIMES} [0.5, 2] less on 1 of 2 scenes"
+    )
+
+
+def test_efficiency_on_one_scene_has_no_mean() -> None:
+    found = efficiency_verdict([scene(with_efficiency("x", 2.0, 1.5, 3.0), with_efficiency("y"))])
+    assert found == (
+        f"squared error {TIMES} time, of typical runs, against right: "
+        f"x 2{TIMES} [1.5, 3] less, y not to be told (few repeats)"
+    )
+
+
 def test_an_experiment_chooses_its_question() -> None:
     scenes = [scene(strategy("x", 0.4, fewer=Interval(2.0, 1.9, 2.1)))]
     assert verdict(scenes, [0.1], "bias").startswith("found biased at a level of 0.1 %")
     assert verdict(scenes, [0.1], "samples").startswith("samples to the same error")
+    assert verdict(scenes, [0.1], "efficiency").startswith(f"squared error {TIMES} time")
 
 
 def runs(factor: float, seed: int, spp: NDArray[np.float64] = SPP) -> StrategyRuns:

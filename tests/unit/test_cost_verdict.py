@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from equaltime.cost.curves import TYPICAL
-from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.statistics import UNKNOWN, Interval, product_mean
 from equaltime.cost.summary import SceneResult, StrategyResult
-from equaltime.cost.verdict import pick_standard, product_mean, verdict
+from equaltime.cost.verdict import pick_standard, verdict
 
 from .fake_summary import curve
 

@@ -181,10 +181,11 @@ class Experiment(Value):
     animate: bool = False
     """Whether the report shows the images forming, side by side at equal time."""
     question: Question = "time"
-    """The verdict's question: ``time`` to an error, ``bias`` or ``samples``.
+    """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 
     ``bias``: which strategies are off the baseline, on scenes whose light all of them find. ``samples``: how many
-    samples each strategy needs.
+    samples each strategy needs. ``efficiency``: how much smaller squared error times time is than the baseline's, over
+    all scenes.
     """
     reference: ReferenceWish = ReferenceWish()
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0

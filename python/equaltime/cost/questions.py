@@ -1,14 +1,14 @@
-"""Verdicts of experiments that do not ask how long: which estimators are biased, or which need fewest samples."""
+"""Verdicts of experiments that do not ask how long: bias, samples to an error, or squared error times time."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from equaltime.cost.statistics import Interval
+from equaltime.cost.statistics import Interval, product_mean, sound
 from equaltime.cost.summary import SceneResult, StrategyResult
 
-__all__ = ["bias_verdict", "samples_verdict"]
+__all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -46,6 +46,43 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
     return f"samples to the same error, against {baseline}: {_listed(said)}"
 
 
+def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
+    """Say how many times smaller each strategy's squared error x time is than the baseline's, over all scenes.
+
+    The standard strategy comes first, with the scenes of its smallest and its largest gain.
+    """
+    baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
+    found: dict[str, list[tuple[str, Interval]]] = {}
+    for scene, strategy in _others(scenes, baseline=True):
+        found.setdefault(strategy.label, []).append((scene.name, strategy.efficiency))
+    standards = {scene.standard for scene in scenes}
+    said = [_gain(label, found[label], len(scenes)) for label in sorted(found, key=lambda one: one not in standards)]
+    what = f"squared error {_TIMES} time, of typical runs, against {baseline}"
+    return f"{what}{' (geometric means)' if len(scenes) > 1 else ''}: {_listed(said)}"
+
+
+def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int) -> str:
+    """Say the mean gain of one strategy, and of several scenes those of the smallest and the largest."""
+    known = [(name, interval) for name, interval in found if sound(interval)]
+    if not known:
+        return f"{label} not to be told ({found[0][1].note})"
+    text = f"{label} {_less(product_mean([interval for _, interval in known]))}"
+    if len(known) > 1:
+        least, most = (pick(known, key=lambda one: one[1].value) for pick in (min, max))
+        text += f" ({least[0]}: {_less(least[1])}; {most[0]}: {_less(most[1])})"
+    return text + (f" on {len(known)} of {scenes} scenes" if len(known) < scenes else "")
+
+
+def _less(ratio: Interval) -> str:
+    """Say a ratio of costs in words: how many times less, or more."""
+    low, value, high = (ratio.low, ratio.value, ratio.high) if ratio.value >= 1.0 else _inverse(ratio)
+    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {'less' if ratio.value >= 1.0 else 'more'}"
+
+
+def _inverse(ratio: Interval) -> tuple[float, float, float]:
+    return 1.0 / ratio.high, 1.0 / ratio.value, 1.0 / ratio.low
+
+
 def _others(scenes: Sequence[SceneResult], baseline: bool = False) -> Iterator[tuple[SceneResult, StrategyResult]]:
     for scene in scenes:
         for strategy in scene.strategies:
@@ -64,7 +101,8 @@ def _fewer(ratio: Interval) -> str:
         return f"not to be told ({ratio.note})"
     if ratio.value >= 1.0:
         return f"{ratio.value:.3g}{_TIMES} [{ratio.low:.3g}, {ratio.high:.3g}] fewer"
-    return f"{1.0 / ratio.value:.3g}{_TIMES} [{1.0 / ratio.high:.3g}, {1.0 / ratio.low:.3g}] more"
+    low, value, high = _inverse(ratio)
+    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] more"
 
 
 def _size(bias: Interval | None) -> str:

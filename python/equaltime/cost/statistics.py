@@ -10,7 +10,7 @@ for that, and what it finds is carried as ``trusted`` and ``note`` of the interv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
@@ -29,7 +29,10 @@ __all__ = [
     "jackknife",
     "mean_interval",
     "median_interval",
+    "product_mean",
     "ratio_interval",
+    "sound",
+    "sound_below",
     "student",
 ]
 
@@ -230,3 +233,27 @@ def _chosen(kept: Floats) -> NDArray[np.bool_]:
 def exp(value: float) -> float:
     """Return e to this power, or infinity where a number has no room for it; NaN of NaN."""
     return math.inf if value >= 700.0 else math.exp(value)
+
+
+def sound(interval: Interval) -> bool:
+    """Tell whether an interval of a positive number can be trusted, and ends."""
+    return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
+
+
+def sound_below(interval: Interval) -> bool:
+    """Tell whether at least its lower end can be trusted."""
+    return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
+
+
+def product_mean(intervals: Sequence[Interval]) -> Interval:
+    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give.
+
+    If one of them has no more than a lower end that can be trusted, so has their mean.
+    """
+    logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
+    mean = sum(value for value, _, _ in logs) / len(logs)
+    below = math.sqrt(sum((value - low) ** 2 for value, low, _ in logs)) / len(logs)
+    above = math.sqrt(sum((high - value) ** 2 for value, _, high in logs)) / len(logs)
+    trusted = all(interval.trusted for interval in intervals)
+    bound: Literal["", "low"] = "low" if not trusted and all(map(sound_below, intervals)) else ""
+    return Interval(math.exp(mean), math.exp(mean - below), math.exp(mean + above), trusted, bound=bound)

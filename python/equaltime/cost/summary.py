@@ -17,8 +17,9 @@ from equaltime.stated import other_depth
 
 __all__ = ["Beside", "Curve", "Question", "SceneResult", "StrategyResult", "Summary"]
 
-Question = Literal["time", "bias", "samples"]
-"""What an experiment asks: how long to an error, who is biased, or how many samples."""
+Question = Literal["time", "bias", "samples", "efficiency"]
+"""An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
+error times time."""
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Literal
 
 from equaltime.cost.agreement import LEVEL
 from equaltime.cost.curves import TYPICAL
-from equaltime.cost.questions import bias_verdict, samples_verdict
-from equaltime.cost.statistics import Interval
+from equaltime.cost.questions import bias_verdict, efficiency_verdict, samples_verdict
+from equaltime.cost.statistics import Interval, product_mean, sound, sound_below
 from equaltime.cost.summary import Question, SceneResult, StrategyResult
 
-__all__ = ["pick_standard", "product_mean", "verdict"]
+__all__ = ["pick_standard", "verdict"]
 
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -23,20 +22,6 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
     if any(label == "best" for _, label in unbiased):
         return "best"
     return min(unbiased, key=lambda one: one[0] if math.isfinite(one[0]) else math.inf)[1] if unbiased else None
-
-
-def product_mean(intervals: Sequence[Interval]) -> Interval:
-    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give.
-
-    If one of them has no more than a lower end that can be trusted, so has their mean.
-    """
-    logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
-    mean = sum(value for value, _, _ in logs) / len(logs)
-    below = math.sqrt(sum((value - low) ** 2 for value, low, _ in logs)) / len(logs)
-    above = math.sqrt(sum((high - value) ** 2 for value, _, high in logs)) / len(logs)
-    trusted = all(interval.trusted for interval in intervals)
-    bound: Literal["", "low"] = "low" if not trusted and all(map(_sound_below, intervals)) else ""
-    return Interval(math.exp(mean), math.exp(mean - below), math.exp(mean + above), trusted, bound=bound)
 
 
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
@@ -50,8 +35,10 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         return bias_verdict(scenes, LEVEL)
     if question == "samples":
         return samples_verdict(scenes)
+    if question == "efficiency":
+        return efficiency_verdict(scenes)
     for all_scenes in (True, False):
-        for ratio_is_good in (_sound, _sound_below):
+        for ratio_is_good in (sound, sound_below):
             for reach in _REACHES:
                 for target in sorted(targets):
                     found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
@@ -75,18 +62,9 @@ def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval],
     for _, strategy in _standards((scene,)):
         if strategy.label != scene.baseline:
             time, ratio = strategy.time_to.get(target), strategy.ratio.get(target)
-            if time is not None and ratio is not None and _sound(time) and good(ratio) and reach(time, ratio):
+            if time is not None and ratio is not None and sound(time) and good(ratio) and reach(time, ratio):
                 return scene, strategy
     return None
-
-
-def _sound(interval: Interval) -> bool:
-    return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
-
-
-def _sound_below(interval: Interval) -> bool:
-    """Tell whether at least its lower end can be trusted."""
-    return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
 
 
 def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
@@ -159,7 +137,7 @@ def _time_alone(
         for target in sorted(targets):
             for scene, strategy in _standards(scenes):
                 time = strategy.time_to[target]
-                if _sound(time) and (extrapolated or time.reach == 1.0):
+                if sound(time) and (extrapolated or time.reach == 1.0):
                     on = f" on {scene.name}" if len(scenes) > 1 else ""
                     text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
                     return scene, strategy, text + (f" ({time.note})" if time.note else "")
@@ -171,7 +149,7 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     found = [
         (scene, strategy)
         for scene, strategy in _standards(scenes)
-        if strategy.label != scene.baseline and _sound(strategy.efficiency)
+        if strategy.label != scene.baseline and sound(strategy.efficiency)
     ]
     if not found:
         return ""

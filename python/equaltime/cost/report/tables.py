@@ -17,9 +17,8 @@ from equaltime.cost.report.words import (
     probability_cell,
     seconds_cell,
 )
-from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.cost.statistics import UNKNOWN, Interval, product_mean
 from equaltime.cost.summary import SceneResult, StrategyResult, Summary
-from equaltime.cost.verdict import product_mean
 
 __all__ = ["check_table", "geometric_mean", "label_row", "overview_tables", "point_table", "time_table"]
 
