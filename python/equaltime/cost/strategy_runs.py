@@ -115,4 +115,4 @@ def _missing(parts: Parts, relmse: float) -> str:
     """Say if the images of an unbiased strategy are off the reference together: no spread over repeats shows that."""
     if not parts.bias2.low > _MOST_BIAS * abs(relmse):
         return ""
-    return "its images are off the reference together: they have not found all light yet, or it is biased"
+    return "its images are off the reference together: they or the reference have not found all light yet, or it is biased"
