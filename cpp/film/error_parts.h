@@ -1,5 +1,5 @@
 // The parts of which the estimated error of an image is made, and its standard errors. What they mean, and what is made
-// of them, is told in python/equaltime/error_estimate.py; these are the passes over all pixels, by bands of rows on all
+// of them, is told in python/equaltime/film/error.py; these are the passes over all pixels, by bands of rows on all
 // cores. No result depends on how many cores there are.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SecondNets: in a random pixel of every few, a second net of samples, which is not in the image. Where each pixel has
 // one net, its halves are correlated, and their difference says its variance but for a factor. Two nets of one pixel
-// are independent: their difference tells that factor (python/equaltime/second_nets.py).
+// are independent: their difference tells that factor (python/equaltime/film/second_nets.py).
 #pragma once
 
 #include <bit>

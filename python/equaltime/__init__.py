@@ -17,52 +17,67 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from equaltime import startup as startup  # first: it is what Ctrl-C meets during the others
-from equaltime.compare import compare
-from equaltime.cost import cost
-from equaltime.effects import PriceList, effects
-from equaltime.error_estimate import Estimate
-from equaltime.errors import (
-    BrightImage,
-    EffectError,
-    EqualtimeError,
-    EqualtimeWarning,
-    ExperimentError,
-    FaultySample,
-    ImageError,
-    NonFiniteSample,
-    PeerError,
-    Problem,
-    RenderError,
-    SampleError,
-    SceneError,
-    StrategyError,
-)
-from equaltime.merge import merge
-from equaltime.pilot import Quote
-from equaltime.progress import Progress
-from equaltime.progressive import Progressive, progressive
-from equaltime.quote import quote
-from equaltime.render import render
-from equaltime.replay import Replay, replay
-from equaltime.result import Result, Stats
-from equaltime.scene import Scene, load, load_dict
-from equaltime.selftest import SelfTest, selftest
-from equaltime.strategy import Strategy
-from equaltime.tev import Viewer
+if TYPE_CHECKING:
+    from equaltime.api import render as render
+    from equaltime.errors import BrightImage as BrightImage
+    from equaltime.errors import EffectError as EffectError
+    from equaltime.errors import EqualtimeError as EqualtimeError
+    from equaltime.errors import EqualtimeWarning as EqualtimeWarning
+    from equaltime.errors import ExperimentError as ExperimentError
+    from equaltime.errors import FaultySample as FaultySample
+    from equaltime.errors import ImageError as ImageError
+    from equaltime.errors import NonFiniteSample as NonFiniteSample
+    from equaltime.errors import PeerError as PeerError
+    from equaltime.errors import Problem as Problem
+    from equaltime.errors import RenderError as RenderError
+    from equaltime.errors import SampleError as SampleError
+    from equaltime.errors import SceneError as SceneError
+    from equaltime.errors import StrategyError as StrategyError
+    from equaltime.experiments import cost as cost
+    from equaltime.experiments.model.experiment import Experiment as Experiment
+    from equaltime.experiments.model.summary import Summary as Summary
+    from equaltime.film.error import Estimate as Estimate
+    from equaltime.hardcases import SelfTest as SelfTest
+    from equaltime.hardcases import selftest as selftest
+    from equaltime.pricing import PriceList as PriceList
+    from equaltime.pricing import effects as effects
+    from equaltime.quoting.observer import Observer as Observer
+    from equaltime.quoting.pilot import Quote as Quote
+    from equaltime.quoting.quote import quote as quote
+    from equaltime.rendering.compare import Comparison as Comparison
+    from equaltime.rendering.compare import compare as compare
+    from equaltime.rendering.merge import merge as merge
+    from equaltime.rendering.progress import Progress as Progress
+    from equaltime.rendering.progressive import Progressive as Progressive
+    from equaltime.rendering.progressive import progressive as progressive
+    from equaltime.rendering.replay import Replay as Replay
+    from equaltime.rendering.replay import replay as replay
+    from equaltime.rendering.result import Result as Result
+    from equaltime.rendering.result import Stats as Stats
+    from equaltime.rendering.tev import Viewer as Viewer
+    from equaltime.scene import Scene as Scene
+    from equaltime.scene import load as load
+    from equaltime.scene import load_dict as load_dict
+    from equaltime.statistics.intervals import Interval as Interval
+    from equaltime.strategy import Strategy as Strategy
 
 __all__ = [
     "BrightImage",
+    "Comparison",
     "EffectError",
     "EqualtimeError",
     "EqualtimeWarning",
     "Estimate",
+    "Experiment",
     "ExperimentError",
     "FaultySample",
     "ImageError",
+    "Interval",
     "NonFiniteSample",
+    "Observer",
     "PeerError",
     "PriceList",
     "Problem",
@@ -79,6 +94,7 @@ __all__ = [
     "Stats",
     "Strategy",
     "StrategyError",
+    "Summary",
     "Viewer",
     "__version__",
     "compare",
@@ -94,4 +110,60 @@ __all__ = [
     "selftest",
 ]
 
-__version__ = version("equaltime")
+_ROOMS = {
+    "equaltime.api": ("render",),
+    "equaltime.errors": (
+        "BrightImage",
+        "EffectError",
+        "EqualtimeError",
+        "EqualtimeWarning",
+        "ExperimentError",
+        "FaultySample",
+        "ImageError",
+        "NonFiniteSample",
+        "PeerError",
+        "Problem",
+        "RenderError",
+        "SampleError",
+        "SceneError",
+        "StrategyError",
+    ),
+    "equaltime.experiments": ("cost",),
+    "equaltime.experiments.model.experiment": ("Experiment",),
+    "equaltime.experiments.model.summary": ("Summary",),
+    "equaltime.film.error": ("Estimate",),
+    "equaltime.hardcases": ("SelfTest", "selftest"),
+    "equaltime.pricing": ("PriceList", "effects"),
+    "equaltime.quoting.observer": ("Observer",),
+    "equaltime.quoting.pilot": ("Quote",),
+    "equaltime.quoting.quote": ("quote",),
+    "equaltime.rendering.compare": ("Comparison", "compare"),
+    "equaltime.rendering.merge": ("merge",),
+    "equaltime.rendering.progress": ("Progress",),
+    "equaltime.rendering.progressive": ("Progressive", "progressive"),
+    "equaltime.rendering.replay": ("Replay", "replay"),
+    "equaltime.rendering.result": ("Result", "Stats"),
+    "equaltime.rendering.tev": ("Viewer",),
+    "equaltime.scene": ("Scene", "load", "load_dict"),
+    "equaltime.statistics.intervals": ("Interval",),
+    "equaltime.strategy": ("Strategy",),
+}
+"""Public names by module. A module is imported when one of its names is first used, so that importing is quick."""
+_HOMES = {name: room for room, names in _ROOMS.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version  # takes longer than all else here
+
+        found: Any = version("equaltime")
+    elif name in _HOMES:
+        found = getattr(import_module(_HOMES[name]), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=None)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

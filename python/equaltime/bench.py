@@ -7,24 +7,19 @@ in turn, and repeats go round over all scenes and thread counts, so that a drift
 
 from __future__ import annotations
 
-import hashlib
-import os
-import platform
 import statistics
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import comb
-from pathlib import Path
 from typing import Any
 
 from equaltime import _core
-from equaltime.core_renderer import MOMENTS_BYTES, check_memory, core_settings
-from equaltime.machine import memory_bytes, processors, worker_threads
+from equaltime.machine import machine, worker_threads
+from equaltime.rendering.core import MOMENTS_BYTES, check_memory, core_settings
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Measurement", "Report", "Spread", "build_facts", "machine", "measure", "spread"]
+__all__ = ["Measurement", "Report", "Spread", "measure", "spread"]
 
 _LEVEL = 0.95
 _PILOT_SAMPLES = 2
@@ -186,7 +181,7 @@ def measure(
     """
     if not scenes or not threads or min(threads) < 0 or repeats < 1 or (spp is not None and spp < 1):
         raise ValueError("give scenes, numbers of threads of at least 0, and repeats and spp of at least 1")
-    chosen = strategy if isinstance(strategy, Strategy) else Strategy.parse(strategy)
+    chosen = Strategy.of(strategy)
     cases = [
         case
         for number, scene in enumerate(scenes, 1)
@@ -236,30 +231,3 @@ def _summary(case: _Case, base: _Case, strategy: Strategy) -> Measurement:
         memory_bytes=core.memory_bytes,
         seconds=case.scene.timings,
     )
-
-
-def machine() -> dict[str, Any]:
-    """Describe this machine: processor, how many of them we may use, memory, system, and how busy it is."""
-    return {
-        "cpu": _processor(),
-        "processors": processors(),
-        "memory_bytes": memory_bytes(),
-        "system": platform.platform(),
-        "load_average": os.getloadavg()[0],
-    }
-
-
-def build_facts() -> dict[str, Any]:
-    """Return what the core is, down to its bits."""
-    content = Path(_core.__file__).read_bytes()
-    python = ".".join(map(str, sys.version_info[:3]))
-    return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(names, platform.processor() or platform.machine())

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import os
+import platform
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-__all__ = ["allowed_processors", "memory_bytes", "processors", "resident_bytes", "worker_threads"]
+__all__ = ["allowed_processors", "machine", "memory_bytes", "processors", "resident_bytes", "worker_threads"]
 
 _GROUPS = Path("/sys/fs/cgroup")
 _OWN = Path("/proc/self/cgroup")
@@ -84,3 +86,23 @@ def _numbers(file: Path) -> list[int]:
         return [int(word) for word in file.read_text().split()]
     except (OSError, ValueError):
         return []
+
+
+def machine() -> dict[str, Any]:
+    """Describe this machine: processor, how many of them we may use, memory, system, and how busy it is."""
+    return {
+        "cpu": _processor(),
+        "processors": processors(),
+        "memory_bytes": memory_bytes(),
+        "system": platform.platform(),
+        "load_average": os.getloadavg()[0],
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.processor() or platform.machine())

@@ -71,10 +71,10 @@ class Strategy(BaseModel):
     for each decision; or one lattice for all decisions at the first eight vertices, with random shifts (Cools, Kuo &
     Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
-    """Which pixels get more samples after a pilot (`equaltime.adaptive`): none; those whose neighbours showed a large
-    error, if the pilot shows a gain (``error``, unbiased; a crop has other counts than the whole). For comparison, and
-    biased, those among scattered values, those with an error of their own, or all but those that seem done (``cutoff``:
-    the rule of most renderers)."""
+    """Which pixels get more samples after a pilot (`equaltime.film.adaptive`): none; those whose neighbours showed a
+    large error, if the pilot shows a gain (``error``, unbiased; a crop has other counts than the whole). For
+    comparison, and biased, those among scattered values, those with an error of their own, or all but those that seem
+    done (``cutoff``: the rule of most renderers)."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -114,6 +114,11 @@ class Strategy(BaseModel):
 
     def __str__(self) -> str:
         return self.name
+
+    @classmethod
+    def of(cls, strategy: Strategy | str) -> Strategy:
+        """Return the strategy, or parse its text; raises `StrategyError` as `parse` does."""
+        return strategy if isinstance(strategy, Strategy) else cls.parse(strategy)
 
     @classmethod
     def parse(cls, text: str | Path) -> Strategy:

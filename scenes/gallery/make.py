@@ -17,8 +17,8 @@ from pictures import PICTURES
 from stage import SIDE, Dict
 
 import equaltime as et
-from equaltime import images
-from equaltime.preview import srgb_bytes
+from equaltime.images.image_files import files as images
+from equaltime.images.preview import srgb_bytes
 
 HERE = Path(__file__).resolve().parent
 README = HERE.parent / "README.md"

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime import images
-from equaltime.preview import srgb_bytes
+from equaltime.images.image_files import files as images
+from equaltime.images.preview import srgb_bytes
 
 Dict = dict[str, Any]
 Array = NDArray[np.float64]

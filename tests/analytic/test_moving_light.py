@@ -14,7 +14,7 @@ from scipy import integrate, stats
 
 import equaltime as et
 from equaltime import _core
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 from equaltime.scene import transforms
 from equaltime.scene.motion import animation, pose
 

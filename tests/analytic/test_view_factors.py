@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from equaltime import _core
-from equaltime.cost.agreement import sidak
+from equaltime.statistics.agreement import sidak
 
 from ..statistical.chi2 import LEVEL, share
 from ..statistical.worlds import affine, build, render, turned

@@ -20,9 +20,9 @@ from measuring import Floats, noise, parsed, ratio, relative_variance
 from uneven import CASES, case_arguments
 
 import equaltime as et
-from equaltime.adaptive import METRICS, PILOT, error_rates, pilot_statistics
-from equaltime.core_renderer import make_renderer
-from equaltime.error_estimate import PixelStatistics
+from equaltime.film.adaptive import METRICS, PILOT, error_rates, pilot_statistics
+from equaltime.film.error import PixelStatistics
+from equaltime.rendering.core import make_renderer
 
 UNEVEN = ("lens", "small lamps", "glossy plates", "cornell-box", "caustic", "opening")
 EVEN = ("terrain", "stadium")

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.bench import spread
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.cost.peers import MitsubaPeer, with_box_filter
-from equaltime.cost.subject import Subject
+from equaltime.experiments.peers import MitsubaPeer, with_box_filter
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.subject import Subject
 
 STRATEGY = "best,roulette=none,adaptive=none"
 NO_ROULETTE = 10**6

@@ -1,9 +1,9 @@
 """Whether every scene of Mitsuba's in a folder has the same expected image here and there, from the same file.
 
 Both read a copy of the file with a box filter, independent samples and a small film, and render it with 64 seeds; block
-means are compared by `equaltime.cost.agreement`. All scenes together have a false-alarm rate of 0.1 %, fixed before the
-first is looked at. A file that Mitsuba 3 cannot read is given to it as equaltime writes it, and the line says so. Ends
-with status 1 if a scene disagrees of which `KNOWN` does not say why.
+means are compared by `equaltime.statistics.agreement`. All scenes together have a false-alarm rate of 0.1 %, fixed
+before the first is looked at. A file that Mitsuba 3 cannot read is given to it as equaltime writes it, and the line
+says so. Ends with status 1 if a scene disagrees of which `KNOWN` does not say why.
 
 Samples are independent because the images of Mitsuba's `ldsampler` have a mean of their own. In lajolla's Cornell box
 they are two percent darker where light has been reflected twice.
@@ -30,8 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share
 from equaltime.scene.export import convert
+from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share
 
 QUANTILES = (1, 10, 50, 90, 99)
 KNOWN = {

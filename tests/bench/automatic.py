@@ -18,7 +18,7 @@ import numpy as np
 from measuring import SCENES, Floats, arguments, parsed
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer
+from equaltime.rendering.core import make_renderer
 
 FIXED = {
     "plain": "roulette=throughput,adaptive=none",

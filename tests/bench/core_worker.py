@@ -67,7 +67,14 @@ def main() -> None:
             )
             quotes: list[et.Quote] = []
             begin = process_time()
-            result = et.render(scene, **limits, strategy=strategy, seed=seed, threads=threads, quoted=quotes.append)
+            result = et.render(
+                scene,
+                **limits,
+                strategy=strategy,
+                seed=seed,
+                threads=threads,
+                observer=et.Observer.of(quoted=quotes.append),
+            )
             told["cpu"] = process_time() - begin
             told |= {"seconds": result.stats.seconds, "paths": result.stats.paths, "kernel": result.stats.kernel}
             if quotes:

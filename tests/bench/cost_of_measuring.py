@@ -14,8 +14,8 @@ from typing import Any
 from measuring import SHIPPED, arguments, print_conditions, text
 
 import equaltime as et
-from equaltime import passes, result, session
 from equaltime.bench import spread
+from equaltime.rendering import passes, result, session
 
 
 def main() -> None:
@@ -33,7 +33,9 @@ def main() -> None:
         for number in range(options.repeats + 1):
             for spent in (*during, *after):
                 spent.clear()
-            render = et.render(scene, spp=options.spp, seed=number, threads=options.threads, progress=ignore)
+            render = et.render(
+                scene, spp=options.spp, seed=number, threads=options.threads, observer=et.Observer.of(progress=ignore)
+            )
             seconds = render.stats.phases["render"]
             if number > 0:
                 shares.append((100.0 * sum(map(sum, after)) / seconds, 100.0 * sum(map(sum, during)) / seconds))

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from trial_scenes import realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer
-from equaltime.cost.metrics import Reference, contributions, signed_root
-from equaltime.cost.noisy_reference import Difference, Noise, log_ratio
-from equaltime.error_estimate import pixel_statistics, standard_error
-from equaltime.images import Picture, Window
+from equaltime.film.error import pixel_statistics, standard_error
+from equaltime.images.image_files import Picture, Window
+from equaltime.images.metrics import Reference, contributions
+from equaltime.rendering.core import make_renderer
+from equaltime.rendering.noisy_reference import Difference, Noise, log_ratio
+from equaltime.statistics.intervals import signed_root
 
 Floats = NDArray[np.float64]
 SAMPLES = 16

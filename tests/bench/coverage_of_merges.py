@@ -19,8 +19,8 @@ from measuring import arguments, parsed
 from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.cost.metrics import Reference
-from equaltime.parts_of_merge import statistics_of
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.images.metrics import Reference
 
 PLANS: Mapping[str, Sequence[int]] = {
     "32": [32],

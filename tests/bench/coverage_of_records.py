@@ -15,11 +15,11 @@ from measuring import arguments, parsed
 from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.error_estimate import Estimate
-from equaltime.second_nets import statistics_so_far
-from equaltime.unseen import stated_error
+from equaltime.film.error import Estimate
+from equaltime.film.second_nets import statistics_so_far
+from equaltime.film.unseen import stated_error
+from equaltime.rendering.core import make_renderer
+from equaltime.rendering.core_subject import CoreSubject
 
 Case = tuple[Estimate, float]
 """What a record states, and the true error."""

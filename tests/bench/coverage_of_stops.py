@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from uneven import CASES, Case, case_arguments
 
 import equaltime as et
-from equaltime.budget import FIRST_LOOK, Looks, next_look
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import Estimate
-from equaltime.second_nets import statistics_so_far
-from equaltime.unseen import Unseen, stated
+from equaltime.film.error import Estimate
+from equaltime.film.second_nets import statistics_so_far
+from equaltime.film.unseen import Unseen, stated
+from equaltime.rendering.budget import FIRST_LOOK, Looks, next_look
+from equaltime.rendering.core import core_settings, make_renderer
 
 Image = NDArray[np.float64]
 GRID = 1.15

@@ -12,7 +12,7 @@ from pathlib import Path
 from measuring import SCENES, arguments, parsed
 
 import equaltime as et
-from equaltime.render_file import RenderFile
+from equaltime.rendering.render_file import RenderFile
 
 FILES = {"cornell box": SCENES / "cornell-box.toml", "terrain": SCENES / "terrain" / "terrain.toml"}
 

@@ -18,7 +18,7 @@ from measuring import SCENES, arguments, parsed
 
 import equaltime as et
 from equaltime.bench import spread
-from equaltime.render_file import read_film, read_picture
+from equaltime.rendering.render_file import read_film, read_picture
 
 SCENE = SCENES / "cornell-box.toml"
 MOST_SECONDS = 60.0

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime.bench import Spread, machine, spread
+from equaltime.bench import Spread, spread
+from equaltime.machine import machine
 
 Floats = NDArray[np.float64]
 SCENES = Path(__file__).resolve().parents[2] / "scenes"

@@ -15,7 +15,7 @@ from measuring import SCENES, arguments, print_conditions
 
 import equaltime as et
 from equaltime import _core
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 
 GRID = SCENES / "experiments" / "mis-grid.toml"
 PARTS = ("bsdf", "light")

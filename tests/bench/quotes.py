@@ -20,7 +20,7 @@ from uneven import CASES, case_arguments
 
 import equaltime as et
 from equaltime.bench import spread
-from equaltime.error_estimate import Estimate
+from equaltime.film.error import Estimate
 
 SCENES = ["cornell-box", "independent", "terrain", "opening", "stadium", "simple", "ball", "lens"]
 

@@ -17,8 +17,8 @@ from measuring import SCENES, Floats, arguments, parsed, relative_variance
 
 import equaltime as et
 from equaltime import _core
-from equaltime.core_renderer import core_settings
-from equaltime.cost.peers import with_box_filter
+from equaltime.experiments.peers import with_box_filter
+from equaltime.rendering.core import core_settings
 
 LEFT_OUT = 0.005
 OURS = ("cornell-box.toml", "veach-mis.toml", "montelight/simple.toml", "montelight/complex.toml")

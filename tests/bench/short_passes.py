@@ -2,7 +2,7 @@
 
 On a machine that nothing else uses, then with processors taken, one by one, by a loop each. Threads that were asleep
 come late, and caches are cold; quotes, which are made of pilots of as little as some hundredths of a second, allow for
-it (`equaltime.speed`). The processors that the process had are told too. It times, so nothing else must run.
+it (`equaltime.quoting.speed`). The processors that the process had are told too. It times, so nothing else must run.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from quotes import load
 from uneven import CASES, case_arguments
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer
+from equaltime.rendering.core import make_renderer
 from equaltime.scene import Scene
 
 SCENES = ["cornell-box", "terrain", "opening", "stadium", "simple", "ball", "lens"]

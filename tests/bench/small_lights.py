@@ -22,10 +22,10 @@ from measuring import SCENES, arguments, print_conditions
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.cost import reference
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.cost.metrics import Reference, measure
-from equaltime.cost.statistics import Interval, mean_interval, ratio_interval
+from equaltime.experiments.run import reference
+from equaltime.images.metrics import Reference, measure
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.statistics.intervals import Interval, mean_interval, ratio_interval
 
 SCENE = SCENES / "montelight" / "complex.toml"
 RADIUS, RADIANCE = 1.5, 400.0

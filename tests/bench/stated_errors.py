@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.cost.metrics import Reference
-from equaltime.error_estimate import Estimate
-from equaltime.second_nets import statistics_so_far
-from equaltime.unseen import Unseen, stated_error
+from equaltime.film.error import Estimate
+from equaltime.film.second_nets import statistics_so_far
+from equaltime.film.unseen import Unseen, stated_error
+from equaltime.images.metrics import Reference
+from equaltime.rendering.core import core_settings, make_renderer
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from measuring import SHIPPED, arguments, noise, print_conditions, ratio, render_seconds, rounds, samples_for, text
 
 import equaltime as et
-from equaltime.core_renderer import core_settings
+from equaltime.rendering.core import core_settings
 from equaltime.strategy import Strategy
 
 BASELINE = "best"

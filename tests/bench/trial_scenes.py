@@ -17,10 +17,10 @@ from measuring import SCENES
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import images
-from equaltime.core_renderer import make_renderer
-from equaltime.cost.metrics import Reference
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
+from equaltime.images import image_files as images
+from equaltime.images.metrics import Reference
+from equaltime.rendering.core import make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["TRIALS", "realised_square", "reference", "trial_scene", "wilson"]

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from equaltime.cost.report import page as page_module
-from equaltime.cost.report import write_report
+from equaltime.experiments.report import page as page_module
+from equaltime.experiments.report import write_report
 
 from ..unit.fake_summary import summary
 from ..unit.test_films import TIMES, filmed

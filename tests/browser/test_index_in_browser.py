@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from equaltime.cost.report.index import write_index
+from equaltime.experiments.report.index import write_index
 
 from ..unit.test_collection import cards
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from equaltime.cost.report import write_report
+from equaltime.experiments.report import write_report
 
 from ..unit.fake_summary import CONSTANTS, doubted, summary
 

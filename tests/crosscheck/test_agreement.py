@@ -13,7 +13,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, anderson_darling, block_means, compare, share, sidak
+from equaltime.statistics.agreement import (
+    LEVEL,
+    Agreement,
+    BlockMeans,
+    anderson_darling,
+    block_means,
+    compare,
+    share,
+    sidak,
+)
 
 Array = NDArray[np.float64]
 SEEDS, ROWS, COLUMNS = 64, 16, 16

@@ -29,7 +29,7 @@ try:
 except ImportError:
     mi.set_variant("scalar_rgb")
 
-from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
+from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share  # noqa: E402
 
 from . import feature_scenes, material_scenes, media_scenes, surface_scenes  # noqa: E402
 from .feature_scenes import OTHER_RULE, lights  # noqa: E402

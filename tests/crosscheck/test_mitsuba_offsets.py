@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL, ROUNDING, share
+from equaltime.hardcases.units import in_units
 from equaltime.scene.mitsuba_dict import mitsuba_dict, with_transforms
-from equaltime.selftest.units import in_units
+from equaltime.statistics.agreement import LEVEL, ROUNDING, share
 
 mi = pytest.importorskip("mitsuba")
 pytestmark = pytest.mark.usefixtures("scalar_mitsuba")

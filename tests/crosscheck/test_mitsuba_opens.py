@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.render_file import read_picture
+from equaltime.rendering.render_file import read_picture
 
 mi = pytest.importorskip("mitsuba")
 pytestmark = pytest.mark.usefixtures("scalar_mitsuba")

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL, share
-from equaltime.cost.mitsuba_reference import UNFIT_SAMPLERS, fit_sampler
-from equaltime.cost.peers import MitsubaPeer, with_box_filter
+from equaltime.experiments.peers import MitsubaPeer, with_box_filter
+from equaltime.images.mitsuba_reference import UNFIT_SAMPLERS, fit_sampler
+from equaltime.statistics.agreement import LEVEL, share
 
 pytest.importorskip("mitsuba")
 

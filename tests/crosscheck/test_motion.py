@@ -12,8 +12,8 @@ import numpy as np
 
 import equaltime as et
 from equaltime import crosscheck
-from equaltime.cost.agreement import LEVEL, equality_test
 from equaltime.scene.motion import still
+from equaltime.statistics.agreement import LEVEL, equality_test
 
 VIEW = {"look_at": {"origin": [0, -4, 1.5], "target": [0, 0, 0.5], "up": [0, 0, 1]}}
 DOWN = {"rotate": {"axis": [1, 0, 0], "angle": 180}}

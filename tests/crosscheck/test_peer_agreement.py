@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL
-from equaltime.cost.peers import CommandPeer, MitsubaPeer, agreement
-from equaltime.cost.peers.agreement import check, own_reference
-from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.experiments.peers import CommandPeer, MitsubaPeer, agreement
+from equaltime.experiments.peers.agreement import check, own_reference
+from equaltime.rendering.subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.statistics.agreement import LEVEL
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"
 COMMAND = "{python} own_renderer.py {json} {spp} {seed} {out}.pfm"

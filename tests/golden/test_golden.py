@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL, Agreement, BlockMeans, compare, share
+from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share
 
 from .golden import SCENES, Golden, load_scene
 

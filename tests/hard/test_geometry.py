@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 from equaltime._core import parts
-from equaltime.selftest.cases import scenes_folder
+from equaltime.hardcases.cases import scenes_folder
 
 from ..statistical.worlds import affine, build, looking, octahedron, render
 
@@ -248,7 +248,9 @@ def test_G14_a_wall_that_is_lit_from_behind_is_black_however_its_normals_are_ben
 def test_G16_the_shadow_on_wide_ground_is_that_on_narrow_ground() -> None:  # noqa: N802
     """A z-test at 5 standard errors: once in 1.7 million seeds."""
     images = {
-        half: np.array([et.render(et.load(HARD / "stadium.toml", half_width=half), 64, seed=s).image for s in range(8)])
+        half: np.array(
+            [et.render(et.load(HARD / "stadium.toml", half_width=half), spp=64, seed=s).image for s in range(8)]
+        )
         for half in (1e1, 1e6)
     }
     means = {half: stack.mean(axis=(1, 2, 3)) for half, stack in images.items()}

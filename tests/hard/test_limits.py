@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 from equaltime.cli.progress import describe
-from equaltime.progress import Progress
-from equaltime.selftest.cases import scenes_folder
+from equaltime.hardcases.cases import scenes_folder
+from equaltime.rendering.progress import Progress
 
 from ..statistical.worlds import affine, build, looking, octahedron, render, turned
 

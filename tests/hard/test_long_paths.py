@@ -16,8 +16,8 @@ from scipy import stats
 
 import equaltime as et
 from equaltime import _core
-from equaltime.moments import squared_deviations
-from equaltime.selftest.cases import scenes_folder
+from equaltime.film.moments import squared_deviations
+from equaltime.hardcases.cases import scenes_folder
 
 from ..statistical.worlds import affine, build, estimate, looking, octahedron, render
 from .fuzz.memory import TooMuchMemory, Watch

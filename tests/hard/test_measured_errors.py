@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.cost.metrics import Reference, measure
-from equaltime.selftest.units import in_units
+from equaltime.hardcases.units import in_units
+from equaltime.images.metrics import Reference, measure
 
 Array = NDArray[np.float64]
 SHAPE = (16, 24, 3)

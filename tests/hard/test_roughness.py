@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 
 from ..statistical.worlds import build, looking, render
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.cli import main
 from equaltime.errors import PeerError
-from equaltime.selftest import cases, selftest
-from equaltime.selftest.cases import CASES, Case, load_case, scenes_folder
-from equaltime.selftest.judge import MOST_ULP, judge_bits, judge_same, judge_value, limit_of
-from equaltime.selftest.subjects import MitsubaSubject, OurSubject
-from equaltime.selftest.units import in_units
+from equaltime.hardcases import cases, selftest
+from equaltime.hardcases.cases import CASES, Case, load_case, scenes_folder
+from equaltime.hardcases.judge import MOST_ULP, judge_bits, judge_same, judge_value, limit_of
+from equaltime.hardcases.subjects import MitsubaSubject, OurSubject
+from equaltime.hardcases.units import in_units
 
 QUICK_IDS = ["G2", "G3", "G10", "G11", "G13", "G14", "G17", "S1", "S3", "S7", "S16", "T8"]
 QUICK_NAMES = ["ball in a lamp 1e6 wide", "instance scaled -1e-3 … 1e3"]
@@ -155,7 +155,7 @@ def test_what_a_renderer_raises_fails_its_case() -> None:
 
 def test_ctrl_c_ends_it_and_fails_no_case(monkeypatch: pytest.MonkeyPatch) -> None:
     part = dataclasses.replace(et.render(load_case(CASES[0]).with_(size=(4, 4)), spp=2), stopped_by="interrupt")
-    monkeypatch.setattr(import_module("equaltime.selftest.subjects"), "render", lambda *_, **__: part)
+    monkeypatch.setattr(import_module("equaltime.hardcases.subjects"), "render", lambda *_, **__: part)
     with pytest.raises(KeyboardInterrupt):
         OurSubject().outcome(CASES[0])
 

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 
 from .ground import ground
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 from equaltime.scene.model import Sphere
 
 from ..statistical.worlds import build, render

@@ -12,7 +12,7 @@ from typing import Final
 import pytest
 
 import equaltime as et
-from equaltime.moments import deviations, stored
+from equaltime.film.moments import deviations, stored
 
 from ..statistical.changed import changed
 from .shipped import DEPTH, FOLDER, Moments, renderer, same_bits

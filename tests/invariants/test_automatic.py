@@ -12,9 +12,9 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.decision import Decision
-from equaltime.render_file import read_record
+from equaltime.rendering.core import core_settings, make_renderer
+from equaltime.rendering.decision import Decision
+from equaltime.rendering.render_file import read_record
 
 from .shipped import same_bits
 

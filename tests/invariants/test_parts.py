@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer, split_light
+from equaltime.rendering.core import make_renderer, split_light
 
 ROOT = Path(__file__).parents[2]
 TURN = {"rotate": {"axis": [1, 0, 0], "angle": -90}}

@@ -13,8 +13,8 @@ import pytest
 import equaltime as et
 from equaltime import _core
 from equaltime.cli import main
-from equaltime.core_renderer import make_renderer
-from equaltime.moments import DTYPE, deviations, stored
+from equaltime.film.moments import DTYPE, deviations, stored
+from equaltime.rendering.core import make_renderer
 
 from .shipped import FILES, FOLDER, shipped
 

@@ -12,7 +12,7 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.moments import deviations, stored
+from equaltime.film.moments import deviations, stored
 
 from ..statistical.changed import changed
 from .shipped import FILES, Moments, renderer, same_bits, shipped

@@ -10,7 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.core_renderer import core_settings, make_renderer, split_light
+from equaltime.rendering.core import core_settings, make_renderer, split_light
 
 from .shipped import FILES, same_bits, shipped
 

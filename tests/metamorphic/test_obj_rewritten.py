@@ -14,7 +14,7 @@ from hypothesis import find
 from hypothesis import strategies as st
 
 import equaltime as et
-from equaltime import images
+from equaltime.images import image_files as images
 from equaltime.scene import model as m
 from equaltime.scene.account import Account
 from equaltime.scene.geometry import MeshSurface

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.cost.agreement import share, sidak
+from equaltime.statistics.agreement import share, sidak
 
 __all__ = ["LEVEL", "SAMPLES", "Chart", "Histogram", "Masses", "chi_square", "share", "sidak", "uniforms"]
 

@@ -9,7 +9,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.cost.curves import (
+from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.images.image_tails import tail_of
+from equaltime.statistics.curves import (
     FARTHEST_REACH,
     TYPICAL,
     Runs,
@@ -21,9 +23,7 @@ from equaltime.cost.curves import (
     slope,
     time_to_error,
 )
-from equaltime.cost.ratios import speed_up
-from equaltime.cost.statistics import UNKNOWN, Interval, exp
-from equaltime.cost.tails import tail_of
+from equaltime.statistics.intervals import UNKNOWN, Interval, exp
 
 Array = NDArray[np.float64]
 

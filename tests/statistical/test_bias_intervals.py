@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.cost.agreement import equality_test
-from equaltime.cost.metrics import Reference
-from equaltime.cost.parts import Parts, relmse_of_parts
-from equaltime.cost.statistics import Interval, geometric_interval, mean_interval, median_interval, ratio_interval
+from equaltime.images.bias_variance import Parts, relmse_of_parts
+from equaltime.images.metrics import Reference
+from equaltime.statistics.agreement import equality_test
+from equaltime.statistics.intervals import Interval, geometric_interval, mean_interval, median_interval, ratio_interval
 
 Array = NDArray[np.float64]
 

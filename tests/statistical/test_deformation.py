@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import crosscheck
-from equaltime.cost.agreement import LEVEL, equality_test, share
 from equaltime.scene.model import SceneModel
 from equaltime.scene.motion import at_time
+from equaltime.statistics.agreement import LEVEL, equality_test, share
 
 from .sheets import deformation, write
 from .test_motion_blur import BLOCK, BULB, LAMP, animated, averaged, blurred, moved, scene

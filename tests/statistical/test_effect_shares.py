@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost.statistics import Interval
-from equaltime.effects.derive import derive
-from equaltime.effects.pairs import Versus, change_of, products, run_in_turn, share_of
-from equaltime.effects.parts import Parts, measure_parts
+from equaltime.quoting.light_parts import Parts, measure_parts
+from equaltime.quoting.pairs import Versus, change_of, products, run_in_turn, share_of
+from equaltime.scene.effects.derive import derive
+from equaltime.statistics.intervals import Interval
 
 PIXELS = 24
 STRATEGY = et.Strategy.parse("best,sampler=independent,lights=uniform")

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.effects.derive import derive
-from equaltime.effects.leaving import leave_out
+from equaltime.scene.effects.derive import derive
+from equaltime.scene.effects.leaving import leave_out
 
 Dict = dict[str, Any]
 MOST = 4.5

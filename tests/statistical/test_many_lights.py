@@ -16,7 +16,7 @@ import pytest
 
 from equaltime import _core
 from equaltime._core import parts
-from equaltime.cost.agreement import LEVEL, BlockMeans, compare, share
+from equaltime.statistics.agreement import LEVEL, BlockMeans, compare, share
 
 from .worlds import affine, build, looking, render, turned
 

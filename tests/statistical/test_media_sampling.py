@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from equaltime import _core
-from equaltime.cost.agreement import sidak
+from equaltime.statistics.agreement import sidak
 
 from .charts import SphereChart
 from .chi2 import LEVEL, SAMPLES, Histogram, Masses, share, uniforms

@@ -18,8 +18,8 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.error_estimate import PixelStatistics, pixel_statistics
-from equaltime.parts_of_merge import MergedFilm
+from equaltime.film.error import PixelStatistics, pixel_statistics
+from equaltime.film.parts_of_merge import MergedFilm
 
 SCENE = Path(__file__).parents[2] / "scenes" / "experiments" / "ball.toml"
 GROUPS = 60

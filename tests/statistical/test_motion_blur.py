@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core
-from equaltime.cost.agreement import LEVEL, equality_test, share
 from equaltime.scene.model import Animation, SceneModel, as_array
 from equaltime.scene.motion import at_time, pose
+from equaltime.statistics.agreement import LEVEL, equality_test, share
 
 Array = NDArray[np.float64]
 

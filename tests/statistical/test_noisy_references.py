@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.cost.metrics import Measured, Reference, measure
-from equaltime.cost.noisy_reference import Difference, Noise, log_ratio
-from equaltime.film import box_sum
-from equaltime.neighbourhoods import neighbours
+from equaltime.film.neighbourhoods import neighbours
+from equaltime.film.sums import box_sum
+from equaltime.images.metrics import Measured, Reference, measure
+from equaltime.rendering.noisy_reference import Difference, Noise, log_ratio
 
 Array = NDArray[np.float64]
 Means = tuple[Array, Array]

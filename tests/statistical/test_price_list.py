@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost.statistics import Interval
+from equaltime.statistics.intervals import Interval
 
 PIXELS = 24
 STRATEGY = "best,sampler=independent,lights=uniform"

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.core_renderer import make_renderer
-from equaltime.error_estimate import PixelStatistics, pixel_statistics
-from equaltime.second_nets import statistics_so_far
+from equaltime.film.error import PixelStatistics, pixel_statistics
+from equaltime.film.second_nets import statistics_so_far
+from equaltime.rendering.core import make_renderer
 from equaltime.strategy import Strategy
 
 SCENES = Path(__file__).parents[2] / "scenes"

@@ -14,7 +14,7 @@ from scipy import stats
 
 from equaltime import _core
 from equaltime._core import parts
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
 
 from .chi2 import LEVEL, SAMPLES, share, uniforms
 from .worlds import affine, build, render

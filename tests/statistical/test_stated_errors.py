@@ -16,11 +16,11 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import Estimate, error_parts, pixel_statistics
-from equaltime.moments import squared_deviations
+from equaltime.film.error import Estimate, error_parts, pixel_statistics
+from equaltime.film.moments import squared_deviations
+from equaltime.film.unseen import Unseen, stated_error
+from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
-from equaltime.unseen import Unseen, stated_error
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SIDE, SEEDS, REFERENCE = 24, 60, 1 << 13

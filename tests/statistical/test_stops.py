@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.stopping import StopRule
+from equaltime.rendering.stopping import StopRule
 
 RUNS = 150
 ERROR = 0.5
@@ -50,7 +50,7 @@ def z(scene: et.Scene, stop: StopRule) -> float:
     """Return how far the mean light of images is from the truth, in standard errors."""
     truth = float(et.render(scene, spp=16384, strategy="light", seed=2**60).image.mean(dtype=np.float64))
     runs = [
-        et.render(scene, MOST, error=ERROR, strategy="bsdf,sampler=independent", seed=seed, threads=1, stop=stop)
+        et.render(scene, spp=MOST, error=ERROR, strategy="bsdf,sampler=independent", seed=seed, threads=1, stop=stop)
         for seed in range(RUNS)
     ]
     light = np.array([run.image.mean(dtype=np.float64) for run in runs])

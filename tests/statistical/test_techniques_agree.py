@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import pytest
 
-from equaltime.cost.agreement import LEVEL, BlockMeans, compare, share
+from equaltime.statistics.agreement import LEVEL, BlockMeans, compare, share
 
 from .changed import changed
 from .stages import NAMES, stage

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.cost.agreement import LEVEL, equality_test, share
+from equaltime.statistics.agreement import LEVEL, equality_test, share
 
 from . import wrong_estimators
 

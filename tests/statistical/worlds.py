@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from equaltime import _core
-from equaltime.cost.agreement import sidak
-from equaltime.moments import squared_deviations
+from equaltime.film.moments import squared_deviations
+from equaltime.statistics.agreement import sidak
 
 __all__ = ["Estimate", "affine", "build", "direction", "estimate", "looking", "octahedron", "render", "turned"]
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.cost.subject import Checkpoint, RendererKind
 from equaltime.crosscheck.lights import Lights, LightSamples
 from equaltime.crosscheck.tracer import Tracer
 from equaltime.crosscheck.world import Hits
+from equaltime.rendering.subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.model import Sphere
 

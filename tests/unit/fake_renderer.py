@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.moments import DTYPE
+from equaltime.film.moments import DTYPE
 
 PIXELS = 12
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from equaltime.cost.metrics import Reference
-from equaltime.cost.reference import KnownReference, write
-from equaltime.cost.statistics import UNKNOWN, Interval
-from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.images.metrics import Reference
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)
 CONSTANTS = {"naive": 0.8, "cut": 0.2, "best": 0.1}

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.error_estimate import PixelStatistics, image_error
-from equaltime.unseen import Unseen
+from equaltime.film.error import PixelStatistics, image_error
+from equaltime.film.unseen import Unseen
 
 __all__ = ["IMAGES", "limits_that_hold"]
 

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.adaptive import METRICS, PILOT, Gain, pilot_statistics
-from equaltime.error_estimate import PixelStatistics
 from equaltime.errors import ImageError, StrategyError
-from equaltime.moments import DTYPE, stored
+from equaltime.film.adaptive import METRICS, PILOT, Gain, pilot_statistics
+from equaltime.film.error import PixelStatistics
+from equaltime.film.moments import DTYPE, stored
 
 Floats = NDArray[np.float64]
 SHAPE = (48, 64)

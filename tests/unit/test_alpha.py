@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.render_file import RenderFile, read_picture
+from equaltime.rendering.render_file import RenderFile, read_picture
 
 pytestmark = pytest.mark.filterwarnings("ignore:the picture is black everywhere")
 SPP = 1024

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime.cli import main
 from equaltime.cli.standard_output import OutputError, named_output
-from equaltime.render_file import read_picture
+from equaltime.images import image_files as images
+from equaltime.rendering.render_file import read_picture
 
 HEAD = """
 [sensor]

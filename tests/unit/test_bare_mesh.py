@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import _core, images
+from equaltime import _core
 from equaltime.cli import main
+from equaltime.images import image_files as images
 from equaltime.scene import model as m
 from equaltime.scene.geometry import MeshSurface
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
-from equaltime.cost import reference
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.error_estimate import PixelStatistics, image_error
+from equaltime.experiments.run import reference
+from equaltime.film.error import PixelStatistics, image_error
 from equaltime.machine import memory_bytes
+from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.core_subject import CoreSubject
 
 BRIGHT = (
     '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 4, height = 4 }\n'

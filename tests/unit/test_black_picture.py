@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.black_picture import unwarned
 from equaltime.cli import main
-from equaltime.cost.peers.agreement import check
-from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.experiments.peers.agreement import check
+from equaltime.rendering.black_picture import unwarned
+from equaltime.rendering.subject import Checkpoint, RendererKind
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
 SENSOR = {"type": "perspective", "film": FILM}
@@ -42,7 +42,7 @@ def described(**objects: object) -> et.Scene:
 )
 def test_python_warns_of_a_black_picture(objects: dict[str, Any], words: str) -> None:
     with pytest.warns(et.EqualtimeWarning, match=rf"the picture is black everywhere.*{words}") as caught:
-        result = et.render(described(**objects), 4)
+        result = et.render(described(**objects), spp=4)
     assert not result.image.any()
     assert [warning.filename for warning in caught] == [__file__]
 
@@ -50,8 +50,8 @@ def test_python_warns_of_a_black_picture(objects: dict[str, Any], words: str) ->
 def test_a_picture_with_light_and_one_that_wants_none_are_not_told_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert et.render(described(sky=SKY), 4).image.any()
-        assert not et.render(described(integrator={"type": "depth"}), 4).image.any()
+        assert et.render(described(sky=SKY), spp=4).image.any()
+        assert not et.render(described(integrator={"type": "depth"}), spp=4).image.any()
 
 
 def test_a_thread_that_wants_no_warnings_does_not_silence_another() -> None:
@@ -59,9 +59,9 @@ def test_a_thread_that_wants_no_warnings_does_not_silence_another() -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         with unwarned(), ThreadPoolExecutor(1) as pool:
-            et.render(dark, 4)
+            et.render(dark, spp=4)
             assert not caught
-            pool.submit(et.render, dark, 4).result()
+            pool.submit(et.render, dark, spp=4).result()
     assert [warning.category for warning in caught] == [et.EqualtimeWarning]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
+from equaltime.images import image_files as images
 
 from ..hard.fuzz.memory import Watch
 

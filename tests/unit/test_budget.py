@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from equaltime.budget import FIRST_LOOK, Look, Looks, next_look
-from equaltime.error_estimate import UNKNOWN, Estimate
+from equaltime.film.error import UNKNOWN, Estimate
+from equaltime.rendering.budget import FIRST_LOOK, Look, Looks, next_look
 
 
 def falling(exponent: float, spread: float = 1.0) -> Callable[[int], Estimate]:

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
-from equaltime.progress import Progress
-from equaltime.render_file import read_film, read_picture
+from equaltime.images import image_files as images
+from equaltime.rendering.progress import Progress
+from equaltime.rendering.render_file import read_film, read_picture
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -55,7 +55,7 @@ def test_a_render_that_ctrl_c_cut_within_a_pass_is_taken_up(scene: et.Scene, tmp
         if progress.samples >= 4:
             raise KeyboardInterrupt
 
-    cut = et.render(scene, spp=100_000, progress=interrupt)
+    cut = et.render(scene, spp=100_000, observer=et.Observer.of(progress=interrupt))
     assert cut.stopped_by == "interrupt"
     cut.save(tmp_path / "a.exr")
     spp = int(cut.samples.max()) + 10
@@ -73,7 +73,7 @@ def test_a_render_to_an_error_that_was_cut_stops_where_one_stops_that_never_was(
         if progress.samples >= between:
             raise KeyboardInterrupt
 
-    cut = et.render(scene, error=0.04, progress=interrupt)
+    cut = et.render(scene, error=0.04, observer=et.Observer.of(progress=interrupt))
     assert cut.stopped_by == "interrupt"
     cut.save(tmp_path / "a.exr")
     taken_up = et.render(scene, error=0.04, resume=tmp_path / "a.exr")
@@ -254,7 +254,9 @@ def test_resume_begins_anew_where_there_is_no_file(tmp_path: Path) -> None:
 def test_a_checkpoint_that_cannot_be_written_does_not_end_the_render(scene: et.Scene, tmp_path: Path) -> None:
     told: list[str] = []
     nowhere = tmp_path / "no such folder" / "a.exr"
-    result = et.render(scene, spp=8, checkpoint=nowhere, checkpoint_every=1e-9, unsaved=told.append)
+    result = et.render(
+        scene, spp=8, checkpoint=nowhere, checkpoint_every=1e-9, observer=et.Observer.of(unsaved=told.append)
+    )
     assert (result.spp, result.stopped_by) == (8, "spp")
     assert len(told) == 1, "of several that failed in a row"
     assert str(nowhere) in told[0]

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import typer
 
-from equaltime import images
 from equaltime.cli import main
 from equaltime.cli.arguments import (
     parse_crop,
@@ -24,9 +23,10 @@ from equaltime.cli.arguments import (
     parse_whole,
 )
 from equaltime.cli.progress import describe
-from equaltime.error_estimate import Estimate
-from equaltime.progress import Progress
-from equaltime.render_file import read_picture
+from equaltime.film.error import Estimate
+from equaltime.images import image_files as images
+from equaltime.rendering.progress import Progress
+from equaltime.rendering.render_file import read_picture
 from equaltime.strategy import PRESETS, Strategy
 
 SCENE = """

@@ -16,13 +16,17 @@ from equaltime import cost as measure_cost
 from equaltime.cli import main
 from equaltime.cli.cost_output import as_data
 from equaltime.cli.cost_progress import describe, time_left
-from equaltime.cost import analysis, experiment_reader, making, report, single_run
-from equaltime.cost.making import make_experiment, split_strategies
-from equaltime.cost.record import load
-from equaltime.cost.runner import RunProgress
-from equaltime.cost.statistics import UNKNOWN, Interval
-from equaltime.cost.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.errors import ExperimentError
+from equaltime.experiments import report
+from equaltime.experiments.analysis import summarise as analysis
+from equaltime.experiments.model import making
+from equaltime.experiments.model import reader as experiment_reader
+from equaltime.experiments.model.making import make_experiment, split_strategies
+from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.run import single_run
+from equaltime.experiments.run.record import load
+from equaltime.experiments.run.runner import RunProgress
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 SMALL = ["--size", "8x8", "--repeats", "2", "--budget", "20ms", "--threads", "1"]

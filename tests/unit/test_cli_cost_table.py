@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cost.report.looks import looks
-from equaltime.cost.report.sentences import facts
-from equaltime.cost.report.tables import check_table, point_table
-from equaltime.cost.statistics import UNKNOWN, Interval
-from equaltime.cost.summary import StrategyResult, Summary
+from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.sentences import facts
+from equaltime.experiments.report.tables import check_table, point_table
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import summary
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime import images
 from equaltime.cli import main
+from equaltime.images import image_files as images
 
 SCENES = Path(__file__).parents[2] / "scenes"
 

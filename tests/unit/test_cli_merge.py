@@ -11,7 +11,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.focus import Focus
+from equaltime.film.focus import Focus
 
 BALL = et.load_dict(
     {

@@ -11,14 +11,14 @@ from typing import Any
 import pytest
 
 from equaltime.cli import main
-from equaltime.cost import collection, single_run
-from equaltime.cost.beside import beside
-from equaltime.cost.collection import Changes, experiments_in, run_all
-from equaltime.cost.folder import Folder
-from equaltime.cost.record import load
-from equaltime.cost.report.index import Card, write_index
-from equaltime.cost.theirs import TheirNumber, Theirs
 from equaltime.errors import ExperimentError
+from equaltime.experiments.analysis.beside import beside
+from equaltime.experiments.model.theirs import TheirNumber, Theirs
+from equaltime.experiments.report.index import Card, write_index
+from equaltime.experiments.run import collection, single_run
+from equaltime.experiments.run.collection import Changes, experiments_in, run_all
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import load
 
 from .fake_summary import summary
 from .test_report import Page

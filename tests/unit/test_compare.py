@@ -15,14 +15,14 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import images
 from equaltime.cli import main
-from equaltime.cost.noisy_reference import Noise
-from equaltime.error_estimate import pixel_statistics, standard_error
-from equaltime.images import Window
-from equaltime.moments import DTYPE
-from equaltime.parts_of_merge import MergedFilm
-from equaltime.render_file import RenderFile, read_film, read_picture
+from equaltime.film.error import pixel_statistics, standard_error
+from equaltime.film.moments import DTYPE
+from equaltime.film.parts_of_merge import MergedFilm
+from equaltime.images import image_files as images
+from equaltime.images.image_files import Window
+from equaltime.rendering.noisy_reference import Noise
+from equaltime.rendering.render_file import RenderFile, read_film, read_picture
 
 Array = NDArray[np.float64]
 SCENE = Path(__file__).resolve().parents[2] / "scenes/cornell-box.toml"

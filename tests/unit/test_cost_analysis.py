@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.analysis import summarise
-from equaltime.cost.curves import TYPICAL
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.metrics import Reference, measure
-from equaltime.cost.record import Row
-from equaltime.cost.reference import KnownReference, write
-from equaltime.cost.statistics import Interval
-from equaltime.cost.summary import StrategyResult, Summary
 from equaltime.errors import ExperimentError
+from equaltime.experiments.analysis.summarise import summarise
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import Row
+from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.images.metrics import Reference, measure
+from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.intervals import Interval
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from equaltime.cost.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
-from equaltime.cost.ratios import efficiency, speed_up
-from equaltime.cost.statistics import Interval
+from equaltime.experiments.analysis.ratios import efficiency, speed_up
+from equaltime.statistics.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
+from equaltime.statistics.intervals import Interval
 
 from .made_up_runs import SPP, power_law, with_firefly
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.agreement import LEVEL
-from equaltime.cost.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.cost.ratios import fewer_samples
-from equaltime.cost.statistics import UNKNOWN, Interval
-from equaltime.cost.strategy_runs import StrategyRuns
-from equaltime.cost.summary import SceneResult, StrategyResult
-from equaltime.cost.verdict import verdict
+from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
+from equaltime.experiments.analysis.ratios import fewer_samples
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns
+from equaltime.experiments.analysis.verdict import verdict
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.agreement import LEVEL
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import curve
 from .made_up_runs import SPP, power_law

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.curves import (
+from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.statistics.curves import (
     Runs,
     error_at,
     error_curve,
@@ -19,8 +20,7 @@ from equaltime.cost.curves import (
     slope,
     time_to_error,
 )
-from equaltime.cost.ratios import speed_up
-from equaltime.cost.statistics import (
+from equaltime.statistics.intervals import (
     Interval,
     exp,
     geometric_interval,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.agreement import equality_test, near_normal
-from equaltime.cost.metrics import Reference
-from equaltime.cost.tails import MOST_RATIO, Tail, squared_errors, tail_of
+from equaltime.images.image_tails import MOST_RATIO, Tail, squared_errors, tail_of
+from equaltime.images.metrics import Reference
+from equaltime.statistics.agreement import equality_test, near_normal
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from equaltime.cost.curves import TYPICAL
-from equaltime.cost.statistics import UNKNOWN, Interval, product_mean
-from equaltime.cost.summary import SceneResult, StrategyResult
-from equaltime.cost.verdict import pick_standard, verdict
+from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
 
 from .fake_summary import curve
 

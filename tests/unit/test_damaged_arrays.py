@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.cost.arrays import read_array
-from equaltime.cost.record import Row
-from equaltime.cost.strategy_runs import StrategyRuns, runs_of
 from equaltime.errors import ImageError
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
+from equaltime.experiments.run.arrays import read_array
+from equaltime.experiments.run.record import Row
 
 SHAPE = (3, 4, 3)
 

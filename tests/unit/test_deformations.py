@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.effects import derive, leave_out
+from equaltime.pricing import derive, leave_out
 from equaltime.scene import deforming, motion
 from equaltime.scene.export.files import write_ply
 from equaltime.scene.geometry import MeshSurface

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost.directions import DRAWN, Rays, read_directions, sample_directions, write_directions
-from equaltime.cost.report import page
-from equaltime.cost.report.rays import draw_rays
 from equaltime.errors import ImageError
+from equaltime.experiments.report import page
+from equaltime.experiments.report.rays import draw_rays
+from equaltime.experiments.run.directions import DRAWN, Rays, read_directions, sample_directions, write_directions
 from equaltime.scene import Scene
 
 from .fake_summary import summary

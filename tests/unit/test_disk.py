@@ -14,13 +14,14 @@ from threading import Thread
 import numpy as np
 import pytest
 
-from equaltime import disk, images
-from equaltime.cost.folder import replacing
+from equaltime import files as disk
+from equaltime.experiments.run.folder import replacing
+from equaltime.images import image_files as images
 
 _KILLED = """
 import os, signal, sys
 from pathlib import Path
-from equaltime.disk import replacing
+from equaltime.files import replacing
 with replacing(Path(sys.argv[1])) as file:
     file.write_bytes(b"half")
     os.kill(os.getpid(), signal.{signal})
@@ -80,7 +81,7 @@ def test_two_files_that_one_thread_writes_at_a_time_do_not_wait_for_each_other(t
     nested = """
 import sys
 from pathlib import Path
-from equaltime.disk import replacing
+from equaltime.files import replacing
 path = Path(sys.argv[1])
 with replacing(path) as outer:
     outer.write_bytes(b"outer")
@@ -166,7 +167,7 @@ def test_a_process_killed_while_it_names_a_new_file_leaves_no_empty_one(tmp_path
     killed = """
 import os, signal, sys
 from pathlib import Path
-from equaltime import disk
+from equaltime import files as disk
 os.link = os.replace = lambda old, new: os.kill(os.getpid(), signal.SIGKILL)
 path = Path(sys.argv[1])
 with disk.beside(path) as file:

@@ -10,9 +10,9 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.error_estimate import Estimate
-from equaltime.render_file import read_picture
+from equaltime.film.error import Estimate
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.render_file import read_picture
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CAUSTIC, PLAIN = SCENES / "experiments" / "caustic.toml", SCENES / "cornell-box.toml"
@@ -47,7 +47,7 @@ def quoted(path: Path, folder: Path, printed: Said) -> str:
 
 def quoted_of_a_render_that_is_taken_up(path: Path, folder: Path, printed: Said) -> str:
     found: list[et.Quote] = []
-    et.render(scene(path), error=0.3, resume=saved(path, folder), quoted=found.append)
+    et.render(scene(path), error=0.3, resume=saved(path, folder), observer=et.Observer.of(quoted=found.append))
     return found[0].error.doubt
 
 

@@ -8,10 +8,10 @@ import OpenImageIO
 import pytest
 
 import equaltime as et
-from equaltime import images
-from equaltime.core_renderer import make_renderer
-from equaltime.effects import derive, leave_out
-from equaltime.effects.kinds import KINDS
+from equaltime.images import image_files as images
+from equaltime.pricing import derive, leave_out
+from equaltime.rendering.core import make_renderer
+from equaltime.scene.effects.kinds import KINDS
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted(path for path in (ROOT / "scenes").rglob("*.toml") if "experiments" not in path.parts)

@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.statistics import UNKNOWN as NO_INTERVAL
-from equaltime.cost.statistics import Interval
-from equaltime.error_estimate import (
+from equaltime.film.error import (
     UNKNOWN,
     Estimate,
     PixelStatistics,
@@ -25,7 +23,9 @@ from equaltime.error_estimate import (
     pixel_statistics,
     standard_error,
 )
-from equaltime.moments import DTYPE
+from equaltime.film.moments import DTYPE
+from equaltime.statistics.intervals import UNKNOWN as NO_INTERVAL
+from equaltime.statistics.intervals import Interval
 
 Z_LIMIT = 4.4
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film import box_sum, error_contributions, standard_errors
-from equaltime.neighbourhoods import neighbours
+from equaltime.film.neighbourhoods import neighbours
+from equaltime.film.sums import box_sum, error_contributions, standard_errors
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]

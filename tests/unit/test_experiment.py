@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
-from equaltime.cost.experiment import Experiment, SceneEntry, StrategyEntry
-from equaltime.cost.experiment_reader import default_experiment, is_experiment, quicker, read_experiment
 from equaltime.errors import ExperimentError, SceneError
+from equaltime.experiments.model.experiment import Experiment, SceneEntry, StrategyEntry
+from equaltime.experiments.model.reader import default_experiment, is_experiment, quicker, read_experiment
+from equaltime.images import image_files as images
 from equaltime.strategy import Strategy
 
 SCENES = Path(__file__).parents[2] / "scenes"

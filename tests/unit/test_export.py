@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import disk
+from equaltime import files as disk
 from equaltime.cli import main
 from equaltime.scene import model as m
 from equaltime.scene.export.convert import FORMATS

@@ -4,11 +4,16 @@ import ast
 import importlib
 import inspect
 import pkgutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import equaltime as et
+
+FEW = 40
+"""Modules that `import equaltime` may import: itself, and what `typing` and `importlib` need."""
 
 
 def test_the_documented_names_are_exported() -> None:
@@ -30,12 +35,40 @@ def test_every_error_is_exported_and_an_equaltime_error() -> None:
 
 def test_render_takes_what_it_promises() -> None:
     parameters = inspect.signature(et.render).parameters
-    first = ["scene", "spp", "time", "strategy", "seed", "threads", "progress", "backend"]
-    assert list(parameters)[: len(first)] == first
-    more = {name for name, parameter in parameters.items() if parameter.kind == inspect.Parameter.KEYWORD_ONLY}
-    saving = {"resume", "checkpoint", "checkpoint_every", "unsaved"}
-    assert more == {"error", "quoted", "unquoted", "without", "within", "decided", "show", "stop", "traps"} | saving
-    assert [p.default for p in parameters.values()][1 : len(first)] == [None, None, "best", 0, 0, None, "core"]
+    named = [name for name, parameter in parameters.items() if parameter.kind == inspect.Parameter.KEYWORD_ONLY]
+    assert list(parameters) == ["scene", *named]
+    usual = {"spp": None, "time": None, "error": None, "strategy": "best", "seed": 0, "threads": 0}
+    saving = {"resume": None, "checkpoint": None, "checkpoint_every": 60.0}
+    effects = {"without": (), "within": None}
+    rare = {"observer": None, "stop": "look", "show": None, "traps": "ignore", "backend": "core"}
+    assert {name: parameters[name].default for name in named} == usual | saving | effects | rare
+
+
+def test_no_public_name_is_a_module() -> None:
+    assert set(et.__all__) & {module.name for module in pkgutil.iter_modules(et.__path__)} == set()
+
+
+def test_importing_the_package_imports_little() -> None:
+    program = "import sys; before = set(sys.modules); import equaltime; print(*sorted(set(sys.modules) - before))"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    imported = run.stdout.split()
+    assert [name for name in imported if name.startswith("equaltime")] == ["equaltime"]
+    assert len(imported) <= FEW, imported
+
+
+def test_editors_see_the_same_names_as_python() -> None:
+    tree = ast.parse(Path(et.__file__).read_text())
+    typed = {
+        (node.module, alias.name)
+        for branch in tree.body
+        if isinstance(branch, ast.If)
+        for node in branch.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert typed == {(home, name) for name, home in et._HOMES.items()}
+    assert set(et.__all__) == {*et._HOMES, "__version__"}
+    assert set(et.__all__) <= set(dir(et))
 
 
 def test_the_package_is_marked_as_typed() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from equaltime.cost.report import figures, rays
+from equaltime.experiments.report import figures, rays
 
 from .fake_summary import scene_result
 

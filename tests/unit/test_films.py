@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from equaltime.cost import single_run
-from equaltime.cost.conclusion import conclude
-from equaltime.cost.experiment_reader import read_experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.forming import FRAMES, moments, read_film
-from equaltime.cost.report import page
-from equaltime.cost.report.films import film_view, write_animation
-from equaltime.cost.report.looks import looks
-from equaltime.cost.runner import run
-from equaltime.cost.summary import SceneResult
 from equaltime.errors import ImageError
+from equaltime.experiments.analysis.conclusion import conclude
+from equaltime.experiments.model.reader import read_experiment
+from equaltime.experiments.model.summary import SceneResult
+from equaltime.experiments.report import page
+from equaltime.experiments.report.films import film_view, write_animation
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.run import single_run
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.forming import FRAMES, moments, read_film
+from equaltime.experiments.run.runner import run
 
 from .fake_summary import CONSTANTS, scene_result, summary
 from .test_report import Page

@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import fixed_count
-from equaltime.budget import Limits
-from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
 from equaltime.cli.outcome import stopped
-from equaltime.fixed_count import Chosen, pilot_seed
-from equaltime.focus import Focus
-from equaltime.progress import Progress
-from equaltime.render_file import read_picture
-from equaltime.session import Session
-from equaltime.stopping import Stop
+from equaltime.film.focus import Focus
+from equaltime.quoting import fixed_count
+from equaltime.quoting.fixed_count import Chosen, pilot_seed
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.job import Job
+from equaltime.rendering.progress import Progress
+from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.session import Session
+from equaltime.rendering.stopping import Stop
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 DARK: dict[str, Any] = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}
@@ -123,7 +124,7 @@ def test_a_render_that_was_cut_goes_on_to_the_count_that_was_chosen(
         if progress.target == count(fixed) and progress.samples >= 8:
             raise KeyboardInterrupt
 
-    cut = et.render(scene, error=0.3, stop="fixed", progress=interrupt)
+    cut = et.render(scene, error=0.3, stop="fixed", observer=et.Observer.of(progress=interrupt))
     assert cut.stopped_by == "interrupt"
     cut.save(tmp_path / "a.exr")
     monkeypatch.setattr(fixed_count, "Pilot", None)  # there must be none
@@ -136,7 +137,7 @@ def test_a_render_that_was_cut_goes_on_to_the_count_that_was_chosen(
 
 def test_checkpoints_have_the_count(scene: et.Scene, tmp_path: Path) -> None:
     rule = Stop("fixed", 0.1, 64, 5, 16, 1.5)
-    session = Session(scene, et.Strategy(), 0, 1, Limits(spp=8), stop=rule)
+    session = Session(Job(scene=scene, strategy=et.Strategy(), threads=1, limits=Limits(spp=8), stop=rule))
     session.passes.run()
     session.result("unfinished").save(tmp_path / "a.exr")
     assert Checkpoint.read(tmp_path / "a.exr").stop == rule
@@ -209,7 +210,7 @@ def test_an_error_beyond_all_samples_is_refused(scene: et.Scene) -> None:
 
 def test_what_is_quoted_is_the_count(scene: et.Scene) -> None:
     quotes: list[et.Quote] = []
-    result = et.render(scene, error=0.3, stop="fixed", quoted=quotes.append)
+    result = et.render(scene, error=0.3, stop="fixed", observer=et.Observer.of(quoted=quotes.append))
     assert len(quotes) == 1
     assert quotes[0].spp.low == quotes[0].spp.value == quotes[0].spp.high == result.spp
     assert 0.0 < quotes[0].error.value < quotes[0].error.high <= 0.3

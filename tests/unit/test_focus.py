@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.film import focused_light, mirrored_lamps
-from equaltime.focus import Focus
+from equaltime.film.focus import Focus
+from equaltime.film.sums import focused_light, mirrored_lamps
+from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
 
 SIDE, Z_LIMIT = 12, 4.9

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
 from equaltime.errors import ExperimentError
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.run.folder import Folder
 
 
 def test_tidying_removes_what_a_killed_experiment_was_writing_and_nothing_else(tmp_path: Path) -> None:

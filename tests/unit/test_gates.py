@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost import agreement, gates
-from equaltime.cost import reference as references
-from equaltime.cost.experiment import ReferenceWish
-from equaltime.cost.folder import Folder
-from equaltime.cost.metrics import Reference
-from equaltime.cost.peers import agreement as peer_agreement
-from equaltime.cost.reference import KnownReference
-from equaltime.cost.subject import Checkpoint, RendererKind
+from equaltime.experiments.model.experiment import ReferenceWish
+from equaltime.experiments.peers import agreement as peer_agreement
+from equaltime.experiments.run import gates
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.reference import KnownReference
+from equaltime.images.metrics import Reference
+from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.statistics import agreement
 
 SCENE = et.load(Path(__file__).parents[2] / "scenes" / "cornell-box.toml").with_(size=(8, 8), max_depth=2)
 OURS = agreement.BlockMeans(np.ones((2, 2, 3)), np.ones((2, 2, 3)), 63.0)

@@ -47,7 +47,7 @@ def test_no_field_that_has_no_hash_is_in_the_hash_of_a_value() -> None:
 
 def test_values_that_are_equal_have_one_hash() -> None:
     scene = et.load(CORNELL).with_(size=(8, 8), max_depth=2)
-    result = et.render(scene, 4)
+    result = et.render(scene, spp=4)
     again = dataclasses.replace(result.stats, phases=dict(result.stats.phases))
     assert {result.stats, again} == {result.stats}
     assert result.stats != dataclasses.replace(result.stats, phases={"render": 1.0})

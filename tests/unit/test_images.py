@@ -11,12 +11,14 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from numpy.typing import NDArray
 
-from equaltime import disk, images, preview
-from equaltime.error_estimate import Estimate
+from equaltime import files as disk
 from equaltime.errors import ImageError
-from equaltime.images import Window
-from equaltime.render_file import RenderFile, read_picture
-from equaltime.result import Origin, Result, Stats
+from equaltime.film.error import Estimate
+from equaltime.images import image_files as images
+from equaltime.images import preview
+from equaltime.images.image_files import Window
+from equaltime.rendering.render_file import RenderFile, read_picture
+from equaltime.rendering.result import Origin, Result, Stats
 
 HEIGHT, WIDTH = 5, 7
 

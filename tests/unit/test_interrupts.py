@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 import equaltime as et
-from equaltime import interrupts, preview
+from equaltime import interrupts
 from equaltime.cli.signals import interruptible
+from equaltime.images import preview
 from equaltime.interrupts import held_back, put_off
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"

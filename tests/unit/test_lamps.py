@@ -15,14 +15,14 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import lamps as lamps_module
-from equaltime.core_renderer import core_settings, make_renderer
-from equaltime.error_estimate import PixelStatistics, image_error
-from equaltime.film import lamps_in_sight
-from equaltime.lamps import Lamps
-from equaltime.parts_of_merge import statistics_of
+from equaltime.film import lamps as lamps_module
+from equaltime.film.error import PixelStatistics, image_error
+from equaltime.film.lamps import Lamps
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.film.sums import lamps_in_sight
+from equaltime.film.unseen import Unseen
+from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
-from equaltime.unseen import Unseen
 
 from .limits import limits_that_hold
 

@@ -29,9 +29,9 @@ def printed(program: str) -> str:
 @pytest.mark.parametrize(
     "call",
     [
-        "et.render(scene, time=0.1, quoted=passed, progress=passed)",
-        "et.render(scene, error=0.5, quoted=passed, progress=passed)",
-        "et.render(scene, spp=512, progress=passed)",
+        "et.render(scene, time=0.1, observer=et.Observer.of(quoted=passed, progress=passed))",
+        "et.render(scene, error=0.5, observer=et.Observer.of(quoted=passed, progress=passed))",
+        "et.render(scene, spp=512, observer=et.Observer.of(progress=passed))",
         "et.quote(scene, error=0.5, why=False, progress=passed)",
     ],
 )

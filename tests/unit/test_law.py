@@ -10,9 +10,9 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from equaltime.budget import FIRST_LOOK, Looks, next_look
-from equaltime.error_estimate import Estimate
-from equaltime.law import Law, fit
+from equaltime.film.error import Estimate
+from equaltime.quoting.law import Law, fit
+from equaltime.rendering.budget import FIRST_LOOK, Looks, next_look
 
 TRIALS, MOST = 80, 40_000
 

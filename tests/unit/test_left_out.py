@@ -9,8 +9,8 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.effects.leaving import leave_out
-from equaltime.effects.pilot import LeftOut, choose, measured
+from equaltime.pricing.left_out import LeftOut, choose, measured
+from equaltime.scene.effects.leaving import leave_out
 
 BOX = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -49,7 +49,9 @@ def test_what_the_strategy_cuts_is_measured_with_long_paths(box: et.Scene, trunc
 
 def test_what_is_quoted_has_the_bias_too(box: et.Scene) -> None:
     quotes: list[et.Quote] = []
-    result = et.render(box, error=0.5, without=["long_paths=3"], quoted=quotes.append, threads=1)
+    result = et.render(
+        box, error=0.5, without=["long_paths=3"], observer=et.Observer.of(quoted=quotes.append), threads=1
+    )
     assert result.bias is not None
     assert quotes[0].error.low > result.bias.low
     assert quotes[0].error.value > result.bias.value
@@ -70,7 +72,9 @@ def test_the_measured_bias_is_that_of_a_converged_image(box: et.Scene) -> None:
 
 def test_what_the_scene_does_not_call_for_leaves_the_render_unbiased_and_its_bits(box: et.Scene) -> None:
     said: list[str] = []
-    result = et.render(box, spp=4, without=["lens", "textures"], threads=1, decided=said.extend)
+    result = et.render(
+        box, spp=4, without=["lens", "textures"], threads=1, observer=et.Observer.of(decided=said.extend)
+    )
     assert not result.origin.biased
     assert result.bias is None
     assert "without" not in result.record

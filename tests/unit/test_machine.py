@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime import bench, core_renderer, locks, machine
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.record import load
-from equaltime.cost.runner import run
+from equaltime import bench, locks, machine
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import load
+from equaltime.experiments.run.runner import run
 from equaltime.machine import memory_bytes, processors
+from equaltime.rendering import core as core_renderer
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 MANY = 64
@@ -74,8 +75,8 @@ def test_a_memory_limit_of_nothing_is_ignored(groups: Path) -> None:
 
 
 def test_records_of_machines_have_the_memory_of_the_container(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "memory_bytes", lambda: 4096)
-    assert bench.machine()["memory_bytes"] == 4096
+    monkeypatch.setattr(machine, "memory_bytes", lambda: 4096)
+    assert machine.machine()["memory_bytes"] == 4096
 
 
 def test_a_system_that_tells_no_processors_has_those_of_the_machine(
@@ -92,8 +93,8 @@ def test_a_system_that_tells_no_processors_has_those_of_the_machine(
 def test_as_many_threads_work_by_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine, "processors", lambda: 3)
     scene = et.load(CORNELL).with_(size=(6, 6), max_depth=2)
-    assert et.render(scene, 1).stats.threads == 3
-    assert et.render(scene, 1, threads=2).stats.threads == 2
+    assert et.render(scene, spp=1).stats.threads == 3
+    assert et.render(scene, spp=1, threads=2).stats.threads == 2
     (measured,) = bench.measure([scene], repeats=1, spp=1).scenes
     assert measured.threads == 3
     wish = {"error": 0.5, "seconds": 0.1}
@@ -104,7 +105,7 @@ def test_as_many_threads_work_by_default(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_film_that_a_container_does_not_hold_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(core_renderer, "memory_bytes", lambda: 1000)
     scene = et.load(CORNELL).with_(size=(6, 6))
-    for measured in (lambda: et.render(scene, 1), lambda: bench.measure([scene])):
+    for measured in (lambda: et.render(scene, spp=1), lambda: bench.measure([scene])):
         with pytest.raises(et.SceneError, match=r"GB of memory needed, 1e-06 GB allowed by the machine or its"):
             measured()
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import equaltime as et
-from equaltime.effects import derive
 from equaltime.errors import RenderError, SceneError
+from equaltime.pricing import derive
 from equaltime.scene.export import convert
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.scene.model import Homogeneous, Isotropic

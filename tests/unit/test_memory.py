@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 import equaltime as et
 scene, quotes = et.load(sys.argv[1]).with_(size=(480, 400), max_depth=3), []
-et.render(scene, {}, quoted=quotes.append).save(sys.argv[2])
+et.render(scene, {}, observer=et.Observer.of(quoted=quotes.append)).save(sys.argv[2])
 status = Path("/proc/self/status").read_text().splitlines()
 print(next(1024 * int(line.split()[1]) for line in status if line.startswith("VmHWM:")))
 memory = quotes[0].memory

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from equaltime.cli.messages import duration, print_error, while_heard
-from equaltime.durations import seconds_of
+from equaltime.words import seconds_of
 
 
 @pytest.mark.parametrize(

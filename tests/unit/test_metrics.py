@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.flip import flip
-from equaltime.cost.metrics import METRICS, Metric, Reference, contributions, measure, signed_root
-from equaltime.cost.parts import relmse_of_parts
+from equaltime.images.bias_variance import relmse_of_parts
+from equaltime.images.flip import flip
+from equaltime.images.metrics import METRICS, Metric, Reference, contributions, measure
+from equaltime.statistics.intervals import signed_root
 
 Array = NDArray[np.float64]
 SHAPE = (16, 24, 3)
@@ -169,7 +170,7 @@ def test_flip_survives_a_reference_of_one_luminance(level: float) -> None:
 
 SWEEP = """
 import numpy as np
-from equaltime.cost.flip import flip
+from equaltime.images.flip import flip
 
 truth = np.random.default_rng(1).gamma(0.5, 1.0, (8, 12, 3))
 print(len({flip(np.ldexp(1.1 * truth, k), np.ldexp(truth, k)) for k in range(-140, 121, 52)}))

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime.cli.cost_table import print_summary
-from equaltime.cost.agreement import BlockMeans
-from equaltime.cost.experiment import Experiment, ReferenceWish
-from equaltime.cost.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS
-from equaltime.cost.peers import MitsubaPeer
-from equaltime.cost.peers.agreement import Gate, own_reference
-from equaltime.cost.reference import obtain
-from equaltime.cost.report.sentences import facts
-from equaltime.cost.subject import Checkpoint
+from equaltime.experiments.model.experiment import Experiment, ReferenceWish
+from equaltime.experiments.peers import MitsubaPeer
+from equaltime.experiments.peers.agreement import Gate, own_reference
+from equaltime.experiments.report.sentences import facts
+from equaltime.experiments.run.reference import obtain
+from equaltime.images import image_files as images
+from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS
+from equaltime.rendering.subject import Checkpoint
+from equaltime.statistics.agreement import BlockMeans
 
 from .fake_summary import scene_result, summary
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime import _core
-from equaltime.effects import derive, leave_out
+from equaltime.pricing import derive, leave_out
 from equaltime.scene import motion, transforms
 from equaltime.scene.model import Animation
 

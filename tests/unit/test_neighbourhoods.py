@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film import box_sum, nearest_mean, others_sum
-from equaltime.neighbourhoods import RADIUS, neighbours, others_count
+from equaltime.film.neighbourhoods import RADIUS, neighbours, others_count
+from equaltime.film.sums import box_sum, nearest_mean, others_sum
 
 Floats = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.effects import derive
 from equaltime.errors import RenderError, SceneError
+from equaltime.pricing import derive
 
 from ..statistical.worlds import Add, affine, build, estimate, octahedron
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import noise_light as module
 from equaltime.cli import main
-from equaltime.core_renderer import split_light
-from equaltime.error_estimate import Estimate
-from equaltime.law import fit
-from equaltime.noise_light import LEAST_PATHS, NoiseLight, noise_light
-from equaltime.pilot import Pilot
+from equaltime.film.error import Estimate
+from equaltime.quoting import noise_light as module
+from equaltime.quoting.law import fit
+from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
+from equaltime.quoting.pilot import Pilot
+from equaltime.rendering.core import split_light
 from equaltime.scene.smaller import smaller
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.error_estimate import PixelStatistics, error_parts
-from equaltime.noise_places import Places, noise_places, share_within
+from equaltime.film.error import PixelStatistics, error_parts
+from equaltime.quoting.noise_places import Places, noise_places, share_within
 
 Floats = NDArray[np.float64]
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"

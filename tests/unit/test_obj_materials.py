@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
+from equaltime.images import image_files as images
 from equaltime.scene import model as m
 
 SQUARE = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

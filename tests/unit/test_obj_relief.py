@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
+from equaltime.images import image_files as images
 from equaltime.scene import model as m
 from equaltime.scene.obj_relief import content_of
 

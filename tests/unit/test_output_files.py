@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import disk, images, output_files
+from equaltime import files as disk
 from equaltime.cli import main
-from equaltime.render_file import read_picture
+from equaltime.images import image_files as images
+from equaltime.rendering import output_files
+from equaltime.rendering.render_file import read_picture
 
 HEAD = """
 [sensor]

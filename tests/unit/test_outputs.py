@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +12,11 @@ import pytest
 
 import equaltime as et
 from equaltime.cli.outcome import left_by_interrupt
-from equaltime.effects import derive, extras
-from equaltime.effects.extras import ALL, measure_outputs
-from equaltime.progress import Progress
+from equaltime.pricing import derive
+from equaltime.pricing import output_costs as extras
+from equaltime.pricing.output_costs import ALL, measure_outputs
+from equaltime.rendering import run
+from equaltime.rendering.progress import Progress
 
 AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
 
@@ -84,7 +85,7 @@ def test_ctrl_c_while_they_are_taken_loses_no_image(result: et.Result, monkeypat
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["equaltime.render"], "outputs", stopped)
+    monkeypatch.setattr(run, "outputs", stopped)
     found = et.render(scene(), spp=8, seed=3)
     assert (found.stopped_by, found.aovs) == ("interrupt", {})
     np.testing.assert_array_equal(found.image, result.image)
@@ -95,7 +96,7 @@ def test_after_ctrl_c_they_are_not_rendered(tmp_path: Path, capsys: pytest.Captu
         if progress.samples >= 4:
             raise KeyboardInterrupt
 
-    found = et.render(scene(), spp=100_000, seed=3, progress=interrupt)
+    found = et.render(scene(), spp=100_000, seed=3, observer=et.Observer.of(progress=interrupt))
     assert (found.stopped_by, found.aovs) == ("interrupt", {})
     assert "outputs" not in found.stats.phases
     found.save(path := tmp_path / "cut.exr")
@@ -111,13 +112,13 @@ def test_after_ctrl_c_they_are_not_rendered(tmp_path: Path, capsys: pytest.Captu
 def test_their_time_is_a_phase_beyond_that_of_the_render(result: et.Result, monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.stats.phases["outputs"] > 0.0
     assert "outputs" not in et.render(plain(), spp=4).stats.phases
-    slow = sys.modules["equaltime.render"].outputs  # type: ignore[attr-defined]
+    slow = run.outputs
 
     def slower(*arguments: Any) -> Any:
         time.sleep(0.3)
         return slow(*arguments)
 
-    monkeypatch.setattr(sys.modules["equaltime.render"], "outputs", slower)
+    monkeypatch.setattr(run, "outputs", slower)
     phases = et.render(scene(), spp=8, time=10.0).record["phases"]
     assert phases["outputs"] >= 0.3
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.cost.experiment_reader import read_experiment
-from equaltime.cost.making import make_experiment
-from equaltime.cost.subjects import make_subjects
+from equaltime.experiments.model.making import make_experiment
+from equaltime.experiments.model.reader import read_experiment
+from equaltime.experiments.run.subjects import make_subjects
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"
 

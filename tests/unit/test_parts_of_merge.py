@@ -17,14 +17,14 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import images
-from equaltime.checkpoint import Checkpoint
-from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics, standard_error
-from equaltime.lamps import Lamps
-from equaltime.moments import DTYPE, PARTS, stored
-from equaltime.packing import channel_names, packed, unpacked
-from equaltime.parts_of_merge import MergedFilm, statistics_of
-from equaltime.render_file import read_picture
+from equaltime.film.error import PixelStatistics, image_error, pixel_statistics, standard_error
+from equaltime.film.lamps import Lamps
+from equaltime.film.moments import DTYPE, PARTS, stored
+from equaltime.film.packing import channel_names, packed, unpacked
+from equaltime.film.parts_of_merge import MergedFilm, statistics_of
+from equaltime.images import image_files as images
+from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.render_file import read_picture
 
 SCENES = Path(__file__).parents[2] / "scenes"
 BEFORE = Path(__file__).parent / "data" / "format_1" / "merged-without-sums.exr"

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cost.peers.command import CommandPeer
-from equaltime.cost.peers.common import checked_image, uneven_samples, with_box_filter
 from equaltime.errors import PeerError
+from equaltime.experiments.peers.command import CommandPeer
+from equaltime.experiments.peers.common import checked_image, uneven_samples, with_box_filter
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 WIDTH, HEIGHT = 6, 4

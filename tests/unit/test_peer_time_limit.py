@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.peers import limits
-from equaltime.cost.peers.command import CommandPeer
-from equaltime.cost.peers.process import Worker
-from equaltime.cost.subjects import make_subjects
 from equaltime.errors import PeerError
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.peers import limits
+from equaltime.experiments.peers.command import CommandPeer
+from equaltime.experiments.peers.process import Worker
+from equaltime.experiments.run.subjects import make_subjects
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 COMMAND = "render {spp} {seed} {out}"

@@ -8,14 +8,15 @@ from typing import Any
 import pytest
 
 import equaltime as et
-from equaltime import pilot
-from equaltime.budget import Limits
 from equaltime.cli import main
-from equaltime.law import Law
-from equaltime.pilot import Pilot
-from equaltime.probe import Probe
-from equaltime.session import Session
-from equaltime.speed import Processors, from_start
+from equaltime.quoting import pilot
+from equaltime.quoting.law import Law
+from equaltime.quoting.pilot import Pilot
+from equaltime.quoting.probe import Probe
+from equaltime.quoting.speed import Processors, from_start
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.job import Job
+from equaltime.rendering.session import Session
 from equaltime.strategy import Strategy
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
@@ -45,7 +46,9 @@ def test_an_error_beyond_all_samples_is_refused_at_once(scene: et.Scene) -> None
 def test_what_is_done_already_is_quoted_as_it_is_known(scene: et.Scene) -> None:
     """The pilot has all four samples that the render will have, and the image's own interval."""
     quotes: list[et.Quote] = []
-    result = et.render(scene, spp=4, error=0.02, quoted=quotes.append, strategy="best,adaptive=none")
+    result = et.render(
+        scene, spp=4, error=0.02, observer=et.Observer.of(quoted=quotes.append), strategy="best,adaptive=none"
+    )
     assert quotes[0].error.value == pytest.approx(result.error.value)
     assert quotes[0].error.high == pytest.approx(result.error.high)
     assert quotes[0].error.low < 0.9 * quotes[0].error.value
@@ -53,16 +56,18 @@ def test_what_is_done_already_is_quoted_as_it_is_known(scene: et.Scene) -> None:
 
 def test_any_of_several_limits_may_end_a_render_first(scene: et.Scene) -> None:
     alone, together = list[et.Quote](), list[et.Quote]()
-    et.render(scene, error=0.05, quoted=alone.append)
+    et.render(scene, error=0.05, observer=et.Observer.of(quoted=alone.append))
     most = round(alone[0].spp.value)
-    et.render(scene, error=0.05, spp=most, quoted=together.append)
+    et.render(scene, error=0.05, spp=most, observer=et.Observer.of(quoted=together.append))
     assert together[0].spp.low < together[0].spp.high <= most
     assert together[0].seconds.low < together[0].seconds.high
 
 
 def resumed_quote(scene: et.Scene, begun: Path, **limits: float) -> tuple[et.Quote, et.Result]:
     quotes: list[et.Quote] = []
-    result = et.render(scene, resume=begun, quoted=quotes.append, strategy="best,adaptive=none", **limits)  # type: ignore[arg-type]
+    result = et.render(
+        scene, resume=begun, observer=et.Observer.of(quoted=quotes.append), strategy="best,adaptive=none", **limits
+    )  # type: ignore[arg-type]
     return quotes[0], result
 
 
@@ -87,7 +92,7 @@ def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Pat
 
 def reasons(scene: et.Scene, **options: float) -> list[str]:
     found: list[str] = []
-    et.render(scene, unquoted=found.append, **options)  # type: ignore[arg-type]
+    et.render(scene, observer=et.Observer.of(unquoted=found.append), **options)  # type: ignore[arg-type]
     return found
 
 
@@ -108,7 +113,7 @@ def test_the_reason_is_printed_in_one_line(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    session = Session(scene, Strategy(), 0, 0, Limits(seconds=0.3))
+    session = Session(Job(scene=scene, strategy=Strategy(), limits=Limits(seconds=0.3)))
     watched = Pilot(session, Limits(seconds=0.3), probes=False)
     measure, measured = session.error, list[float]()
 
@@ -132,14 +137,14 @@ def test_no_pixels_are_probed_for_which_no_time_is_left(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, has_time: bool
 ) -> None:
     limits, begun = Limits(seconds=100.0, error=0.02), list[int]()
-    session = Session(scene, Strategy(), 0, 0, limits)
-    watched, probe = Pilot(session, limits), session.probe
+    session = Session(Job(scene=scene, strategy=Strategy(), limits=limits))
+    watched, probe = Pilot(session, limits), Probe.of
 
-    def noted(samples: int, draws: int) -> Probe:
+    def noted(session: Session, samples: int, draws: int) -> Probe:
         begun.append(draws)
-        return probe(samples, draws)
+        return probe(session, samples, draws)
 
-    monkeypatch.setattr(session, "probe", noted)
+    monkeypatch.setattr(Probe, "of", noted)
     monkeypatch.setattr(session.passes, "has_time_for", lambda seconds: has_time or seconds == watched._estimating)
     first_quote(session, watched)
     assert bool(begun) is has_time
@@ -147,7 +152,7 @@ def test_no_pixels_are_probed_for_which_no_time_is_left(
 
 def test_looks_at_the_error_take_a_part_of_the_seconds(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Those that a render to an error will make; one of as many samples makes none."""
-    session = Session(scene, Strategy(), 0, 0, Limits(error=0.05))
+    session = Session(Job(scene=scene, strategy=Strategy(), limits=Limits(error=0.05)))
     watched, measure = Pilot(session, Limits(error=0.05), probes=False), session.error
 
     def slow(*, lasting: bool = False) -> et.Estimate:
@@ -168,19 +173,19 @@ def test_what_there_was_of_the_processors_is_watched_until_the_probe_ends(
     """All of them during the pilot, and half of them with the probe: to go on with half takes twice as long."""
     limits, passed, fitted = Limits(error=0.02), [Processors(0.0, 0.0)], list[Law]()
     monkeypatch.setattr(Processors, "now", lambda: passed[-1])
-    session = Session(scene, Strategy(), 0, 0, limits)
-    watched, fit, probe = Pilot(session, limits), pilot.fit, session.probe
+    session = Session(Job(scene=scene, strategy=Strategy(), limits=limits))
+    watched, fit, probe = Pilot(session, limits), pilot.fit, Probe.of
 
     def noted_fit(*data: Any) -> Law:
         fitted.append(fit(*data))
         return fitted[-1]
 
-    def noted_probe(samples: int, draws: int) -> Probe:
+    def noted_probe(session: Session, samples: int, draws: int) -> Probe:
         passed.append(Processors(2.0, 2.0))
-        return probe(samples, draws)
+        return probe(session, samples, draws)
 
     monkeypatch.setattr(pilot, "fit", noted_fit)
-    monkeypatch.setattr(session, "probe", noted_probe)
+    monkeypatch.setattr(Probe, "of", noted_probe)
     passed.append(Processors(1.0, 0.0))
     quote = first_quote(session, watched)
     assert passed[-1].waited == 2.0

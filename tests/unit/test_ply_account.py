@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime._core import MeshData, MeshError, read_ply
+from equaltime.images import image_files as images
 from equaltime.scene import model as m
 
 SQUARE: Final = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
 from equaltime.cli import main
-from equaltime.effects.kinds import KINDS
-from equaltime.effects.pairs import Runs, Versus
+from equaltime.images import image_files as images
+from equaltime.quoting.pairs import Runs, Versus
+from equaltime.scene.effects.kinds import KINDS
 
 from .test_effects import CHECKED, ROOT, scene
 

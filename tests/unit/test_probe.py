@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 import equaltime as et
-from equaltime import probe as probes
-from equaltime.budget import FIRST_LOOK, Limits
-from equaltime.core_renderer import make_renderer
-from equaltime.error_estimate import (
+from equaltime.film.error import (
     Estimate,
     PixelStatistics,
     error_parts,
@@ -22,10 +19,14 @@ from equaltime.error_estimate import (
     image_error,
     pixel_statistics,
 )
-from equaltime.lamps import Lamps
-from equaltime.law import Law, Probed
-from equaltime.pilot import Pilot
-from equaltime.session import Session
+from equaltime.film.lamps import Lamps
+from equaltime.quoting import probe as probes
+from equaltime.quoting.law import Law, Probed
+from equaltime.quoting.pilot import Pilot
+from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.core import make_renderer
+from equaltime.rendering.job import Job
+from equaltime.rendering.session import Session
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -129,7 +130,7 @@ def test_its_samples_are_those_of_the_render() -> None:
 @pytest.mark.parametrize("strategy", ["best,adaptive=none", "best,adaptive=error"])
 def test_a_pilot_and_its_probe_take_what_a_quote_may(error: float, strategy: str) -> None:
     limits = Limits(error=error)
-    session = Session(scene(), et.Strategy.parse(strategy), 0, 0, Limits(spp=FIRST_LOOK))
+    session = Session(Job(scene=scene(), strategy=et.Strategy.parse(strategy), limits=Limits(spp=FIRST_LOOK)))
     pilot, found = Pilot(session, limits), None
     while found is None:
         for _ in session.passes:

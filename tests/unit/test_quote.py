@@ -11,8 +11,8 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.error_estimate import Estimate
-from equaltime.law import fit
+from equaltime.film.error import Estimate
+from equaltime.quoting.law import fit
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -159,7 +159,7 @@ def test_a_scene_without_noise_says_so() -> None:
 
 def test_the_nearest_limit_is_quoted() -> None:
     quotes: list[et.Quote] = []
-    et.render(et.load(SCENE).with_(size=(24, 24)), spp=40, error=1e-4, quoted=quotes.append)
+    et.render(et.load(SCENE).with_(size=(24, 24)), spp=40, error=1e-4, observer=et.Observer.of(quoted=quotes.append))
     assert quotes[0].spp.value == 40.0
     assert quotes[0].error.value > 1e-3
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.checkpoint import Checkpoint
 from equaltime.cli import main
+from equaltime.rendering.checkpoint import Checkpoint
 
 SCENE = """
 [integrator]
@@ -35,7 +35,7 @@ def scene(folder: Path, radiance: float) -> Path:
 
 
 def test_a_result_says_that_its_radiances_are_far_apart(tmp_path: Path) -> None:
-    apart, together = (et.render(scene(tmp_path, radiance), 4) for radiance in (1e-13, 1e-11))
+    apart, together = (et.render(scene(tmp_path, radiance), spp=4) for radiance in (1e-13, 1e-11))
     assert apart.radiance_range == pytest.approx(1e13)
     assert apart.record["radiance_range"] == apart.radiance_range
     assert together.radiance_range == pytest.approx(1e11)
@@ -72,7 +72,7 @@ def test_one_lamp_in_thick_fog_is_no_doubt(tmp_path: Path, capsys: pytest.Captur
 
 def test_a_black_image_has_no_range() -> None:
     black = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "integrator": {"type": "depth"}})
-    assert et.render(black.with_(size=(4, 4)), 1).radiance_range == 1.0
+    assert et.render(black.with_(size=(4, 4)), spp=1).radiance_range == 1.0
 
 
 def test_the_commands_say_it_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

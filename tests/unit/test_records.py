@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.cost.record import COLUMNS, Recorder, Row, check_seeds, complete, load
 from equaltime.errors import ExperimentError
+from equaltime.experiments.run.record import COLUMNS, Recorder, Row, check_seeds, complete, load
 
 ROW = Row(
     scene="cornell box, red",
@@ -223,7 +223,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_records import run
-from equaltime.cost.record import Recorder
+from equaltime.experiments.run.record import Recorder
 with Recorder(Path(sys.argv[1])) as recorder:
     print("ready", flush=True)
     for repeat in range(len({row.repeat for row in recorder.rows}), 100000):

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime import images
-from equaltime.cost import reference as references
-from equaltime.cost.experiment import ReferenceWish
-from equaltime.cost.reference import KnownReference, cache_folder, obtain, read, render, write
 from equaltime.errors import ExperimentError
-from equaltime.images import Window
-from equaltime.render_file import RenderFile
+from equaltime.experiments.model.experiment import ReferenceWish
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run.reference import KnownReference, cache_folder, obtain, read, render, write
+from equaltime.images import image_files as images
+from equaltime.images.image_files import Window
+from equaltime.rendering.render_file import RenderFile
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 

@@ -134,7 +134,7 @@ def test_ctrl_c_stops_within_a_fifth_of_a_second_and_keeps_what_is_finished(scen
         if not timer.ident:
             timer.start()
 
-    result = et.render(scene.with_(size=(640, 480)), time=60.0, progress=begun)
+    result = et.render(scene.with_(size=(640, 480)), time=60.0, observer=et.Observer.of(progress=begun))
     timer.join()
     assert time.perf_counter() - sent[0] - result.stats.phases["estimate"] < 0.2
     assert result.stopped_by == "interrupt"
@@ -159,13 +159,13 @@ def test_other_python_threads_run_during_a_render(scene: et.Scene) -> None:
 
 def test_progress_ends_at_the_target(scene: et.Scene) -> None:
     seen: list[et.Progress] = []
-    et.render(scene, spp=64, progress=seen.append)
+    et.render(scene, spp=64, observer=et.Observer.of(progress=seen.append))
     assert (seen[-1].samples, seen[-1].fraction) == (64, 1.0)
     assert [p.samples for p in seen] == sorted(p.samples for p in seen)
 
 
 def test_progress_does_not_change_a_bit(scene: et.Scene) -> None:
-    a, b = et.render(scene, spp=32), et.render(scene, spp=32, progress=lambda progress: None)
+    a, b = et.render(scene, spp=32), et.render(scene, spp=32, observer=et.Observer.of(progress=lambda progress: None))
     np.testing.assert_array_equal(a.image, b.image)
 
 

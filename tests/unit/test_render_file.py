@@ -17,10 +17,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import images, render_file
-from equaltime.moments import DTYPE, PARTS, deviations
-from equaltime.packing import channel_names, packed, packed_moments, unpacked, unpacked_moments
-from equaltime.render_file import FORMAT, RenderFile, read_film, read_picture
+from equaltime.film.moments import DTYPE, PARTS, deviations
+from equaltime.film.packing import channel_names, packed, packed_moments, unpacked, unpacked_moments
+from equaltime.images import image_files as images
+from equaltime.rendering import render_file
+from equaltime.rendering.render_file import FORMAT, RenderFile, read_film, read_picture
 
 SCENES = Path(__file__).parents[2] / "scenes"
 BEFORE = Path(__file__).parent / "data" / "format_1"
@@ -205,7 +206,7 @@ def test_a_file_of_a_later_version_is_refused_with_a_sentence(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(render_file, "FORMAT", FORMAT + 1)
-        patch.setattr("equaltime.result.FORMAT", FORMAT + 1)
+        patch.setattr("equaltime.rendering.result.FORMAT", FORMAT + 1)
         result.save(saved)
     words = rf"a\.exr: was saved by a later version of equaltime, in format {FORMAT + 1}; this version reads formats up"
     for use in (

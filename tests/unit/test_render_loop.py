@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.budget import Limits
-from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
-from equaltime.passes import Passes, pass_end
-from equaltime.progress import Progress
-from equaltime.unseen import Unseen, stated_error
+from equaltime.film.error import PixelStatistics, image_error, pixel_statistics
+from equaltime.film.unseen import Unseen, stated_error
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.passes import Passes, pass_end
+from equaltime.rendering.progress import Progress
 
 from .fake_renderer import PIXELS, FakeRenderer
 

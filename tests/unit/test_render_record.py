@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 import equaltime as et
-from equaltime.checkpoint import Checkpoint, differences
 from equaltime.cli import main
-from equaltime.render_file import RenderFile
-from equaltime.render_record import checked
+from equaltime.rendering.checkpoint import Checkpoint, differences
+from equaltime.rendering.render_file import RenderFile
+from equaltime.rendering.render_record import checked
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 SIZE = ("--size", "6x5")

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.cost.metrics import Reference
-from equaltime.cost.reference import KnownReference, write
-from equaltime.cost.report import page as page_module
-from equaltime.cost.report import write_report
-from equaltime.cost.report.page import longest_side
-from equaltime.cost.report.pictures import Pictures, load_pictures
-from equaltime.cost.report.tables import geometric_mean
-from equaltime.cost.statistics import UNKNOWN, Interval
-from equaltime.cost.summary import Summary
+from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.report import page as page_module
+from equaltime.experiments.report import write_report
+from equaltime.experiments.report.page import longest_side
+from equaltime.experiments.report.pictures import Pictures, load_pictures
+from equaltime.experiments.report.tables import geometric_mean
+from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.images.metrics import Reference
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import CONSTANTS, FEW, SHAPE, TARGETS, doubted, summary
 

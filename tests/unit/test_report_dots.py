@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from equaltime.cost.report import page
-from equaltime.cost.report.dots import clearest, draw_dots, has_dots
-from equaltime.cost.report.looks import looks
-from equaltime.cost.report.overview import without_marks
-from equaltime.cost.summary import SceneResult, Summary
+from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.report import page
+from equaltime.experiments.report.dots import clearest, draw_dots, has_dots
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.overview import without_marks
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 from .test_report import Page

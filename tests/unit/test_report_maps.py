@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.metrics import Reference, measure
-from equaltime.cost.reducing import reduced
-from equaltime.cost.report.gallery import choose_crops
-from equaltime.cost.report.maps import LEVEL, error_map, losses, spread_map, squares
-from equaltime.cost.report.pictures import coloured
+from equaltime.experiments.report.gallery import choose_crops
+from equaltime.experiments.report.maps import LEVEL, error_map, losses, spread_map, squares
+from equaltime.experiments.report.pictures import coloured
+from equaltime.images.metrics import Reference, measure
+from equaltime.images.reducing import reduced
 
 SHAPE = (56, 84, 3)
 REPEATS = 8

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.cost.report.looks import DARK, LIGHT, MARKERS, looks
-from equaltime.cost.report.views import Row, Table
-from equaltime.cost.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
-from equaltime.cost.statistics import UNKNOWN, Interval
+from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
+from equaltime.experiments.report.views import Row, Table
+from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
 

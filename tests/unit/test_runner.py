@@ -10,22 +10,22 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.cost import runner, single_run
-from equaltime.cost.analysis import summarise
-from equaltime.cost.core_subject import CoreSubject
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.identity import film_seed, run_seeds
-from equaltime.cost.record import load
-from equaltime.cost.reference import REFERENCE_STRATEGY
-from equaltime.cost.runner import RunProgress, run
-from equaltime.cost.subject import Checkpoint, RendererKind
-from equaltime.error_estimate import pixel_statistics
 from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
+from equaltime.experiments.analysis.summarise import summarise
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.identity import film_seed, run_seeds
+from equaltime.experiments.run import runner, single_run
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import load
+from equaltime.experiments.run.reference import REFERENCE_STRATEGY
+from equaltime.experiments.run.runner import RunProgress, run
+from equaltime.film.error import pixel_statistics
+from equaltime.film.unseen import stated_error
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene import load as load_scene
 from equaltime.strategy import Strategy
-from equaltime.unseen import stated_error
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -292,7 +292,7 @@ def test_a_failure_of_another_renderer_names_the_scene(
 def test_own_subjects_come_from_python_files(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "own.py"
     path.write_text(
-        "from equaltime.cost.core_subject import CoreSubject\nfrom equaltime.strategy import Strategy\n"
+        "from equaltime.rendering.core_subject import CoreSubject\nfrom equaltime.strategy import Strategy\n"
         "def make(label):\n    return CoreSubject(label, Strategy(technique='light'))\n"
     )
     run(experiment(strategies=[{"label": "own", "python": f"{path}:make"}], repeats=1), folder)

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from equaltime.cost import reference as references
-from equaltime.cost import runner, single_run
-from equaltime.cost.analysis import summarise
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.record import load
-from equaltime.cost.runner import RunProgress, run
 from equaltime.errors import ExperimentError
+from equaltime.experiments.analysis.summarise import summarise
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run import runner, single_run
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import load
+from equaltime.experiments.run.runner import RunProgress, run
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 
@@ -144,10 +144,10 @@ PROGRAM = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from equaltime.cost import single_run
+from equaltime.experiments.run import single_run
 single_run.flip = lambda image, truth: 0.5
 from test_runner_resume import experiment
-from equaltime.cost.runner import RunProgress, run
+from equaltime.experiments.run.runner import RunProgress, run
 run(experiment(repeats=int(sys.argv[3])), Path(sys.argv[1]), lambda p: print(p.phase, flush=True))
 """
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.budget import Limits
 from equaltime.errors import ImageError
-from equaltime.passes import Passes, pass_end
-from equaltime.render_file import read_film, read_picture
-from equaltime.saving import Saving
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.passes import Passes, pass_end
+from equaltime.rendering.render_file import read_film, read_picture
+from equaltime.rendering.saving import Saving
 
 from .fake_renderer import PIXELS, FakeRenderer
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from equaltime import SceneError
-from equaltime.cost.experiment_reader import is_experiment
+from equaltime.experiments.model.reader import is_experiment
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene import model as m
 from equaltime.scene.geometry import MeshSurface, QuadSurface, SphereSurface

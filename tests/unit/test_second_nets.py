@@ -12,15 +12,18 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import _core, core_renderer
-from equaltime.budget import Limits
-from equaltime.core_renderer import core_settings
-from equaltime.error_estimate import image_error, pixel_statistics
-from equaltime.film import second_net_pixels
-from equaltime.moments import DTYPE
-from equaltime.render_file import read_film
-from equaltime.second_nets import FEWEST, SecondNets, statistics
-from equaltime.session import Session
+from equaltime import _core
+from equaltime.film.error import image_error, pixel_statistics
+from equaltime.film.moments import DTYPE
+from equaltime.film.second_nets import FEWEST, SecondNets, statistics
+from equaltime.film.sums import second_net_pixels
+from equaltime.quoting.probe import Probe
+from equaltime.rendering import core as core_renderer
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.core import core_settings
+from equaltime.rendering.job import Job
+from equaltime.rendering.render_file import read_film
+from equaltime.rendering.session import Session
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 LATTICE = "best,sampler=lattice,adaptive=none"
@@ -230,9 +233,9 @@ def test_renders_with_one_net_are_merged(one_net: None, tmp_path: Path) -> None:
 
 
 def test_a_probe_of_pixels_with_one_net_has_two_of_each(one_net: None) -> None:
-    session = Session(scene(40, 40), et.Strategy.parse(LATTICE), 0, 0, Limits(spp=8))
+    session = Session(Job(scene=scene(40, 40), strategy=et.Strategy.parse(LATTICE), limits=Limits(spp=8)))
     session.passes.run()
-    probe = session.probe(16, 50)
+    probe = Probe.of(session, 16, 50)
     assert probe.advance(16) is not None
     first, second = (pixel_statistics(of) for of in (probe._renderer.moments, probe._renderer.second_moments))
     drawn = first.samples > 0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from equaltime.cost.experiment_reader import is_experiment, read_experiment
+from equaltime.experiments.model.reader import is_experiment, read_experiment
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"
 FILES = sorted(path for path in FOLDER.glob("*.toml") if is_experiment(path))

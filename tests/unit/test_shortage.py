@@ -12,8 +12,10 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 import equaltime as et
-from equaltime import cli, disk, images
-from equaltime.cost.record import Recorder
+from equaltime import cli
+from equaltime import files as disk
+from equaltime.experiments.run.record import Recorder
+from equaltime.images import image_files as images
 from equaltime.scene import scene as scenes
 
 HEAD = '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 2, height = 2 }\n'

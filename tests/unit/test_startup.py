@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from equaltime.startup import ready, runs_the_command
+from equaltime.cli.startup import ready, runs_the_command
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ class Tells:
             import time; time.sleep(30)
 sys.meta_path.insert(0, Tells())
 sys.orig_argv = ["python", "/venv/bin/equaltime"]
-import equaltime
+import equaltime.cli
 """
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from equaltime.images import Window
-from equaltime.result import Origin
-from equaltime.stated import different_problems, other_depth, shorter, stated
+from equaltime.images.image_files import Window
+from equaltime.rendering.result import Origin
+from equaltime.rendering.stated import different_problems, other_depth, shorter, stated
 
 ALL, UP_TO_8 = "the scene asks for all paths", "the scene asks for paths up to depth 8"
 BIAS = "the bias is not in the noise: `equaltime compare` with a render by `best` measures it"

@@ -14,7 +14,7 @@ import pytest
 
 from equaltime.bench import Report
 from equaltime.cli import COMMANDS, main
-from equaltime.cost import single_run
+from equaltime.experiments.run import single_run
 from equaltime.strict_json import json_text
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"

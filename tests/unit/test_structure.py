@@ -3,6 +3,8 @@
 import ast
 import fnmatch
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +17,8 @@ MAY_STAND_THERE = {"CHANGELOG.md", "CITATION.cff"}
 LONGEST_ESTIMATOR = 150
 LONGEST_CPP_LINE = 120
 """As .clang-format has it; Ruff sees to the Python."""
-CORE_IMPORTERS = 8
+CORE_IMPORTERS = {"bench", "experiments", "film", "rendering", "scene"}
+"""Rooms that may import the compiled module."""
 
 
 def files(folder: str, *patterns: str) -> list[Path]:
@@ -111,8 +114,28 @@ def imports_core(tree: ast.AST) -> bool:
 
 
 def test_the_compiled_module_is_imported_in_a_handful_of_files() -> None:
-    importers = [place(path) for path in files("python", "*.py") if imports_core(ast.parse(path.read_text()))]
-    assert 1 <= len(importers) <= CORE_IMPORTERS, importers
+    importers = [path for path in files("python/equaltime", "*.py") if imports_core(ast.parse(path.read_text()))]
+    rooms = {path.relative_to(ROOT / "python" / "equaltime").parts[0].removesuffix(".py") for path in importers}
+    assert rooms == CORE_IMPORTERS
+    assert len(importers) <= 9, importers
+
+
+def test_a_room_of_the_package_imports_only_rooms_below_it() -> None:
+    program = Path(sys.executable).with_name("lint-imports")
+    run = subprocess.run([program, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout
+
+
+def test_no_room_imports_the_face() -> None:
+    faced = [
+        f"{place(path)}: {alias.name}"
+        for path in files("python/equaltime", "*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ImportFrom) and node.module == "equaltime"
+        for alias in node.names
+        if alias.name != "_core" and not (ROOT / "python/equaltime" / f"{alias.name}.py").exists()
+    ]
+    assert faced == []
 
 
 def test_the_library_prints_nothing() -> None:

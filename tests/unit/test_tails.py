@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.budget import Look, Looks
 from equaltime.cli import main
-from equaltime.error_estimate import (
+from equaltime.film.error import (
     Estimate,
     PixelStatistics,
     error_and_brightest,
     error_parts,
     expected_half_width,
 )
-from equaltime.tails import averaged_out
-from equaltime.unseen import stated_error
+from equaltime.film.tails import averaged_out
+from equaltime.film.unseen import stated_error
+from equaltime.rendering.budget import Look, Looks
 
 Floats = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]

@@ -14,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime import tev
 from equaltime.cli import main
+from equaltime.rendering import tev
 
 SCENE = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 MESSAGES: dict[int, str] = {4: "create", 6: "update"}

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from equaltime.cost.beside import beside
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.report import page, write_report
-from equaltime.cost.report.theirs import beside_table
-from equaltime.cost.summary import Beside, Summary
-from equaltime.cost.theirs import TheirNumber, Theirs
 from equaltime.errors import ExperimentError
+from equaltime.experiments.analysis.beside import beside
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.summary import Beside, Summary
+from equaltime.experiments.model.theirs import TheirNumber, Theirs
+from equaltime.experiments.report import page, write_report
+from equaltime.experiments.report.theirs import beside_table
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 

@@ -11,12 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.core_renderer import core_settings
-from equaltime.error_estimate import PixelStatistics, image_error, pixel_statistics
-from equaltime.lamps import Lamps
-from equaltime.parts_of_merge import statistics_of
+from equaltime.film.error import PixelStatistics, image_error, pixel_statistics
+from equaltime.film.lamps import Lamps
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.film.unseen import Unseen
+from equaltime.rendering.core import core_settings
 from equaltime.strategy import Strategy
-from equaltime.unseen import Unseen
 
 from .limits import limits_that_hold
 

@@ -6,6 +6,9 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 
 from __future__ import annotations
 
+from equaltime.cli import startup as startup  # first: Ctrl-C meets it during the other imports
+
+# isort: split
 import functools
 import shlex
 import sys
@@ -32,8 +35,8 @@ from equaltime.cli.schema import schema
 from equaltime.cli.selftest import selftest
 from equaltime.cli.signals import interruptible
 from equaltime.cli.standard_output import named_output, tell_os_error
+from equaltime.cli.startup import ready
 from equaltime.errors import EqualtimeError, RenderError
-from equaltime.startup import ready
 
 __all__ = ["COMMANDS", "app", "main"]
 

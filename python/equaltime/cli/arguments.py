@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 
 import typer
 
-from equaltime.arguments import MOST_SECONDS
-from equaltime.durations import seconds_of
+from equaltime.rendering.arguments import MOST_SECONDS
+from equaltime.words import seconds_of
 
 __all__ = [
     "parse_crop",

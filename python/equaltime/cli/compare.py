@@ -10,10 +10,10 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console
-from equaltime.compare import Compared, Comparison
-from equaltime.compare import compare as compare_files
-from equaltime.cost.metrics import Measured
-from equaltime.cost.statistics import Interval
+from equaltime.images.metrics import Measured
+from equaltime.rendering.compare import Compared, Comparison
+from equaltime.rendering.compare import compare as compare_files
+from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 
 __all__ = ["compare"]

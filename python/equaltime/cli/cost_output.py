@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from equaltime.cost.folder import Folder
-from equaltime.cost.record import load
 from equaltime.errors import ExperimentError
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import load
 
 __all__ = ["as_data", "recorded"]
 

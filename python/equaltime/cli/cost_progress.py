@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.text import Text
 
-from equaltime.cost.runner import ProgressCallback, RunProgress
+from equaltime.experiments.run.runner import ProgressCallback, RunProgress
 
 __all__ = ["cost_progress", "describe", "time_left"]
 

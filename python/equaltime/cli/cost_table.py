@@ -8,8 +8,8 @@ from pathlib import Path
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console
-from equaltime.cost.statistics import Interval
-from equaltime.cost.summary import SceneResult, Summary
+from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["print_summary"]
 
@@ -61,7 +61,7 @@ def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Tabl
 
 def _table(scene: SceneResult, targets: tuple[float, ...], most: int) -> Table:
     """Return errors at equal time, and times to the smallest errors of which most is known."""
-    from equaltime.cost.report.words import error_cell, percent, seconds, seconds_cell
+    from equaltime.experiments.report.words import error_cell, percent, seconds, seconds_cell
 
     cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}

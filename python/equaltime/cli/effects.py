@@ -11,18 +11,19 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from equaltime import images, preview
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.bench import share_bar
 from equaltime.cli.messages import WAYS, percent, plain_console, print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
-from equaltime.cost.statistics import Interval
-from equaltime.effects import Price, PriceList
-from equaltime.effects import effects as measure_effects
 from equaltime.errors import ImageError
-from equaltime.output_files import check_spares
+from equaltime.images import image_files as images
+from equaltime.images import preview
+from equaltime.pricing import Price, PriceList
+from equaltime.pricing import effects as measure_effects
+from equaltime.rendering.output_files import check_spares
+from equaltime.rendering.stated import other_depth
 from equaltime.scene import load_file
-from equaltime.stated import other_depth
+from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 
 __all__ = ["effects"]

@@ -11,9 +11,9 @@ from rich.table import Table
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import duration, plain_console, print_warnings
 from equaltime.cli.options import Substitute
-from equaltime.error_estimate import Estimate
 from equaltime.errors import ImageError
-from equaltime.render_file import holds_film, read_picture
+from equaltime.film.error import Estimate
+from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
 from equaltime.strict_json import json_text

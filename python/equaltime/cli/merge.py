@@ -10,9 +10,9 @@ import typer
 from equaltime.cli.messages import print_lines
 from equaltime.cli.options import Overwrite, Small
 from equaltime.cli.outcome import doubts, headline, wrote
-from equaltime.merge import merge as merge_files
-from equaltime.output_files import check_replaceable, check_spares
-from equaltime.result import check_output
+from equaltime.rendering.merge import merge as merge_files
+from equaltime.rendering.output_files import check_replaceable, check_spares
+from equaltime.rendering.result import check_output
 from equaltime.strict_json import json_text
 
 __all__ = ["merge"]

@@ -8,9 +8,9 @@ from typing import TypeVar
 
 from rich.console import Console
 
-from equaltime.pilot import Quote
+from equaltime.quoting.pilot import Quote
+from equaltime.rendering.stated import stated
 from equaltime.scene import Scene
-from equaltime.stated import stated
 
 __all__ = [
     "WAYS",

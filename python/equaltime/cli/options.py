@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from equaltime.arguments import MOST_THREADS
 from equaltime.cli.arguments import parse_crop, parse_duration, parse_percent, parse_size, parse_whole
+from equaltime.rendering.arguments import MOST_THREADS
 
 __all__ = [
     "Crop",

@@ -8,13 +8,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from equaltime.errors import ImageError
-from equaltime.first_hits import asked_for
-from equaltime.radiance_range import FAR_APART
-from equaltime.result import Result
+from equaltime.film.radiance_range import FAR_APART
+from equaltime.rendering.first_hits import asked_for
+from equaltime.rendering.result import Result
+from equaltime.rendering.stated import Stated, stated
+from equaltime.rendering.stopping import Stop
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding
-from equaltime.stated import Stated, stated
-from equaltime.stopping import Stop
 
 __all__ = ["doubts", "headline", "kept_elsewhere", "left_by_interrupt", "selects_images", "stopped", "wrote"]
 

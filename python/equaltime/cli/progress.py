@@ -10,7 +10,7 @@ from rich import progress as bars
 from rich.console import Console
 from rich.table import Column
 
-from equaltime.progress import Progress, ProgressCallback
+from equaltime.rendering.progress import Progress, ProgressCallback
 
 __all__ = ["progress_bar"]
 

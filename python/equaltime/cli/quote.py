@@ -24,14 +24,14 @@ from equaltime.cli.options import (
     Time,
 )
 from equaltime.cli.progress import progress_bar
-from equaltime.error_estimate import Estimate
-from equaltime.law import Law
-from equaltime.noise_light import NoiseLight
-from equaltime.noise_places import Places
-from equaltime.pilot import Quote
-from equaltime.quote import quote as quote_scene
+from equaltime.film.error import Estimate
+from equaltime.quoting.law import Law
+from equaltime.quoting.noise_light import NoiseLight
+from equaltime.quoting.noise_places import Places
+from equaltime.quoting.pilot import Quote
+from equaltime.quoting.quote import quote as quote_scene
+from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import load_file
-from equaltime.stated import Stated, stated
 from equaltime.strict_json import json_text
 
 __all__ = ["quote"]

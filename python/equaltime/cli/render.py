@@ -11,8 +11,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from equaltime.arguments import Backend
-from equaltime.black_picture import black_picture, reasons, unwarned
+from equaltime.api import render as render_scene
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
@@ -46,17 +45,20 @@ from equaltime.cli.outcome import doubts, headline, kept_elsewhere, left_by_inte
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
-from equaltime.output_files import check_replaceable, check_spares
-from equaltime.render import render as render_scene
-from equaltime.result import Result, check_output
+from equaltime.quoting.observer import Observer
+from equaltime.rendering.arguments import Backend
+from equaltime.rendering.black_picture import black_picture, reasons, unwarned
+from equaltime.rendering.job import Traps
+from equaltime.rendering.output_files import check_replaceable, check_spares
+from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.result import Result, check_output
+from equaltime.rendering.stopping import StopRule
+from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.session import Traps
-from equaltime.stopping import StopRule
 from equaltime.strategy import Strategy
 from equaltime.strict_json import json_text
-from equaltime.tev import Viewer
 
 __all__ = ["render"]
 
@@ -202,24 +204,22 @@ def render(
             with progress_bar(quiet) as progress, unwarned():  # a black picture is told below, in a line
                 result = render_scene(
                     loaded,
-                    spp,
-                    time,
-                    chosen,
-                    seed,
-                    threads,
-                    progress,
-                    backend,
+                    spp=spp,
+                    time=time,
                     error=error,
+                    strategy=chosen,
+                    seed=seed,
+                    threads=threads,
+                    observer=_observer(progress, quiet, told if as_json else None),
                     resume=exr if resume and output.exists() else None,
                     checkpoint=exr if backend == "core" else None,
                     checkpoint_every=checkpoint or 60.0,
-                    unsaved=while_heard(_warn_of_checkpoints),
                     without=without or (),
                     within=within,
+                    stop=stop,
                     show=viewer,
                     traps=traps,
-                    stop=stop,
-                    **_listeners(quiet, told if as_json else None),
+                    backend=backend,
                 )
                 signals = ending.enter_context(held_back())
         except (SampleError, BrightImage) as found:
@@ -278,24 +278,26 @@ def _viewer(address: str, output: Path) -> Viewer:
         raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
-def _listeners(quiet: bool, record: dict[str, Any] | None) -> dict[str, Any]:
-    """Return who hears of quotes and of what is left out: a record if there is one, or who reads the lines, or nobody.
-
-    They are named as `equaltime.render` takes them.
-    """
+def _observer(progress: ProgressCallback | None, quiet: bool, record: dict[str, Any] | None) -> Observer:
+    """Return who hears of quotes and decisions: the JSON record if there is one, else the terminal, unless quiet."""
+    unsaved = while_heard(_warn_of_checkpoints)
     if record is not None:
-        return {
-            "quoted": lambda quote: record.update(quote=quote.as_dict()),
-            "unquoted": lambda why: record.update(unquoted=why),
-            "decided": lambda lines: record.update(decisions=list(lines)),
-        }
+        return Observer.of(
+            progress=progress,
+            quoted=lambda quote: record.update(quote=quote.as_dict()),
+            unquoted=lambda why: record.update(unquoted=why),
+            decided=lambda lines: record.update(decisions=list(lines)),
+            unsaved=unsaved,
+        )
     if quiet:
-        return {}
-    return {
-        "quoted": while_heard(print_quote),
-        "unquoted": while_heard(print_no_quote),
-        "decided": while_heard(print_lines),
-    }
+        return Observer.of(progress=progress, unsaved=unsaved)
+    return Observer.of(
+        progress=progress,
+        quoted=while_heard(print_quote),
+        unquoted=while_heard(print_no_quote),
+        decided=while_heard(print_lines),
+        unsaved=unsaved,
+    )
 
 
 def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:

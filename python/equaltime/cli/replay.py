@@ -10,8 +10,8 @@ import typer
 from equaltime.cli.arguments import parse_definitions, parse_pixel, parse_whole
 from equaltime.cli.messages import print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Without
-from equaltime.replay import Replay
-from equaltime.replay import replay as replay_sample
+from equaltime.rendering.replay import Replay
+from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy

@@ -12,10 +12,10 @@ from rich.text import Text
 from equaltime.cli.bench import share_bar
 from equaltime.cli.messages import plain_console
 from equaltime.cli.options import Threads
-from equaltime.selftest import CaseReport, SelfTest
-from equaltime.selftest import selftest as run
-from equaltime.selftest.judge import Outcome
-from equaltime.selftest.subjects import PeerName
+from equaltime.hardcases import CaseReport, SelfTest
+from equaltime.hardcases import selftest as run
+from equaltime.hardcases.judge import Outcome
+from equaltime.hardcases.subjects import PeerName
 from equaltime.strict_json import json_text
 
 __all__ = ["selftest"]

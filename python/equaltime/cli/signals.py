@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
 
+from equaltime.cli.startup import over
 from equaltime.interrupts import last_held_back
-from equaltime.startup import over
 
 __all__ = ["interruptible"]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
-from equaltime.image_files import excess, opened, reason
+from equaltime.images.reading import excess, opened, reason
 from equaltime.scene import radiance
 from equaltime.scene.known import shortened
 from equaltime.scene.picture_account import Account

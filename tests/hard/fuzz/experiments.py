@@ -12,13 +12,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from equaltime.cost.analysis import summarise
-from equaltime.cost.experiment import Experiment
-from equaltime.cost.folder import Folder
-from equaltime.cost.metrics import Reference
-from equaltime.cost.record import Recorder, Row, load
-from equaltime.cost.reference import KnownReference, write
-from equaltime.cost.report.pictures import load_pictures
+from equaltime.experiments.analysis.summarise import summarise
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.report.pictures import load_pictures
+from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.record import Recorder, Row, load
+from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.images.metrics import Reference
 
 __all__ = ["SHAPE", "read_image_of", "read_provenance_of", "read_records_of", "read_reference_of", "rows"]
 

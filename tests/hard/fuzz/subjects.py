@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import equaltime as et
-from equaltime.cost.experiment_reader import read_experiment
-from equaltime.render_file import read_film, read_picture
+from equaltime.experiments.model.reader import read_experiment
+from equaltime.rendering.render_file import read_film, read_picture
 from equaltime.scene import load_file
 from equaltime.scene.lint import lint
 

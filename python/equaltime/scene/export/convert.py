@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from equaltime.disk import beside, give_new_name
 from equaltime.errors import Problem, SceneError
+from equaltime.files import beside, give_new_name
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, relative
 from equaltime.scene.export.plain import scene_dict

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.disk import beside, give_new_name
+from equaltime.files import beside, give_new_name
 
 __all__ = ["Folder", "relative", "write_ply"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
-from equaltime.image_files import excess
+from equaltime.images.reading import excess
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.picture_channels import rgb_of_luminance_chroma
 from equaltime.scene.pictures import Stored, largest, read_stored

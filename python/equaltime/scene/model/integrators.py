@@ -32,7 +32,7 @@ OUTPUTS: Final = {
 }
 """What can be written beside the image, and the endings of its channels' names: all of it Mitsuba's."""
 OWN_OUTPUTS: Final = {"alpha": "A", "rays": "N", "time_from_rays": "T", "bounces": ""}
-"""The same of what Mitsuba does not know: see `equaltime.outputs`. The last has as many channels as it needs."""
+"""Endings of the outputs that Mitsuba does not know (`equaltime.rendering.outputs`); bounces has a channel a length."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 

@@ -1,0 +1,102 @@
+"""Our numbers beside those of the text that an experiment goes back to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
+from equaltime.experiments.model.theirs import Quantity, TheirNumber, Theirs
+from equaltime.statistics.intervals import UNKNOWN, Interval
+
+__all__ = ["beside"]
+
+
+def beside(theirs: Theirs, summary: Summary) -> tuple[Beside, ...]:
+    """Return our number for each of theirs; one that was not measured says so."""
+    return tuple(_beside(number, summary) for number in theirs.numbers)
+
+
+def _beside(number: TheirNumber, summary: Summary) -> Beside:
+    scene = next((one for one in summary.scenes if number.scene in ("", one.name)), None)
+    found = [] if scene is None else [one for one in scene.strategies if one.label == number.strategy]
+    base = [] if scene is None else [one for one in scene.strategies if one.label == scene.baseline]
+    line = Beside(number.what, number.says, number.ours, number.strategy, scene.name if scene else number.scene)
+    if scene is None or not found or not base:
+        return replace(line, value=replace(UNKNOWN, note="it has not run"))
+    own = _Own(scene, found[0], base[0])
+    if number.ours not in _AT_A_TARGET:
+        return replace(line, value=_MEASURED[number.ours](own))
+    targets = summary.targets if number.target is None else (number.target,)
+    values = {target: _at(number.ours, own, target) for target in targets}
+    target = _best(values)
+    return replace(line, value=values[target], target=target)
+
+
+@dataclass(frozen=True)
+class _Own:
+    """What a number is made of."""
+
+    scene: SceneResult
+    strategy: StrategyResult
+    baseline: StrategyResult
+
+
+def _of_a_sample(strategy: StrategyResult) -> Interval:
+    curve = strategy.curve
+    return curve.seconds[-1].map(lambda seconds: seconds / curve.spp[-1]) if curve.spp else UNKNOWN
+
+
+def _equality(own: _Own) -> Interval:
+    p = own.strategy.equality_p
+    if p is None:
+        return replace(UNKNOWN, note=f"it is what others are held against on {own.scene.name}, or has too few repeats")
+    return Interval(p, p, p)
+
+
+_MEASURED: Mapping[Quantity, Callable[[_Own], Interval]] = {
+    "slope": lambda own: own.strategy.curve.slope,
+    "error": lambda own: own.strategy.error_at_budget,
+    "last error": lambda own: own.strategy.curve.error[-1] if own.strategy.curve.error else UNKNOWN,
+    "bias": lambda own: own.strategy.bias or UNKNOWN,
+    "p": _equality,
+    "fewer samples": lambda own: own.strategy.fewer_samples,
+    "efficiency": lambda own: own.strategy.efficiency,
+    "time of a sample": lambda own: _over(_of_a_sample(own.strategy), _of_a_sample(own.baseline)),
+}
+"""Each of a strategy: the law of its error, its error at equal time and after all samples, its bias, whether it has the
+standard's expectation; and over the baseline samples to equal error, what typical runs gain, what a sample costs."""
+
+_AT_A_TARGET = ("speed-up", "time", "samples")
+
+
+def _at(quantity: Quantity, own: _Own, target: float) -> Interval:
+    """Return how long or how many samples to an error, or how many times less long than the baseline."""
+    time = own.strategy.time_to.get(target, UNKNOWN)
+    if quantity == "speed-up":
+        return own.strategy.ratio.get(target, UNKNOWN)
+    return time if quantity == "time" else _over(time, _of_a_sample(own.strategy))
+
+
+def _over(one: Interval, other: Interval) -> Interval:
+    """Divide by a number that was measured apart and can be trusted; what is to be said of the first stays said."""
+    numbers = (one.value, one.low, one.high, other.value, other.low, other.high)
+    if not all(0.0 < number < math.inf for number in numbers):
+        return replace(UNKNOWN, value=one.value if math.isinf(one.value) else math.nan, note=one.note or other.note)
+    below = math.hypot(math.log(one.value / one.low), math.log(other.high / other.value))
+    above = math.hypot(math.log(one.high / one.value), math.log(other.value / other.low))
+    value = one.value / other.value
+    found = replace(one, value=value, low=value * math.exp(-below), high=value * math.exp(above))
+    return found if other.trusted else found.doubted(other.note)
+
+
+def _best(values: Mapping[float, Interval]) -> float:
+    """Return the smallest target whose number can be trusted, within the runs if possible.
+
+    If there is none, the smallest whose number has one end that holds; else the largest.
+    """
+    trusted = [t for t, value in values.items() if value.trusted and value.value > 0.0 and math.isfinite(value.high)]
+    within = [target for target in trusted if values[target].reach == 1.0]
+    bounded = [target for target, value in values.items() if value.bound and value.known]
+    return min(within or trusted or bounded or [max(values)])

@@ -1,0 +1,118 @@
+"""All runs of one strategy on one scene: from rows and images to what intervals are made of."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import StrategyError
+from equaltime.experiments.run.arrays import read_array
+from equaltime.experiments.run.record import Row
+from equaltime.images.bias_variance import Parts, relmse_of_parts
+from equaltime.images.image_tails import squared_errors, tail_of
+from equaltime.images.metrics import Reference
+from equaltime.statistics.curves import Runs
+from equaltime.statistics.intervals import FEWEST_REPEATS
+from equaltime.strategy import Strategy
+
+__all__ = ["StrategyRuns", "runs_of"]
+
+Floats = NDArray[np.float64]
+
+_MOST_BYTES = 5e8
+"""Of images (float64) that are looked at together; of more repeats the first are taken."""
+_MOST_BIAS = 0.1
+"""Of the squared error of an unbiased strategy, as bias: more, and what it found is not what it will find."""
+
+
+@dataclass(frozen=True, eq=False)
+class StrategyRuns:
+    """The rows of one strategy on one scene, and what they are together."""
+
+    label: str
+    rows: tuple[Row, ...]
+    folder: Path
+    spp: tuple[int, ...]
+    """Of the checkpoints that all repeats have."""
+    runs: Runs
+    parts: Parts | None = None
+    """Bias and variance of the final images; None without images or a reference that fits them."""
+    heavy: bool = False
+    """Whether its squared errors have a heavy tail (see `tails`)."""
+
+    @classmethod
+    def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
+        """Join the rows of a strategy, and see in its final images how far its intervals can be trusted."""
+        spp, runs = runs_of(rows)
+        plain = cls(label, tuple(rows), folder, spp, runs)
+        images = plain.images() if spp else None
+        if images is None or reference is None or reference.mean.shape != images.shape[1:]:
+            return plain
+        parts, tail = relmse_of_parts(images, reference), tail_of(squared_errors(images, reference))
+        missing = "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))
+        judged = replace(runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared)
+        return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
+
+    @property
+    def last(self) -> tuple[Row, ...]:
+        """The last row of each repeat, in order."""
+        return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
+
+    def apart_from(self, other: StrategyRuns) -> bool:
+        """Tell whether all its runs began before or after all of another's: it was added later, or the other was."""
+        own, others = ([row.started for row in runs.last] for runs in (self, other))
+        return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
+
+    def images(self) -> Floats | None:
+        """Return the final images (K, H, W, 3), or of many the first; None if one is missing, or was never finite.
+
+        Raises
+        ------
+        ImageError
+            If the file of one is damaged.
+        """
+        width, height = self.rows[0].crop[2:]
+        most = max(int(_MOST_BYTES / (24 * width * height)), FEWEST_REPEATS)
+        last = self.last[:most]
+        if not all(row.image and math.isfinite(row.mse or 0.0) for row in last):
+            return None
+        try:
+            images = [read_array(self.folder / (row.image or ""), (height, width, 3)) for row in last]
+        except FileNotFoundError:
+            return None
+        return np.stack(images).astype(np.float64)
+
+
+def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
+    """Return the sample counts that all repeats of a strategy have, and what happened at them."""
+    table: dict[int, dict[int, Row]] = defaultdict(dict)
+    for row in rows:
+        table[row.repeat][row.spp] = row
+    common = sorted(set.intersection(*(set(run) for run in table.values())))
+    chosen = [[table[repeat][spp] for spp in common] for repeat in sorted(table)]
+    seconds = np.array([[row.wall_s for row in run] for run in chosen])
+    relmse = np.array([[math.nan if row.relmse is None else row.relmse for row in run] for run in chosen])
+    return tuple(common), Runs(seconds, relmse, _independent(rows[0]), rows[0].biased)
+
+
+def _independent(row: Row) -> bool:
+    """Tell whether samples are known to be independent; of a command nothing is."""
+    if row.renderer == "core":
+        with suppress(StrategyError):  # a subject of one's own may call itself anything
+            return Strategy.parse(row.name).sampler == "independent"
+    return row.renderer == "mitsuba" and re.search(r"\bindependent\b", row.name) is not None
+
+
+def _missing(parts: Parts, relmse: float) -> str:
+    """Say if the images of an unbiased strategy are off the reference together: no spread over repeats shows that."""
+    if not parts.bias2.low > _MOST_BIAS * abs(relmse):
+        return ""
+    return "its images are off the reference together: they or it have not found all light, or the strategy is biased"

@@ -1,0 +1,232 @@
+"""From records to what they say: `summarise` reads rows, the images that they name, and references; nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import ExperimentError, Problem
+from equaltime.experiments.analysis.ratios import efficiency, fewer_samples, speed_up
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
+from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.run.folder import OWN_DEPTHS, Folder
+from equaltime.experiments.run.record import Row, complete
+from equaltime.experiments.run.reference import read as read_reference
+from equaltime.images.metrics import Reference
+from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
+from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
+from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root
+
+__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary", "runs_of", "summarise"]
+
+Floats = NDArray[np.float64]
+
+_NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
+
+
+def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
+    """Return what the records of an experiment say; runs that have not ended are left out.
+
+    Images and references are read from ``folder`` where they are there; without them nothing is said of bias, equality
+    and tails.
+    """
+    by_scene: dict[str, list[Row]] = defaultdict(list)
+    for row in complete(rows):
+        by_scene[row.scene].append(row)
+    place = Folder(folder)
+    provenance = place.read_provenance()
+    named = [entry.name for entry in experiment.scenes if entry.name in by_scene]
+    tests = sum(len({row.strategy for row in by_scene[name]}) - 1 for name in named)
+    level = share(LEVEL, max(tests, 1))
+    with np.errstate(all="ignore"):  # errors against a black reference are infinite; what comes of them is not known
+        scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
+    targets = tuple(sorted(experiment.targets, reverse=True))
+    runs = len({row.key for rows in by_scene.values() for row in rows})
+    shown = {section: found for section, found in provenance.items() if section != OWN_DEPTHS}
+    facts = {**shown, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
+    answer = verdict(scenes, targets, experiment.question)
+    return Summary(experiment.title, experiment.description, scenes, targets, facts, answer, experiment.question)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """All that is there of one scene."""
+
+    experiment: Experiment
+    name: str
+    rows: Sequence[Row]
+    place: Folder
+    provenance: Mapping[str, Any]
+    level: float
+
+    def result(self) -> SceneResult:
+        first = self.rows[0]
+        reference = self._reference(None)
+        found = [
+            StrategyRuns.of(entry.label, rows, self.place.path, self._reference(entry.label) or reference)
+            for entry in self.experiment.strategies
+            if (rows := tuple(row for row in self.rows if row.strategy == entry.label))
+        ]
+        strategies = [strategy for strategy in found if strategy.spp]
+        if not strategies:
+            raise ExperimentError((Problem(str(self.place.records), f"{self.name}: {_NO_COMMON_COUNT}"),))
+        budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
+        labels = [s.label for s in strategies]
+        errors = [least_error_at(s.runs, budget) for s in strategies]
+        baseline = next((s for s in strategies if s.label == self.experiment.baseline), strategies[0])
+        standard: str | None = baseline.label
+        if self.experiment.question != "bias":
+            standard = pick_standard(labels, [s.runs.biased for s in strategies], errors)
+        images = next((s.images() for s in strategies if s.label == standard and self._can_be_tested(s)), None)
+        own = math.sqrt(max(first.reference_relmse or 0.0, 0.0)) if reference is None else math.sqrt(reference.relmse)
+        return SceneResult(
+            name=self.name,
+            digest=first.digest,
+            size=(first.crop[2], first.crop[3]),
+            max_depth=first.max_depth,
+            reference_error=own,
+            baseline=baseline.label,
+            standard=standard,
+            budget_s=budget,
+            strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
+            reference=self._reference_file(None),
+            crops=self.experiment.crops,
+            scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
+            left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
+            reference_caveat=self.provenance.get("references", {}).get(self.name, {}).get("caveat", ""),
+        )
+
+    def _can_be_tested(self, strategy: StrategyRuns) -> bool:
+        """Tell whether its images may be held against others: not if light that is hardly ever found makes a bias.
+
+        Who asks for a bias says that there is no such light.
+        """
+        return self.experiment.question == "bias" or not strategy.heavy
+
+    def _samples(self, strategy: StrategyRuns) -> Path | None:
+        """Return the file of the sample counts of the first repeat's image, if they differ."""
+        last = strategy.last
+        path = self.place.samples(self.name, strategy.label, last[0].repeat) if last else None
+        return path if path is not None and path.exists() else None
+
+    def _reference_file(self, label: str | None) -> Path | None:
+        path = self.place.reference(self.name, label)
+        return path if path.exists() else None
+
+    def _reference(self, label: str | None) -> Reference | None:
+        path = self._reference_file(label)
+        return None if path is None else read_reference(path).reference
+
+    def _one(
+        self,
+        strategy: StrategyRuns,
+        baseline: StrategyRuns,
+        standard: str | None,
+        standard_images: Floats | None,
+        budget: float,
+    ) -> StrategyResult:
+        runs, parts, equality = strategy.runs, strategy.parts, None
+        if standard_images is not None and strategy.label != standard and self._can_be_tested(strategy):
+            images = strategy.images()
+            careful = self.experiment.question != "bias" and not runs.biased
+            equality = None if images is None else _equality(images, standard_images, careful)
+        targets = self.experiment.targets
+        same = strategy.label == baseline.label
+        first, last = strategy.rows[0], strategy.last
+        return StrategyResult(
+            label=strategy.label,
+            name=first.name,
+            renderer=first.renderer,
+            biased=first.biased,
+            repeats=runs.repeats,
+            curve=_curve(strategy, runs),
+            time_to={target: time_to_error(runs, target) for target in targets},
+            ratio={t: Interval(1.0, 1.0, 1.0) if same else speed_up(baseline.runs, runs, t) for t in targets},
+            efficiency=Interval(1.0, 1.0, 1.0) if same else efficiency(baseline.runs, runs),
+            error_at_budget=error_at(runs, budget),
+            fewer_samples=Interval(1.0, 1.0, 1.0) if same else fewer_samples(baseline, strategy),
+            equality_p=equality,
+            unequal=equality is not None and equality < self.level,
+            bias=None if parts is None else parts.bias2.map(signed_root),
+            notes=tuple(self._notes(strategy, baseline, standard, equality)),
+            image=self.place.path / last[0].image if last and last[0].image else None,
+            images=tuple(self.place.path / row.image for row in last if row.image),
+            samples=self._samples(strategy),
+            reference=self._reference_file(strategy.label),
+        )
+
+    def _notes(
+        self, strategy: StrategyRuns, baseline: StrategyRuns, standard: str | None, equality: float | None
+    ) -> list[str]:
+        notes, runs = [], strategy.runs
+        if runs.repeats > 1 and strategy.apart_from(baseline):
+            notes.append(f"measured apart from {baseline.label}, not in turns: ratios do not see what the machine did")
+        if runs.biased:
+            notes.append("biased by name: it converges to something else than the scene's light transport")
+        agreements = self.provenance.get("agreements", {}).get(self.name, {})
+        if note := agreements.get(strategy.label, {}).get("note"):
+            notes.append(note)
+        if runs.repeats < FEWEST_REPEATS:
+            notes.append(f"{runs.repeats} of {FEWEST_REPEATS} repeats that intervals need at least")
+        notes += [reason for reason in (runs.tail, runs.missing) if reason]
+        if not np.isfinite(runs.relmse).all():
+            notes.append("some of its images have pixels that are not finite, and cannot be measured")
+        if equality is not None and equality < self.level:
+            notes.append(f"its images do not have the expectation of those of {standard} (p = {equality:.1g})")
+        return notes
+
+
+def _seeds(rows: Sequence[Row]) -> dict[str, list[int]]:
+    """Return the seeds of each strategy's repeats, in order."""
+    seeds: dict[str, dict[int, int]] = defaultdict(dict)
+    for row in rows:
+        seeds[row.strategy][row.repeat] = row.seed
+    return {label: [found[repeat] for repeat in sorted(found)] for label, found in seeds.items()}
+
+
+def _curve(strategy: StrategyRuns, runs: Runs) -> Curve:
+    own = tuple(_own([row for row in strategy.rows if row.spp == spp]) for spp in strategy.spp)
+    return Curve(strategy.spp, second_curve(runs), error_curve(runs), slope(runs), own)
+
+
+def _own(rows: Sequence[Row]) -> Interval:
+    """Return the root of the mean square of what renders said of their errors, and of their own limits.
+
+    Realised errors are joined in the same way. If a render doubts its upper limit, so must be the joined one.
+    """
+    said = [(row.estimate, row.estimate_low, row.estimate_high) for row in rows]
+    known = [one for one in said if one[0] is not None and math.isfinite(one[0])]
+    if not known or len(known) < len(said):
+        return replace(UNKNOWN, note="not every render said its error")
+    value, low, high = (
+        math.sqrt(float(np.mean([math.inf if x is None else x * x for x in column])))
+        for column in zip(*known, strict=True)
+    )
+    doubts = [row.doubt for row in rows if row.doubt]
+    joined = Interval(value, low, high)
+    return joined.bounded("low", f"{len(doubts)} of {len(rows)} renders: {doubts[0]}") if doubts else joined
+
+
+def _equality(images: Floats, others: Floats, careful: bool) -> float | None:
+    """Return the p-value of equal expectations, by blocks that leave enough of them in small images.
+
+    Who is ``careful`` takes larger blocks, where few pixels make the noise of small ones, and None if all are so.
+    """
+    if min(len(images), len(others)) < FEWEST_REPEATS or images.shape[1:] != others.shape[1:]:
+        return None
+    largest = max(1, min(images.shape[1:3]) // 4)
+    blocks = [min(8, largest)]
+    while careful and not near_normal(images, others, blocks[-1]):
+        if blocks[-1] == largest:
+            return None
+        blocks.append(min(2 * blocks[-1], largest))
+    return equality_test(images, others, blocks[-1])

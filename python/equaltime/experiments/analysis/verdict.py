@@ -1,0 +1,183 @@
+"""The verdict of an experiment in one sentence, made of numbers that can be trusted or of none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
+from equaltime.experiments.model.summary import Question, SceneResult, StrategyResult
+from equaltime.statistics.agreement import LEVEL
+from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+
+__all__ = ["pick_standard", "verdict"]
+
+_TIMES = "\N{MULTIPLICATION SIGN}"
+
+
+def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequence[float]) -> str | None:
+    """Return the label of what others are held against: ``best``, else the unbiased strategy that errs least."""
+    unbiased = [(e, label) for label, b, e in zip(labels, biased, errors, strict=True) if not b]
+    if any(label == "best" for _, label in unbiased):
+        return "best"
+    return min(unbiased, key=lambda one: one[0] if math.isfinite(one[0]) else math.inf)[1] if unbiased else None
+
+
+def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
+    """Answer an experiment's question: how fast the standard strategy is, and how much faster than the baseline.
+
+    At the smallest error to which both can be given with intervals that are trusted, on all scenes if possible. Numbers
+    within the runs come first, then those for which only the baseline goes beyond its runs, then all others; and if
+    there is no trusted ratio at all, one of which the lower end can be trusted. `questions` answers the others.
+    """
+    if question == "bias":
+        return bias_verdict(scenes, LEVEL)
+    if question == "samples":
+        return samples_verdict(scenes)
+    if question == "efficiency":
+        return efficiency_verdict(scenes)
+    for all_scenes in (True, False):
+        for ratio_is_good in (sound, sound_below):
+            for reach in _REACHES:
+                for target in sorted(targets):
+                    found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
+                    if found and (len(found) == len(scenes) or not all_scenes):
+                        return _sentence(found, target, len(scenes))
+    return _without_ratio(scenes, targets)
+
+
+_Found = tuple[SceneResult, StrategyResult]
+_Test = Callable[[Interval], bool]
+
+_REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
+    lambda time, ratio: time.reach == ratio.reach == 1.0,
+    lambda time, ratio: time.reach == 1.0,
+    lambda time, ratio: True,
+)
+"""How far outside the runs time and ratio may lie."""
+
+
+def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
+    for _, strategy in _standards((scene,)):
+        if strategy.label != scene.baseline:
+            time, ratio = strategy.time_to.get(target), strategy.ratio.get(target)
+            if time is not None and ratio is not None and sound(time) and good(ratio) and reach(time, ratio):
+                return scene, strategy
+    return None
+
+
+def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
+    times = [strategy.time_to[target] for _, strategy in found]
+    ratios = [strategy.ratio[target] for _, strategy in found]
+    baseline = _joined(scene.baseline for scene, _ in found)
+    time, ratio = product_mean(times), product_mean(ratios)
+    where, said = _where([scene.name for scene, _ in found], count), ""
+    if (reach := max(i.reach for i in times)) > 1.0:
+        said = f"; partly extrapolated, {_farthest(reach, len(found))}"
+    elif (reach := max(i.reach for i in ratios)) > 1.0:
+        said = f"; {baseline} is extrapolated, {_farthest(reach, len(found))}"
+    if any(TYPICAL in interval.note for interval in (*times, *ratios)):
+        said += f"; {TYPICAL}, since few events make most of the error"
+    if not ratio.trusted:
+        said += "; how much more is not known"
+    labels = _joined(strategy.label for _, strategy in found)
+    return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+
+
+def _where(names: Sequence[str], count: int) -> str:
+    """Say which of an experiment's scenes a sentence is about."""
+    if count == 1:
+        return ""
+    return (
+        f" on {names[0]} (1 of {count} scenes)"
+        if len(names) == 1
+        else f" (geometric means of {len(names)} of {count} scenes)"
+    )
+
+
+def _farthest(reach: float, scenes: int) -> str:
+    return f"{'up to ' if scenes > 1 else ''}{reach:.3g}{_TIMES} beyond the runs"
+
+
+def _faster(ratio: Interval) -> str:
+    """Say a ratio of times in words: how much faster, or slower."""
+    if not ratio.trusted:
+        return (
+            f"at least {ratio.low:.3g}{_TIMES} as fast"
+            if ratio.low < 1.0
+            else f"at least {ratio.low:.3g}{_TIMES} faster"
+        )
+    low, value, high = (x if ratio.value >= 1.0 else 1.0 / x for x in (ratio.low, ratio.value, ratio.high))
+    low, high = min(low, high), max(low, high)
+    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {'faster' if ratio.value >= 1.0 else 'slower'}"
+
+
+def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
+    """Say the time alone, for the first scene that has one, and what typical runs do; or why there is neither."""
+    alone, typical = _time_alone(scenes, targets), _typical(scenes)
+    if alone is None:
+        told = "no strategy's time to a wanted error can be told with an interval that is trusted"
+        return f"{typical}; {told}{_reasons(scenes)}" if typical else told + _reasons(scenes)
+    scene, strategy, text = alone
+    if strategy.label == scene.baseline:
+        return text if len(scene.strategies) == 1 else f"{text}; it is the baseline"
+    if typical:
+        return f"{text}; {typical}"
+    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ())
+    reason = f" (there: {notes[0]})" if notes else ""
+    return f"{text}; how much faster than {scene.baseline} cannot be told with an interval that is trusted{reason}"
+
+
+def _time_alone(
+    scenes: Sequence[SceneResult], targets: Sequence[float]
+) -> tuple[SceneResult, StrategyResult, str] | None:
+    """Return the first time that can be trusted, in words, within the runs if possible."""
+    for extrapolated in (False, True):
+        for target in sorted(targets):
+            for scene, strategy in _standards(scenes):
+                time = strategy.time_to[target]
+                if sound(time) and (extrapolated or time.reach == 1.0):
+                    on = f" on {scene.name}" if len(scenes) > 1 else ""
+                    text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
+                    return scene, strategy, text + (f" ({time.note})" if time.note else "")
+    return None
+
+
+def _typical(scenes: Sequence[SceneResult]) -> str:
+    """Say how efficient typical runs are, on the scenes where heavy tails leave no more to be said."""
+    found = [
+        (scene, strategy)
+        for scene, strategy in _standards(scenes)
+        if strategy.label != scene.baseline and sound(strategy.efficiency)
+    ]
+    if not found:
+        return ""
+    ratio = product_mean([strategy.efficiency for _, strategy in found])
+    labels, baseline = _joined(s.label for _, s in found), _joined(scene.baseline for scene, _ in found)
+    where = _where([scene.name for scene, _ in found], len(scenes))
+    gain = f"{ratio.value:.3g}{_TIMES} [{ratio.low:.3g}, {ratio.high:.3g}]"
+    what = f"squared error {_TIMES} time, medians"
+    return f"typical runs of {labels} are {gain} as efficient as those of {baseline} ({what}){where}"
+
+
+def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:
+    return ((scene, s) for scene in scenes for s in scene.strategies if s.label == scene.standard)
+
+
+def _reasons(scenes: Sequence[SceneResult]) -> str:
+    notes = (n.note for _, strategy in _standards(scenes) for n in strategy.time_to.values() if not n.trusted)
+    first = next((note for note in notes if note), "")
+    return f": {first}" if first else ""
+
+
+def _joined(labels: Iterable[str]) -> str:
+    return " / ".join(_each_once(labels))
+
+
+def _each_once(labels: Iterable[str]) -> Iterator[str]:
+    return iter(dict.fromkeys(labels))
+
+
+def _seconds(time: Interval) -> str:
+    return f"{time.value:.3g} s [{time.low:.3g}, {time.high:.3g}]"

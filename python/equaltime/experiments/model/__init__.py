@@ -1,0 +1,1 @@
+"""An experiment as a value, and the summary of what it found."""

@@ -1,0 +1,178 @@
+"""Reads experiments from TOML, and makes the one that suits a scene if there is no file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from equaltime.errors import ExperimentError, Problem
+from equaltime.experiments.model.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.scene import Scene
+from equaltime.scene.smaller import smaller_film
+from equaltime.scene.toml_lines import line_numbers, malformed, nearest
+from equaltime.strategy import PRESETS, Strategy
+
+__all__ = ["DEFAULT_STRATEGIES", "default_experiment", "is_experiment", "quicker", "read_experiment", "with_roulette"]
+
+DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
+
+# A path in a closed room without a limit goes on until its throughput is zero in float32: hundreds of bounces.
+_DEPTH_WITHOUT_ROULETTE: Final = 64
+
+# What `quicker` makes of an experiment: about 35 s in all with its report, on a machine of two processors.
+_QUICK_SIZE: Final = 96
+_QUICK_REPEATS: Final = 6  # the least that a median's interval can come of
+_QUICK_RUNS_SECONDS: Final = 18.0
+_QUICK_REFERENCES_SECONDS: Final = 10.0
+
+
+def is_experiment(path: Path, unreadable: bool = False) -> bool:
+    """Tell whether the file is an experiment and no scene: it lists scenes or strategies.
+
+    Whether one that cannot be read counts as one, is for the caller to say.
+    """
+    if path.suffix.lower() != ".toml":
+        return False
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
+        return unreadable  # the reader of what it is taken for says what is wrong, with the line
+    return any(isinstance(table.get(key), list) for key in ("scenes", "strategies"))
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an experiment file; the files that it names are looked for relative to its folder.
+
+    Raises
+    ------
+    ExperimentError
+        With every problem, each with the file, the line and its path of keys.
+    """
+    text = ""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        table = tomllib.loads(text)
+    except OSError as error:
+        raise ExperimentError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
+    except tomllib.TOMLDecodeError as error:
+        number, message = malformed(error, text)
+        raise ExperimentError((Problem(f"{path}:{number}", message),)) from error
+    except (ValueError, RecursionError) as error:
+        raise ExperimentError((Problem(str(path), f"not well-formed TOML: {error}"),)) from error
+    lines = line_numbers(text)
+    try:
+        experiment = Experiment.model_validate(_located(table, path.parent))
+        places = (_place(path, f"strategies[{number}]", lines) for number in range(len(experiment.strategies)))
+        return experiment.replace(strategies=tuple(map(StrategyEntry.at, experiment.strategies, places)))
+    except ExperimentError as error:
+        raise ExperimentError(tuple(Problem(_place(path, p.place, lines), p.message) for p in error.problems)) from None
+
+
+def _place(path: Path, keys: str, lines: Mapping[str, int]) -> str:
+    """Return ``FILE:LINE: KEYS`` as far as it is known."""
+    line = nearest(lines, keys)
+    file = str(path) if line is None else f"{path}:{line}"
+    return f"{file}: {keys}" if keys else file
+
+
+def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the experiment with the files that it names as seen from here."""
+    scenes, strategies, reference = (table.get(key) for key in ("scenes", "strategies", "reference"))
+    given = table.get("folder", "")
+    located = {**table, "folder": str(folder / given) if isinstance(given, str) else given}
+    if isinstance(scenes, list):
+        located["scenes"] = [_join(entry, "path", folder) for entry in scenes]
+    if isinstance(strategies, list):
+        located["strategies"] = [_join(_file_of_strategy(entry, folder), "python", folder) for entry in strategies]
+    if reference is not None:
+        located["reference"] = _join(reference, "file", folder)
+    return located
+
+
+def _join(entry: object, key: str, folder: Path) -> object:
+    if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
+        return {**entry, key: str(folder / entry[key])}
+    return entry
+
+
+def _file_of_strategy(entry: object, folder: Path) -> object:
+    if isinstance(entry, str) and entry.endswith(".toml"):
+        return {"label": Path(entry).stem, "strategy": str(folder / entry)}
+    if isinstance(entry, Mapping) and isinstance(text := entry.get("strategy"), str) and text.endswith(".toml"):
+        return {"label": Path(text).stem, **entry, "strategy": str(folder / text)}
+    return entry
+
+
+def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> Experiment:
+    """Return the experiment that suits a scene: the presets, from naive to best, or the strategies given.
+
+    Raises
+    ------
+    SceneError, ExperimentError
+        If the scene or a strategy cannot be read.
+    """
+    loaded = scene.load()
+    given = strategies or tuple(name for name in DEFAULT_STRATEGIES if name in PRESETS)
+    entry = scene.model_copy(update={"scene": loaded, "path": None, "define": {}, "size": None, "crop": None})
+    entry = entry.model_copy(update={"max_depth": None})
+    name = scene.name or (loaded.source.stem if loaded.source else "scene")
+    return Experiment(
+        title=f"What accuracy costs on {name}",
+        description=(
+            "Each strategy renders the same scene with the same time, several times over. The curves show how its "
+            "error falls; where one crosses a horizontal line is the time that it needs to be so exact."
+        ),
+        scenes=(entry.model_copy(update={"name": name}),),
+        strategies=tuple(_suited(text, loaded) for text in given),
+    )
+
+
+def _suited(text: str, scene: Scene) -> StrategyEntry:
+    """Return a strategy, with a roulette if it is a preset and its paths would have no end."""
+    try:
+        entry = StrategyEntry(label=text, strategy=text)  # type: ignore[arg-type]  # the validator reads it
+    except ValueError as error:
+        raise ExperimentError((Problem("strategies", str(error)),)) from None
+    if text not in PRESETS or entry.strategy is None:
+        return entry
+    return entry.model_copy(update={"strategy": with_roulette(entry.strategy, scene)})
+
+
+def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
+    """Return the strategy with a roulette (which is unbiased) if it has none and the scene's paths have no end."""
+    if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
+        return strategy.model_copy(update={"roulette": "throughput"})
+    return strategy
+
+
+def quicker(experiment: Experiment) -> Experiment:
+    """Return the experiment made so small that it ends in under a minute: for a first look.
+
+    Films shrink to at most 96 pixels in either direction, unless a file is the reference, which has the size that it
+    has; runs get fewer, and budgets shorter.
+    """
+    repeats = min(experiment.repeats, _QUICK_REPEATS)
+    runs = repeats * len(experiment.scenes) * len(experiment.strategies)
+    wish = experiment.reference
+    seconds = min(wish.seconds, _QUICK_REFERENCES_SECONDS / len(experiment.scenes))
+    ladder: dict[str, object] = {}
+    if experiment.spp is None:
+        ladder["budget"] = min(experiment.budget or _QUICK_RUNS_SECONDS, _QUICK_RUNS_SECONDS / runs)
+    return experiment.replace(
+        scenes=experiment.scenes if wish.file is not None else tuple(map(_smaller, experiment.scenes)),
+        repeats=repeats,
+        crops=(),
+        reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
+        **ladder,
+    )
+
+
+def _smaller(entry: SceneEntry) -> SceneEntry:
+    film = entry.load().model.sensor.film
+    scale = _QUICK_SIZE / max(film.crop[2:])
+    if scale >= 1.0:
+        return entry
+    size, crop = smaller_film((film.width, film.height), film.crop, scale)
+    return entry.model_copy(update={"size": size, "crop": crop})

@@ -1,0 +1,34 @@
+"""Other renderers as subjects of an experiment: Mitsuba 3, and any command that writes an image."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from equaltime.experiments.model.experiment import Peer
+from equaltime.experiments.peers.command import CommandPeer
+from equaltime.experiments.peers.common import with_box_filter
+from equaltime.experiments.peers.limits import time_limit
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
+
+__all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
+
+
+def peer_subject(
+    label: str, peer: Peer, folder: Path = Path(), budget: float | None = None, reference: float = 0.0
+) -> MitsubaPeer | CommandPeer:
+    """Return the subject that an experiment's entry describes; a command is run in ``folder``, that of its file.
+
+    Its time limit follows from the ``budget`` of a run and the seconds of a ``reference`` if the entry has none. Raises
+    PeerError for a command that cannot work.
+    """
+    limit = time_limit(budget, reference) if peer.limit is None else peer.limit
+    if peer.command is not None:
+        return CommandPeer(label, peer.command, folder, limit)
+    default = MitsubaPeer(label)
+    return MitsubaPeer(
+        label,
+        variant=peer.variant or default.variant,
+        integrator=peer.integrator or default.integrator,
+        sampler=peer.sampler or default.sampler,
+        limit=limit,
+    )

@@ -1,0 +1,178 @@
+"""Mitsuba 3 as the subject of an experiment."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from equaltime.errors import PeerError
+from equaltime.experiments.peers.common import checked_image, render_seed
+from equaltime.experiments.peers.limits import DEFAULT_LIMIT, SETUP_LIMIT
+from equaltime.experiments.peers.process import Worker
+from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
+from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.scene import Scene
+from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.strict_json import json_text
+
+__all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]
+
+MOST_IN_FLIGHT = 2**26
+"""Samples in one pass of Mitsuba's; more are taken in several passes of one sequence, for the memory's sake."""
+_TO_WARM_UP = 4
+
+
+@dataclass
+class MitsubaPeer:
+    """Renders with Mitsuba 3 in a process of its own.
+
+    Mitsuba gets the same scene in its own words, with a box filter, ``max_depth`` and ``rr_depth`` of the scene. Each
+    checkpoint is a render of its own, with its own seed, and its time is its own: Mitsuba does not go on with an image.
+    A sampler may round the sample count: the one that was taken is what the checkpoint says, and a count that comes to
+    the same is left out. Importing, loading and compiling are set-up. Kernels that are compiled during a run are too:
+    such a render is done again, and `compiling` has the seconds of the first.
+
+    `equaltime.images.mitsuba_reference` says how much a reference by Mitsuba is worth.
+
+    For one seed the image depends on the order in which Mitsuba keeps the lights, which differs from load to load.
+    """
+
+    label: str
+    variant: str = "llvm_ad_rgb"
+    integrator: str = "path"
+    sampler: str = "independent"
+    rr_depth: int | None = None
+    """Depth from which on roulette may end a path; if not given, that of the scene, whose default is 5."""
+    python: str = sys.executable
+    """A Python that has Mitsuba and equaltime."""
+    limit: float = DEFAULT_LIMIT
+    """Seconds that one render may take; a process that takes longer is ended.
+
+    Starting, loading, and the first render, which compiles, may take `SETUP_LIMIT` seconds if they are more.
+    """
+    renderer: RendererKind = field(default="mitsuba", init=False)
+    biased: bool = field(default=False, init=False)
+    version: str = field(default="", init=False)
+    """Version of Mitsuba, once it was started."""
+    compiling: float = field(default=0.0, init=False)
+    """Seconds of renders that were repeated because they had to compile, in all runs so far."""
+    _worker: Worker | None = field(default=None, init=False, repr=False)
+    _threads: int = field(default=0, init=False, repr=False)
+    _scene: Scene | None = field(default=None, init=False, repr=False)
+    _key: str = field(default="", init=False, repr=False)
+    _setup: dict[str, float] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Variant, integrator and sampler."""
+        roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
+        return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
+
+    @property
+    def reference_note(self) -> str:
+        """The caveat of the reference that `for_reference` renders."""
+        if self.sampler not in UNFIT_SAMPLERS:
+            return CAVEAT
+        another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
+        return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
+
+    def for_reference(self) -> MitsubaPeer:
+        """Return the peer that renders a reference for this one: itself, or another if its sampler is unfit."""
+        fit = fit_sampler(self.sampler)
+        return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
+
+    def prepare(self, scene: Scene, threads: int) -> float:
+        """Start Mitsuba if it is not running, load ``scene`` and warm up; return the seconds of all that.
+
+        Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
+        """
+        starting = self._start(threads)
+        try:
+            plain, integrator = mitsuba_dict(scene.model, scene.assets), self._integrator(scene)
+        except ValueError as error:
+            raise PeerError(f"{self.label}: {error}") from error
+        plain["sensor"]["film"]["rfilter"] = {"type": "box"}
+        text = json_text([plain, integrator])
+        self._scene, self._key = scene, hashlib.sha256(text.encode()).hexdigest()
+        if self._key not in self._setup:
+            with tempfile.TemporaryDirectory() as folder:
+                file = Path(folder) / "scene.json"
+                file.write_text(json_text(plain))
+                asked = {"integrator": integrator, "sampler": self.sampler}
+                loaded = self._ask("load", SETUP_LIMIT, key=self._key, file=str(file), **asked)
+            _, compiled = self._render(0, _TO_WARM_UP, SETUP_LIMIT)
+            self._setup[self._key] = starting + loaded["seconds"] + compiled
+        return self._setup[self._key]
+
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+        """Render an image for each count of ``ladder``; with ``seconds``, up to the first render that took so long."""
+        done = 0
+        for asked in ladder:
+            spp = self._ask("count", key=self._key, spp=asked)["spp"]
+            if spp <= done:
+                continue
+            done = spp
+            checkpoint, compiling = self._render(seed, spp)
+            self.compiling += compiling
+            yield checkpoint
+            if seconds is not None and checkpoint.wall_s >= seconds:
+                return
+
+    def close(self) -> None:
+        """End the process."""
+        if self._worker is not None:
+            self._worker.close()
+        self._worker = None
+        self._setup.clear()
+
+    def _start(self, threads: int) -> float:
+        """Start a process with ``threads`` threads unless it runs; return the seconds of its import, 0 if it ran."""
+        if self._worker is not None and self._worker.running and threads == self._threads:
+            return 0.0
+        self.close()
+        command = [self.python, "-m", "equaltime.experiments.peers.mitsuba_worker"]
+        self._worker = Worker(command, f"{self.label} (Mitsuba)", self.limit)
+        self._threads = threads
+        started = self._ask("start", SETUP_LIMIT, variant=self.variant, threads=threads)
+        self.version = started["version"]
+        return float(started["seconds"])
+
+    def _integrator(self, scene: Scene) -> dict[str, object]:
+        hidden: dict[str, object] = {"hide_emitters": scene.model.integrator.hides_emitters}
+        if self.integrator == "direct":
+            if scene.max_depth != 2:
+                raise PeerError(f"{self.label}: the integrator 'direct' needs max_depth 2, found {scene.max_depth}")
+            return {"type": "direct"} | hidden
+        rr_depth = self.rr_depth or getattr(scene.model.integrator, "rr_depth", 5)
+        return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth} | hidden
+
+    def _render(self, seed: int, spp: int, at_least: float = 0.0) -> tuple[Checkpoint, float]:
+        """Return one render, and the seconds of one before it that had to compile."""
+        assert self._scene is not None, "prepare comes first"
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "image.npy"
+            numbers = {"spp": spp, "seed": render_seed(seed, spp), "wavefront": MOST_IN_FLIGHT}
+            answer = self._ask("render", at_least, key=self._key, file=str(file), **numbers)
+            image = checked_image(np.load(file), self._scene, self.label)
+        taken = int(answer["spp"])
+        paths = taken * image.shape[0] * image.shape[1]
+        checkpoint = Checkpoint(taken, float(answer["wall_s"]), float(answer["cpu_s"]), image, paths=paths)
+        return checkpoint, float(answer["warming_s"])
+
+    def _ask(self, do: str, at_least: float = 0.0, **question: object) -> dict[str, Any]:
+        """Ask the process, with a time limit of ``at_least`` seconds; end it if that is interrupted."""
+        assert self._worker is not None, "prepare comes first"
+        with contextlib.ExitStack() as stack:
+            stack.callback(self.close)
+            answer = self._worker.ask(do, at_least, **question)
+            stack.pop_all()
+        return answer

@@ -1,0 +1,159 @@
+"""Mitsuba 3 in a process of its own: ``python -m equaltime.experiments.peers.mitsuba_worker``, for `MitsubaPeer`.
+
+Questions come as JSON lines on stdin, answers go as JSON lines to stdout; what libraries print goes to stderr. Images
+are float32 .npy files. Clocks run round the integrator's ``render`` and the wait for its pixels, and at no other time.
+
+- ``start``   variant, threads → seconds to import and to start up, version
+- ``load``    key, file (scene as JSON), integrator, sampler → seconds; what was loaded under a key is kept
+- ``count``   key, spp → the samples per pixel that its sampler will take when asked for so many
+- ``render``  key, spp, seed, file (.npy), wavefront → spp, wall and CPU seconds, and those of warming up
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import PeerError
+from equaltime.machine import worker_threads
+from equaltime.scene.mitsuba_dict import with_transforms
+from equaltime.strict_json import json_text
+
+__all__ = ["MitsubaWorker", "samples_per_pass", "serve"]
+
+Answer = dict[str, Any]
+
+NO_LLVM = (
+    "the variant {} needs LLVM, which was not found: install Debian's package libllvm19 (apt install libllvm19), or "
+    "set DRJIT_LIBLLVM_PATH to a libLLVM.so; the variant scalar_rgb does without"
+)
+
+
+def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
+    """Return the largest divisor of ``spp`` that keeps a pass over all pixels within ``wavefront`` samples, or 1."""
+    fitting = max(wavefront // pixels, 1)
+    return next(spp // passes for passes in range(-(-spp // fitting), spp + 1) if spp % passes == 0)
+
+
+class Loaded:
+    """A scene in Mitsuba, and what to render it with."""
+
+    def __init__(self, mitsuba: Any, scene: Any, integrator: Answer) -> None:
+        self._mitsuba, self.scene, self._integrator, self.seconds = mitsuba, scene, integrator, 0.0
+        self.warm: set[int] = set()
+        """The sample counts whose kernels are compiled."""
+        self.pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
+
+    def count(self, spp: int) -> int:
+        """Return how many samples the sampler takes when it is asked for so many."""
+        sampler = self.scene.sensors()[0].sampler()
+        sampler.set_sample_count(spp)
+        return int(sampler.sample_count())
+
+    def integrator(self, spp: int, wavefront: int) -> Any:
+        """Return an integrator that takes ``spp`` samples in passes of at most ``wavefront``, of one sequence."""
+        part = samples_per_pass(spp, self.pixels, wavefront)
+        return self._mitsuba.load_dict(self._integrator | ({} if part == spp else {"samples_per_pass": part}))
+
+
+class MitsubaWorker:
+    """Answers the questions listed above."""
+
+    def start(self, variant: str, threads: int) -> Answer:
+        """Import Mitsuba and choose its variant; raises PeerError if that cannot be."""
+        begin = perf_counter()
+        try:
+            import drjit
+            import mitsuba
+        except ModuleNotFoundError as error:
+            raise PeerError(f"this needs the package {error.name}: pip install equaltime[peers]") from error
+        if variant not in mitsuba.variants():
+            raise PeerError(f"it has no variant '{variant}'; there are {', '.join(mitsuba.variants())}")
+        try:
+            mitsuba.set_variant(variant)
+        except ImportError as error:
+            raise PeerError(NO_LLVM.format(variant) if "LLVM" in str(error) else str(error)) from error
+        mitsuba.set_log_level(mitsuba.LogLevel.Error)
+        self._threads = worker_threads(threads)
+        drjit.set_thread_count(self._threads)
+        self._mitsuba, self._drjit, self._compiles = mitsuba, drjit, not variant.startswith("scalar")
+        if self._compiles:
+            drjit.set_flag(drjit.JitFlag.KernelHistory, True)
+        self._scenes: dict[str, Loaded] = {}
+        return {"seconds": perf_counter() - begin, "version": mitsuba.__version__}
+
+    def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
+        """Load a scene, unless that was done; on two threads: on one, Mitsuba 3.9 waits for ever in an EXR file."""
+        if key not in self._scenes:
+            begin = perf_counter()
+            plain = json.loads(Path(file).read_text())
+            plain["sensor"]["sampler"] = {"type": sampler}
+            self._drjit.set_thread_count(max(self._threads, 2))
+            try:
+                scene = self._mitsuba.load_dict(with_transforms(plain, self._mitsuba.ScalarTransform4f))
+            finally:
+                self._drjit.set_thread_count(self._threads)
+            loaded = Loaded(self._mitsuba, scene, integrator)
+            loaded.integrator(1, 1)  # here, so that one that does not exist is found at once
+            self._scenes[key] = loaded
+            loaded.seconds = perf_counter() - begin
+        return {"seconds": self._scenes[key].seconds}
+
+    def count(self, key: str, spp: int) -> Answer:
+        """Ask the sampler for its count, which it may round."""
+        return {"spp": self._scenes[key].count(spp)}
+
+    def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
+        """Render, and once more if that had to compile: the time of the first render is then that of warming up."""
+        loaded = self._scenes[key]
+        count = loaded.count(spp)
+        integrator = loaded.integrator(count, wavefront)
+
+        def once() -> tuple[NDArray[np.float32], float, float]:
+            wall, cpu = perf_counter(), process_time()
+            image = integrator.render(loaded.scene, sensor=0, seed=seed, spp=count, develop=True, evaluate=True)
+            pixels = np.array(image, dtype=np.float32)  # waits for what is still being computed
+            return pixels, perf_counter() - wall, process_time() - cpu
+
+        warming = 0.0
+        pixels, wall, cpu = once()
+        if count not in loaded.warm and self._compiled():
+            warming = wall
+            pixels, wall, cpu = once()
+        loaded.warm.add(count)
+        np.save(file, pixels)
+        return {"spp": count, "wall_s": wall, "cpu_s": cpu, "warming_s": warming}
+
+    def _compiled(self) -> bool:
+        """Tell whether a kernel was made, or read from a disk, since this was last asked."""
+        if not self._compiles:
+            return False
+        history = self._drjit.kernel_history((self._drjit.KernelType.JIT,))
+        return any(not kernel["cache_hit"] or kernel["cache_disk"] for kernel in history)
+
+
+def serve(worker: MitsubaWorker) -> None:
+    """Answer questions until there are no more."""
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    for line in sys.stdin:
+        question = json.loads(line)
+        try:
+            answer = getattr(worker, question.pop("do"))(**question)
+        except PeerError as error:
+            answer = {"error": str(error)}
+        except Exception as error:  # whatever goes wrong in Mitsuba is told, with its name
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        answers.write(json_text(answer) + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    serve(MitsubaWorker())

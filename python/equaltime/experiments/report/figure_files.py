@@ -1,0 +1,25 @@
+"""Writes a figure for papers as PDF and PNG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from equaltime.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["write_figure"]
+
+_KINDS = {"pdf": {"CreationDate": None}, "png": {}}
+"""Kinds of files, and their metadata: no date, so that equal figures are equal files."""
+
+
+def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
+    """Write a figure into a folder, each file whole or not at all; return the files as FOLDER/NAME.KIND."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for kind, metadata in _KINDS.items():
+        with replacing(folder / f"{name}.{kind}") as file:
+            figure.savefig(file, format=kind, dpi=200, facecolor="white", metadata=metadata)
+    return tuple(f"{folder.name}/{name}.{kind}" for kind in _KINDS)

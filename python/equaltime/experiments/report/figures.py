@@ -1,0 +1,90 @@
+"""Figures for papers: each scene's curves and its crops at equal time, as PDF and PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.curves import INK, draw_curves
+from equaltime.experiments.report.figure_files import write_figure
+from equaltime.experiments.report.gallery import Window
+from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.pictures import Pictures, exposed
+from equaltime.experiments.report.words import error_cell
+from equaltime.extras import optional
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_comparison", "write_figures"]
+
+_FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
+
+
+def write_figures(
+    folder: Path,
+    slug: str,
+    scene: SceneResult,
+    targets: Sequence[float],
+    looks: Mapping[str, Look],
+    pictures: Pictures | None,
+    crops: Sequence[Window],
+) -> tuple[str, ...]:
+    """Write a scene's figures to ``folder``; return the names of the files."""
+    drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
+    if pictures is not None and pictures.runs and crops:
+        drawn[f"{slug}-crops"] = draw_comparison(scene, pictures, crops)
+    return tuple(file for name, figure in drawn.items() for file in write_figure(figure, folder, name))
+
+
+def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
+    """Draw the reference with the crops marked, and beside it each crop as every strategy has it at equal time."""
+    shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
+    height, width = pictures.reference.mean.shape[:2]
+    left = len(crops) * width / height
+    columns = 1 + len(shown)
+    size = (1.3 * (left + columns), 1.3 * len(crops) + 0.45)
+    figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained")
+    grid = figure.add_gridspec(len(crops), 1 + columns, width_ratios=[left] + [1.0] * columns, wspace=0.02, hspace=0.02)
+    whole = figure.add_subplot(grid[:, 0])
+    _show(whole, exposed(pictures.reference.mean, pictures.stops))
+    for (x, y, w, h), colour in zip(crops, _cycle(len(crops)), strict=True):
+        rectangle = optional("matplotlib.patches").Rectangle((x, y), w, h, fill=False, edgecolor=colour, linewidth=1.5)
+        whole.add_patch(rectangle)
+    _title(whole, f"{scene.name}, equal time")
+    for column in range(columns):
+        image = pictures.reference.mean if column == 0 else pictures.runs[shown[column - 1].label][0]
+        for row, ((x, y, w, h), colour) in enumerate(zip(crops, _cycle(len(crops)), strict=True)):
+            axes = figure.add_subplot(grid[row, 1 + column])
+            _show(axes, exposed(image[y : y + h, x : x + w], pictures.stops), colour)
+            if row == 0:
+                _title(axes, "reference" if column == 0 else _heading(shown[column - 1]))
+    return figure
+
+
+def _heading(strategy: StrategyResult) -> str:
+    error = error_cell(strategy.error_at_budget)
+    return f"{strategy.label}\n{error.text}" if error.state == "trusted" else strategy.label
+
+
+def _cycle(count: int) -> list[str]:
+    return [_FRAMES[i % len(_FRAMES)] for i in range(count)]
+
+
+def _show(axes: Axes, pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], frame: str | None = None) -> None:
+    axes.imshow(pixels, interpolation="nearest")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(frame is not None)
+        spine.set_color(frame or INK)
+        spine.set_linewidth(1.5)
+
+
+def _title(axes: Axes, text: str) -> None:
+    axes.set_title(text, fontsize=8, color=INK).set_parse_math(False)

@@ -1,0 +1,200 @@
+"""The pictures of a scene at equal time: images with crops, error maps, standard-error maps, sample counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.maps import error_map, spread_map
+from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
+from equaltime.experiments.report.views import Bar, Crop, Frame, Kind
+from equaltime.experiments.report.words import error_cell, percent, seconds
+from equaltime.extras import optional
+from equaltime.images.reducing import reduced
+
+__all__ = ["Window", "choose_crops", "colour_bar", "kinds_of"]
+
+Floats = NDArray[np.float64]
+Window = tuple[int, int, int, int]
+
+_LONGEST_CROP = 160
+_ERRORS = "magma"
+_COUNTS = "cividis"
+
+
+def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
+    """Return the series of pictures that a scene has; the reference comes first in the series of images.
+
+    Pictures with a side longer than ``longest`` pixels are shown reduced, by whole blocks of pixels; crops never are.
+    """
+    shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
+    if not shown:
+        return ()
+    pixels = pictures.squares
+    shape = pictures.reference.mean.shape[:2]
+    crops = _inside(scene.crops, shape) or choose_crops(pixels, shape)
+    errors = {label: error_map(own) for label, own in pixels.items()}
+    spreads = {label: spread_map(runs, pictures.own[label]) for label, runs in pictures.runs.items()}
+    found = [_images(scene, shown, pictures, looks, crops, longest)]
+    low, high = _range(errors.values())
+    bar = Bar(colour_bar(_ERRORS), (percent(low), percent((low * high) ** 0.5), percent(high)))
+
+    def paint(values: Floats) -> NDArray[np.uint8]:
+        return coloured(np.sqrt(reduced(values**2, longest)), low, high, _ERRORS)
+
+    found.append(_maps("Error", _ERROR_WORDS, bar, shown, errors, paint, looks))
+    known = {label: spread for label, spread in spreads.items() if spread is not None}
+    if known:
+        found.append(_maps("Standard error", _SPREAD_WORDS, bar, shown, known, paint, looks))
+    found.append(_counts(shown, pictures, looks, longest))
+    return tuple(found)
+
+
+_ERROR_WORDS = (
+    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise taken off. "
+    "The colours are the same for all strategies."
+)
+_SPREAD_WORDS = (
+    "How far a pixel of one run typically is from the mean of all runs, relative as the error is and in its colours. "
+    "Where the error is larger than the standard error, a strategy is biased."
+)
+_COUNT_WORDS = "Samples of each pixel at the end of a run."
+
+
+def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
+    """Return colours of a Matplotlib colour map, evenly spaced, as ``#rrggbb``."""
+    return tuple(
+        optional("matplotlib.colors").to_hex(colour)
+        for colour in optional("matplotlib").colormaps[colours](np.linspace(0.0, 1.0, steps))
+    )
+
+
+def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
+    """Choose square windows where the strategies' errors differ most, none over another.
+
+    Parameters
+    ----------
+    pixels
+        Label → squared errors (K, H, W).
+    shape
+        Height, width of the image.
+    count
+        How many windows at most.
+
+    """
+    side = max(1, min(min(shape), _LONGEST_CROP, round(max(shape) / 6)))
+    sums = [_window_means(np.maximum(own.mean(axis=0), 0.0), side) for own in pixels.values()]
+    floor = 1e-3 * max(float(values.max()) for values in sums) + 1e-30
+    score = np.std([np.log(values + floor) for values in sums], axis=0) * np.sqrt(np.max(sums, axis=0) + floor)
+    chosen: list[Window] = []
+    while len(chosen) < count and np.isfinite(score).any():
+        y, x = (int(place) for place in np.unravel_index(int(np.argmax(score)), score.shape))
+        chosen.append((x, y, side, side))
+        apart = side + side // 2
+        score[max(0, y - apart) : y + apart, max(0, x - apart) : x + apart] = -np.inf
+    return tuple(chosen)
+
+
+def _inside(crops: Sequence[Window], shape: tuple[int, ...]) -> tuple[Window, ...]:
+    """Cut windows at the border of an image, and leave out those beyond it: an experiment's scenes differ in size."""
+    height, width = shape
+    cut = ((x, y, min(w, width - x), min(h, height - y)) for x, y, w, h in crops)
+    return tuple(window for window in cut if min(window[2:]) > 0)
+
+
+def _window_means(values: Floats, side: int) -> Floats:
+    """Return the mean of every square window (H - side + 1, W - side + 1), by summed areas."""
+    area = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+    total = area[side:, side:] - area[:-side, side:] - area[side:, :-side] + area[:-side, :-side]
+    return np.asarray(np.maximum(total / side**2, 0.0))
+
+
+def _range(maps: Iterable[Floats]) -> tuple[float, float]:
+    """Return the ends of the colours: the errors that nearly all pixels have, in whole steps, two decades at most."""
+    values = np.concatenate([values.ravel() for values in maps])
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    if positive.size == 0:
+        return 1e-3, 1e-1
+    high = float(10.0 ** (np.ceil(np.log10(np.percentile(positive, 99.0)) * 2.0) / 2.0))
+    return high / 100.0, high
+
+
+def _images(
+    scene: SceneResult,
+    shown: Sequence[StrategyResult],
+    pictures: Pictures,
+    looks: Mapping[str, Look],
+    crops: Sequence[Window],
+    longest: int,
+) -> Kind:
+    reference = pictures.reference.mean
+    height, width = reference.shape[:2]
+    caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
+
+    def frame(label: str, look: Look | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
+        cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
+        shown_crops = tuple(Crop(data_uri(exposed(part, pictures.stops)), window) for part, window in cut)
+        uri = data_uri(exposed(reduced(image, longest), pictures.stops))
+        return Frame(label, look, uri, alt, caption, shown_crops)
+
+    frames = [frame("reference", None, reference, f"{scene.name}: reference", caption)]
+    for strategy in shown:
+        image, alt = pictures.runs[strategy.label][0], f"{scene.name} rendered by {strategy.label}"
+        frames.append(frame(strategy.label, looks[strategy.label], image, alt, _ended(strategy)))
+    words = [
+        "One run of each strategy, at equal time, with the same exposure"
+        + (f" ({pictures.stops:+d} stops)." if pictures.stops else ".")
+    ]
+    if max(width, height) > longest:
+        words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")
+    return Kind("Image", "image", " ".join(words), None, tuple(frames))
+
+
+def _ended(strategy: StrategyResult) -> str:
+    """Say where the run of an image ended."""
+    curve = strategy.curve
+    if not curve.spp:
+        return ""
+    return f"error {error_cell(curve.error[-1]).text}, {curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
+
+
+def _maps(
+    name: str,
+    words: str,
+    bar: Bar,
+    shown: Sequence[StrategyResult],
+    maps: Mapping[str, Floats],
+    paint: Callable[[Floats], NDArray[np.uint8]],
+    looks: Mapping[str, Look],
+) -> Kind:
+    frames = []
+    for strategy in shown:
+        if (values := maps.get(strategy.label)) is None:
+            continue
+        whole = percent(float(np.sqrt(np.mean(values**2))))
+        alt = f"{name} map of {strategy.label}; its root mean square is {whole}"
+        caption = f"root mean square {whole}"
+        frames.append(Frame(strategy.label, looks[strategy.label], data_uri(paint(values)), alt, caption))
+    return Kind(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
+
+
+def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look], longest: int) -> Kind:
+    """Show sample counts; most strategies take the same number everywhere, and are a plain field then."""
+    maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
+    low = min(float(values.min()) for values in maps.values())
+    high = max(max(float(values.max()) for values in maps.values()), 2.0 * low)
+    frames = []
+    for strategy in shown:
+        values = maps[strategy.label]
+        least, most = int(values.min()), int(values.max())
+        caption = f"{least} everywhere" if least == most else f"{least} to {most}, mean {values.mean():.1f}"
+        uri = data_uri(coloured(reduced(values, longest), low, high, _COUNTS))
+        alt = f"Sample-count map of {strategy.label}: {caption}"
+        frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
+    bar = Bar(colour_bar(_COUNTS), (f"{low:.0f}", f"{(low * high) ** 0.5:.0f}", f"{high:.0f}"))
+    return Kind("Samples", "samples", _COUNT_WORDS, bar, tuple(frames))

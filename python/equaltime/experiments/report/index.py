@@ -1,0 +1,124 @@
+"""The page of many experiments: what others say of each, what we measure, and the way to its report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.report.charts import SMALL, chart, dots
+from equaltime.experiments.report.dots import clearest
+from equaltime.experiments.report.looks import Look, looks
+from equaltime.experiments.report.overview import without_marks
+from equaltime.experiments.report.templates import write_page
+from equaltime.experiments.report.theirs import beside_table
+from equaltime.experiments.report.views import Table
+from equaltime.experiments.report.words import percent, seconds
+
+__all__ = ["Card", "write_index"]
+
+_MANY = 4
+"""Scenes that can still be told apart by one of them."""
+
+State = Literal["waiting", "earlier", "done", "left out", "failed"]
+"""``earlier``: not run yet, but there is the report of an earlier run."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """One experiment on the page of all."""
+
+    name: str
+    """Of its folder beside the page."""
+    title: str
+    state: State = "waiting"
+    summary: Summary | None = None
+    problem: str = ""
+    """Why there is no summary."""
+
+
+@dataclass(frozen=True)
+class _View:
+    """What the page shows of an experiment that was run."""
+
+    card: Card
+    chart: Any = ""
+    """An ``<svg>`` element, safe as it is."""
+    shown: str = ""
+    """What the chart shows."""
+    looks: Mapping[str, Look] = field(default_factory=dict, hash=False)
+    beside: Table | None = None
+    facts: str = ""
+
+
+def write_index(cards: Sequence[Card], folder: Path, quick: bool = False, command: str = "") -> Path:
+    """Write ``index.html`` into a folder, beside the folders of the experiments.
+
+    Parameters
+    ----------
+    quick
+        Whether the numbers are no more than a first look, which the page then says.
+    command
+        The command line that asked for it.
+
+    Returns
+    -------
+    Path
+        Of the page: one file that needs no network, with links to the reports.
+    """
+    views = [_view(card) for card in cards]
+    return write_page(
+        "index.html",
+        folder / "index.html",
+        title="Claims, and what we measure",
+        suffix=": equaltime's experiments",
+        views=views,
+        quick=quick,
+        command=command,
+        machine=_machine(cards),
+    )
+
+
+def _view(card: Card) -> _View:
+    summary = card.summary
+    if summary is None or not summary.scenes:
+        return _View(card)
+    labels = [strategy.label for scene in summary.scenes for strategy in scene.strategies]
+    look = looks(labels, summary.scenes[0].baseline)
+    drawn, shown = _chart(summary, card.name, look)
+    return _View(card, drawn, shown, look, beside_table(card.name, summary), _facts(summary))
+
+
+def _chart(summary: Summary, prefix: str, look: Mapping[str, Look]) -> tuple[Any, str]:
+    """Draw all scenes if they are many, else the curves of the one that stands beside their figures; say what it is."""
+    target = clearest(summary)
+    if len(summary.scenes) > _MANY and target is not None:
+        shown = f"Time to an error of {percent(target)}. {without_marks(summary, target)}".rstrip(". ")
+        return dots(summary, prefix, target, look, SMALL[0]), shown
+    wanted = summary.beside[0].scene if summary.beside else ""
+    scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
+    where = f", {scene.name}" if len(summary.scenes) > 1 else ""
+    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}"
+
+
+def _facts(summary: Summary) -> str:
+    scenes, runs = len(summary.scenes), summary.provenance.get("runs", 0)
+    rendering = sum(
+        strategy.curve.seconds[-1].value * strategy.repeats
+        for scene in summary.scenes
+        for strategy in scene.strategies
+        if strategy.curve.seconds
+    )
+    return f"{scenes} {'scene' if scenes == 1 else 'scenes'}, {runs} runs, {seconds(rendering)} of rendering"
+
+
+def _machine(cards: Sequence[Card]) -> str:
+    """Name the processors on which it was measured."""
+    found: dict[str, None] = {}
+    for card in cards:
+        machines = card.summary.provenance.get("machines", {}) if card.summary else {}
+        for facts in machines.values() if isinstance(machines, Mapping) else ():
+            found[f"{facts.get('cpu', 'a processor')}, {facts.get('processors', '?')} processors"] = None
+    return "; ".join(found)

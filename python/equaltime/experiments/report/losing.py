@@ -1,0 +1,154 @@
+"""Where each strategy loses: maps of the blocks that make its error, and of those where the baseline does better."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.gallery import colour_bar
+from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.maps import LEVEL, Losses, losses
+from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
+from equaltime.experiments.report.views import Bar, LossView
+from equaltime.experiments.report.words import percent
+from equaltime.images.reducing import reduced
+
+__all__ = ["INTRODUCTION", "losing"]
+
+Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+_RATIOS = "PuOr_r"
+_MARK = np.array([232.0, 165.0, 0.0])
+
+INTRODUCTION = (
+    "Left, in amber: the fewest blocks that together make half of a strategy's squared error. Right: its error over "
+    "that of the baseline at equal time, coloured only where the difference is more than chance "
+    f"(p < {LEVEL:g} for each block, Welch's t-test over repeats) and grey elsewhere."
+)
+
+
+def losing(
+    scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
+) -> tuple[tuple[LossView, ...], Bar | None]:
+    """Return where each strategy of a scene loses, with maps over the darkened reference, and their colour bar.
+
+    No side of a map is longer than ``longest`` pixels. There is no bar if there is nothing to compare.
+    """
+    factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
+    equal = {label: own * factors[label] for label, own in pictures.squares.items()}
+    baseline = equal.get(scene.baseline)
+    found = {label: losses(own, None if label == scene.baseline else baseline) for label, own in equal.items()}
+    most = _most(found)
+    grey = _grey(pictures)
+    views = tuple(_view(scene.baseline, label, looks[label], found[label], grey, most, longest) for label in found)
+    ticks = (f"1/{most:g} of the baseline's error or less", "equal", f"{most:g} times or more")
+    return views, Bar(colour_bar(_RATIOS), ticks) if any(view.ratio_uri for view in views) else None
+
+
+def _most(found: Mapping[str, Losses]) -> float:
+    """Return the ratio at which the colours end: a power of 2 that holds nearly all that are more than chance."""
+    sure = [
+        np.abs(np.log2(np.maximum(one.ratio[one.worse | one.better], 1e-9)))
+        for one in found.values()
+        if one.ratio is not None and one.worse is not None and one.better is not None
+    ]
+    logs = np.concatenate([np.zeros(1), *sure])
+    return float(2.0 ** np.clip(np.ceil(np.percentile(logs[np.isfinite(logs)], 90.0)), 1.0, 6.0))
+
+
+def _to_equal_time(strategy: StrategyResult) -> float:
+    """Return what squared errors at a run's end are multiplied with to be those at equal time."""
+    if not strategy.curve.error:
+        return 1.0
+    ended, wanted = strategy.curve.error[-1].value, strategy.error_at_budget.value
+    factor = (wanted / ended) ** 2 if ended > 0.0 and wanted > 0.0 else 1.0
+    return factor if math.isfinite(factor) else 1.0
+
+
+def _view(baseline: str, label: str, look: Look, found: Losses, grey: Floats, most: float, longest: int) -> LossView:
+    half = found.spread(found.half, grey.shape)[..., None]
+    painted = np.where(half, 0.35 * grey + 0.65 * _MARK, grey)
+    sentences = [_half_sentence(found)]
+    half_alt = f"Map of where half of the squared error of {label} comes from: {sentences[0]}"
+    ratio_uri = ratio_alt = ""
+    if found.ratio is not None:
+        sentences.append(_ratio_sentence(found, baseline))
+        if (ratios := _ratio_map(found, grey, most)) is not None:
+            ratio_uri = data_uri(_bytes(ratios, longest))
+            ratio_alt = f"Map of the error of {label} over that of {baseline}: {sentences[-1]}"
+    return LossView(label, look, data_uri(_bytes(painted, longest)), half_alt, ratio_uri, ratio_alt, tuple(sentences))
+
+
+def _half_sentence(found: Losses) -> str:
+    if not found.half.any():
+        return "It has no error beyond the reference's noise."
+    part = "less than 1 %" if found.half_area < 0.01 else percent(round(found.half_area, 2))
+    return f"Half of its squared error comes from {part} of the image{_place(found.half, found.half_area)}."
+
+
+def _ratio_sentence(found: Losses, baseline: str) -> str:
+    if found.ratio is None or found.worse is None or found.better is None:
+        return f"With fewer than three repeats nobody can tell where it is worse than {baseline}."
+    worse, better = float(found.worse.mean()), float(found.better.mean())
+    if not found.worse.any():
+        rest = f", and better in {_part(better)} of them" if found.better.any() else ", nor surely better anywhere"
+        return f"At equal time it is worse than {baseline} in no block{rest}."
+    factor = float(np.median(found.ratio[found.worse]))
+    times = (
+        f"{_two_digits(factor)}\N{MULTIPLICATION SIGN} its error"
+        if math.isfinite(factor)
+        else "error where that has none"
+    )
+    rest = f"better in {_part(better)}" if found.better.any() else "surely better nowhere"
+    return (
+        f"At equal time it is worse than {baseline} in {_part(worse)} of the blocks{_place(found.worse, worse)}, with "
+        f"{times} in the median, and {rest}."
+    )
+
+
+def _two_digits(factor: float) -> str:
+    if factor < 100.0:
+        return f"{factor:.2g}"
+    return f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def _part(part: float) -> str:
+    return "less than 1 %" if 0.0 < part < 0.005 else percent(round(part, 2))
+
+
+def _place(flags: NDArray[np.bool_], part: float) -> str:
+    """Say in words where marked blocks lie, if they lie together."""
+    rows, columns = np.nonzero(flags)
+    if part > 0.5 or rows.size == 0:
+        return ""
+    y, x = (rows + 0.5) / flags.shape[0], (columns + 0.5) / flags.shape[1]
+    if y.std() > 0.2 or x.std() > 0.2:
+        return ""
+    height = ("upper", "middle", "lower")[min(2, int(3.0 * y.mean()))]
+    side = ("left", "centre", "right")[min(2, int(3.0 * x.mean()))]
+    return ", in its " + ("centre" if (height, side) == ("middle", "centre") else f"{height} {side}")
+
+
+def _ratio_map(found: Losses, grey: Floats, most: float) -> Floats | None:
+    """Colour the blocks whose ratio is more than chance; None if nobody can tell."""
+    if found.ratio is None or found.worse is None or found.better is None:
+        return None
+    ratio = np.where(np.isnan(found.ratio), 1.0, found.ratio)
+    colours = coloured(np.asarray(found.spread(ratio, grey.shape)), 1.0 / most, most, _RATIOS)
+    sure = found.spread(found.worse | found.better, grey.shape)[..., None]
+    return np.asarray(np.where(sure, 0.25 * grey + 0.75 * colours, grey))
+
+
+def _grey(pictures: Pictures) -> Floats:
+    """Return the reference without colours, in the middle of the range so that marks stand out (H, W, 3)."""
+    shown = exposed(pictures.reference.mean, pictures.stops).astype(np.float64).mean(axis=2, keepdims=True)
+    return np.repeat(60.0 + 0.5 * shown, 3, axis=2)
+
+
+def _bytes(values: Floats, longest: int) -> Bytes:
+    return np.asarray(np.round(np.clip(reduced(values, longest), 0.0, 255.0)), np.uint8)

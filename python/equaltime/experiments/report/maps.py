@@ -1,0 +1,121 @@
+"""Maps of one scene: each pixel's error, its standard error, and the blocks where a strategy loses.
+
+All errors are relative in the way of `metrics.contributions`, so that the mean of a map's squares is the square of the
+image's error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.extras import optional
+from equaltime.images.metrics import Reference, contributions
+
+__all__ = ["LEVEL", "Losses", "error_map", "losses", "spread_map", "squares"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+LEVEL = 0.001
+"""A block is called worse or better if chance alone does that in fewer cases than this."""
+_BLOCKS = 28
+_FEWEST = 3
+
+
+def squares(runs: NDArray[Any], reference: Reference) -> Floats:
+    """Return the relative squared error of each pixel of each run, (K, H, W); noise may make one negative."""
+    return np.stack([contributions(run, reference) for run in runs])
+
+
+def error_map(pixels: Floats) -> Floats:
+    """Return the error of each pixel (H, W), from the `squares` of all runs."""
+    return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
+
+
+def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
+    """Return the relative standard error of one run's pixels (H, W), from how the runs (K, H, W, 3) differ."""
+    if len(runs) < 2:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = runs.var(axis=0, ddof=1, dtype=np.float64) / reference.denominator
+    return np.asarray(np.sqrt(np.nan_to_num(relative, posinf=0.0).mean(axis=2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Losses:
+    """Where the error of a strategy comes from, by square blocks; all maps are (rows of blocks, columns of blocks)."""
+
+    block: int
+    """Side of a block in pixels; the last ones of a row or column may be smaller."""
+    half: Flags
+    """The fewest blocks that make up half of the squared error."""
+    half_area: float
+    """Part of the image that they cover."""
+    ratio: Floats | None
+    """Error over the baseline's at equal time; None for the baseline itself."""
+    worse: Flags | None
+    better: Flags | None
+    """Where the difference to the baseline is more than chance; None with fewer than three repeats."""
+
+    def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
+        """Give each pixel of an image of this shape the value of its block."""
+        return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
+
+
+def losses(own: Floats, baseline: Floats | None) -> Losses:
+    """Find where a strategy loses.
+
+    Parameters
+    ----------
+    own
+        Its `squares`, (K, H, W), brought to equal time.
+    baseline
+        The baseline's, likewise; None if this is the baseline.
+
+    """
+    block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
+    mine = _block_sums(own, block)
+    total = np.maximum(mine.mean(axis=0), 0.0)
+    half = _fewest_that_make_half(total)
+    area = _block_sums(np.ones((1, *own.shape[1:])), block)[0]
+    half_area = float(area[half].sum() / area.sum())
+    if baseline is None:
+        return Losses(block, half, half_area, None, None, None)
+    theirs = _block_sums(baseline, block)
+    reference = np.maximum(theirs.mean(axis=0), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.sqrt(total / reference)
+    worse, better = _significant(mine, theirs) or (None, None)
+    return Losses(block, half, half_area, ratio, worse, better)
+
+
+def _block_sums(pixels: Floats, block: int) -> Floats:
+    rows = np.add.reduceat(pixels, np.arange(0, pixels.shape[1], block), axis=1)
+    return np.asarray(np.add.reduceat(rows, np.arange(0, pixels.shape[2], block), axis=2))
+
+
+def _fewest_that_make_half(total: Floats) -> Flags:
+    order = np.argsort(total, axis=None)[::-1]
+    running = np.cumsum(total.ravel()[order])
+    chosen = np.zeros(total.size, np.bool_)
+    chosen[order[: int(np.searchsorted(running, 0.5 * running[-1])) + 1]] = running[-1] > 0.0
+    return chosen.reshape(total.shape)
+
+
+def _significant(mine: Floats, theirs: Floats) -> tuple[Flags, Flags] | None:
+    """Compare blocks by Welch's t-test over repeats; return where the first is worse and where it is better."""
+    if min(len(mine), len(theirs)) < _FEWEST:
+        return None
+    difference = mine.mean(axis=0) - theirs.mean(axis=0)
+    own, other = mine.var(axis=0, ddof=1) / len(mine), theirs.var(axis=0, ddof=1) / len(theirs)
+    spread = own + other
+    with np.errstate(divide="ignore", invalid="ignore"):
+        freedom = spread**2 / (own**2 / (len(mine) - 1) + other**2 / (len(theirs) - 1))
+        chance = 2.0 * optional("scipy.stats").t.sf(np.abs(difference) / np.sqrt(spread), freedom)
+    sure = np.nan_to_num(chance, nan=1.0) < LEVEL
+    return sure & (difference > 0.0), sure & (difference < 0.0)

@@ -1,0 +1,133 @@
+"""Pictures of where uniform and BSDF sampling send rays, one column a scene: for the page, the phone and the paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import EqualtimeError
+from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.report.charts import themed
+from equaltime.experiments.report.curves import GRID, INK, MUTED
+from equaltime.experiments.report.figure_files import write_figure
+from equaltime.experiments.report.looks import LIGHT
+from equaltime.experiments.report.words import percent
+from equaltime.experiments.run.directions import WO, Rays, read_directions
+from equaltime.extras import optional
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["RaysView", "draw_rays", "rays_view", "write_rays"]
+
+Directions = Mapping[str, Mapping[str, Rays]]
+Floats = NDArray[np.float64]
+
+_WAYS = {"uniform": "uniform", "bsdf": "from the BSDF"}
+_CARRIES = 0.05
+"""A ray is said to carry light if it carries this part of what a sample should on the mean."""
+_TILT = math.radians(14.0)
+"""How far the hemisphere is seen from above."""
+_LIGHT = LIGHT[1]
+
+
+@dataclass(frozen=True)
+class RaysView:
+    """What a page shows of directions."""
+
+    wide: Any
+    narrow: Any
+    """``<svg>`` elements, safe as they are."""
+    rows: tuple[tuple[str, str, str], ...]
+    """Scene, and the effective part of the samples of either way, in words."""
+    files: tuple[str, ...]
+
+
+def rays_view(summary: Summary, folder: Path) -> RaysView | None:
+    """Return the pictures of an experiment's directions, and write them as figures; None if there are none."""
+    if summary.directions is None:
+        return None
+    try:
+        directions = read_directions(summary.directions)
+    except EqualtimeError:
+        return None
+    if not directions:
+        return None
+    rows = tuple((name, _effective(rays["uniform"]), _effective(rays["bsdf"])) for name, rays in directions.items())
+    words = "; ".join(f"{name}: {uniform} uniform, {bsdf} from the BSDF" for name, uniform, bsdf in rows)
+    alt = f"Rays that leave a surface, drawn uniformly and from its BSDF. Effective samples of {words}."
+    wide = themed(draw_rays(directions, len(directions)), "rays-wide", alt)
+    narrow = themed(draw_rays(directions, 2), "rays-narrow", alt)
+    return RaysView(wide, narrow, rows, write_rays(folder / "figures", directions))
+
+
+def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
+    """Write the pictures as PDF and PNG; return the names of the files."""
+    return write_figure(draw_rays(directions, len(directions)), folder, "directions")
+
+
+def draw_rays(directions: Directions, columns: int) -> Figure:
+    """Draw every scene's rays, uniform ones over those from the BSDF, so many scenes beside each other."""
+    bands = math.ceil(len(directions) / columns)
+    size = (1.4 * columns, bands * 2.55)
+    figure: Figure = optional("matplotlib.figure").Figure(figsize=size, facecolor="none")
+    figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
+    grid = figure.add_gridspec(2 * bands, columns)
+    for place, (name, rays) in enumerate(directions.items()):
+        band, column = divmod(place, columns)
+        mean = float(rays["bsdf"].weight.mean())  # all ways have the same in the end, and this one knows it best
+        for row, way in enumerate(_WAYS):
+            axes = figure.add_subplot(grid[2 * band + row, column])
+            _draw(axes, rays[way], max(mean, 1e-30))
+            if row == 0:
+                axes.set_title(name, fontsize=11, color=INK, pad=5).set_parse_math(False)
+            words = f"{_WAYS[way]}\n{_effective(rays[way])}"
+            axes.text(0.0, -0.3, words, fontsize=9, color=INK, ha="center", va="top")
+    return figure
+
+
+def _draw(axes: Axes, rays: Rays, mean: float) -> None:
+    """Draw a hemisphere on its disk, the ray that arrives, and rays that leave: faint where they carry nothing."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 73)
+    rim = _flat(np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1))
+    axes.plot(rim[:, 0], rim[:, 1], color=GRID, linewidth=0.8, zorder=1)
+    axes.plot(np.cos(angle[:37]), np.sin(angle[:37]), color=GRID, linewidth=0.8, zorder=1)
+    carries = rays.weight > _CARRIES * mean
+    _lines(axes, rays.wi[~carries], MUTED, np.full((~carries).sum(), 0.22), 0.5, 2)
+    strength = np.minimum(rays.weight[carries] / (2.0 * mean), 1.0)
+    _lines(axes, rays.wi[carries], _LIGHT, 0.15 + 0.75 * np.sqrt(strength), 0.9, 3)
+    tail = _flat(1.02 * WO[None, :])[0]
+    axes.annotate(
+        "", (0.06 * tail[0], 0.06 * tail[1]), tail, zorder=4, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.4}
+    )
+    axes.set(xlim=(-1.08, 1.08), ylim=(-0.78, 1.06), aspect="equal")
+    axes.axis("off")
+
+
+def _lines(axes: Axes, ends: Floats, colour: str, alphas: Floats, width: float, order: int) -> None:
+    segments = [((0.0, 0.0), tuple(end)) for end in _flat(ends)]
+    red, green, blue = optional("matplotlib.colors").to_rgb(colour)
+    colours = [(red, green, blue, round(float(alpha), 2)) for alpha in alphas]
+    collection = optional("matplotlib.collections").LineCollection
+    axes.add_collection(collection(segments, colors=colours, linewidths=width, zorder=order), autolim=False)
+
+
+def _flat(points: Floats) -> Floats:
+    """Project (N, 3) points onto the picture: x to the left as the viewer's side, z up, seen from a little above."""
+    height = points[:, 2] * math.cos(_TILT) + points[:, 1] * math.sin(_TILT)
+    return np.stack([-points[:, 0], height], axis=1)
+
+
+def _effective(rays: Rays) -> str:
+    """Say how many samples of a hundred are worth as much as if all carried alike."""
+    if math.isnan(rays.effective):
+        return "one direction"
+    part = float(f"{rays.effective:.2g}")
+    return f"{percent(part)} effective"

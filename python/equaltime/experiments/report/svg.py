@@ -1,0 +1,98 @@
+"""Matplotlib's SVG made fit to stand inside a page: colours by the page's theme, ids of its own, text as text."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+from equaltime.extras import optional
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["inline_svg"]
+
+_FONT = re.compile(r"font(-family|-size)?:[^;]*;?")
+_CURVE = re.compile(r"curve-(\d+)(?:-band)?")
+_FONT_SIZE = re.compile(r"(\d+(?:\.\d+)?)px")
+
+
+def inline_svg(
+    figure: Figure,
+    prefix: str,
+    colours: Mapping[str, str],
+    titles: Mapping[str, Sequence[str]],
+    description: str,
+) -> str:
+    """Return a figure as an ``<svg>`` element for HTML.
+
+    Parameters
+    ----------
+    figure
+        What to draw.
+    prefix
+        Put before every id, so that several figures can stand in one page.
+    colours
+        ``#rrggbb`` → what to write in its place, such as ``var(--ink)``.
+    titles
+        Id of a group of markers → what each marker says when it is pointed at.
+    description
+        What the figure shows, for who cannot see it.
+
+    """
+    buffer = io.StringIO()
+    # text stays text, to be read and copied; matplotlib takes this from nowhere but its settings
+    with optional("matplotlib").rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    root = ElementTree.fromstring(buffer.getvalue())
+    _forget_namespaces(root)
+    root.attrib = {"viewBox": root.attrib["viewBox"], "role": "img", "aria-label": description}
+    for element in root.findall("metadata"):
+        root.remove(element)
+    for element in root.findall("defs"):
+        for style in element.findall("style"):
+            element.remove(style)  # it would hold for the whole page
+    for group, texts in titles.items():
+        _title_markers(root, group, texts)
+    for element in root.iter():
+        _restyle(element, prefix, colours)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _forget_namespaces(root: ElementTree.Element) -> None:
+    """HTML knows what an ``<svg>`` is, and has no namespaces."""
+    for element in root.iter():
+        element.tag = element.tag.rpartition("}")[2]
+        element.attrib = {name.rpartition("}")[2]: value for name, value in element.attrib.items()}
+
+
+def _title_markers(root: ElementTree.Element, group: str, texts: Sequence[str]) -> None:
+    found = root.find(f".//g[@id='{group}']")
+    if found is None:
+        return
+    for marker, text in zip(found.iter("use"), texts, strict=False):
+        ElementTree.SubElement(marker, "title").text = text
+
+
+def _restyle(element: ElementTree.Element, prefix: str, colours: Mapping[str, str]) -> None:
+    for name, value in list(element.attrib.items()):
+        if name == "id":
+            element.set(name, f"{prefix}-{value}")
+            if curve := _CURVE.fullmatch(value):
+                element.set("data-curve", curve.group(1))
+        elif name == "href":
+            element.set(name, value.replace("#", f"#{prefix}-"))
+        elif name in ("style", "clip-path", "fill", "stroke"):
+            value = value.replace("url(#", f"url(#{prefix}-")
+            for colour, replacement in colours.items():
+                value = value.replace(colour, replacement)
+            element.set(name, _inherit_font(value) if element.tag == "text" and name == "style" else value)
+
+
+def _inherit_font(style: str) -> str:
+    """Keep the size of a text and take the page's typeface."""
+    size = _FONT_SIZE.search(style)
+    return f"font-size: {size.group(1) if size else 10}px; {_FONT.sub('', style).strip()}"

@@ -1,0 +1,145 @@
+"""The tables of a report: time to error, checks of each strategy, the points of the curves, all scenes at a glance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.views import Row, Table
+from equaltime.experiments.report.words import (
+    Cell,
+    error_cell,
+    factor_cell,
+    percent,
+    plain_cell,
+    probability_cell,
+    seconds_cell,
+)
+from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
+
+__all__ = ["check_table", "geometric_mean", "label_row", "overview_tables", "point_table", "time_table"]
+
+_NOTHING = Cell("\N{EN DASH}", state="unknown")
+
+
+def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
+    """Return a row of a strategy with what must be said with its name."""
+    tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
+    if strategy.renderer != "core":
+        tags.append(strategy.renderer)
+    return Row(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
+
+
+def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
+    """Tabulate the time to each target, and below it how many times faster than the baseline that is."""
+    rows = []
+    for strategy in scene.strategies:
+        cells = []
+        for target in targets:
+            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            ratio = strategy.ratio.get(target)
+            faster = [] if ratio is None or strategy.label == scene.baseline else [factor_cell(ratio)]
+            cells.append([time, *faster])
+        rows.append(label_row(scene, strategy, looks[strategy.label], cells))
+    caption = f"Time to a given error, and speed-up over {scene.baseline}; 95 % intervals"
+    columns = [f"to {percent(target)}" for target in targets]
+    return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
+
+
+def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+    """Tabulate what tells whether the numbers can be believed: slope, error, own estimate, bias, equality."""
+    standard = scene.standard or "the standard"
+    columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
+    rows = []
+    for strategy in scene.strategies:
+        curve = strategy.curve
+        cells = [
+            [plain_cell(curve.slope)],
+            [error_cell(strategy.error_at_budget)],
+            [_own_estimate(curve.own_estimate, strategy.biased)],
+            [error_cell(strategy.bias) if strategy.bias else _NOTHING],
+            [probability_cell(strategy.equality_p)],
+        ]
+        rows.append(label_row(scene, strategy, looks[strategy.label], cells))
+    caption = "Law of the error and checks; a slope of \N{MINUS SIGN}0.5 is that of independent samples"
+    return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
+
+
+def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+    """Tabulate every checkpoint of every curve."""
+    rows = []
+    for strategy in scene.strategies:
+        curve = strategy.curve
+        for i, spp in enumerate(curve.spp):
+            own = curve.own_estimate[i] if i < len(curve.own_estimate) else UNKNOWN
+            cells = [
+                [Cell(str(spp))],
+                [seconds_cell(curve.seconds[i])],
+                [error_cell(curve.error[i])],
+                [_own_estimate((own,), strategy.biased)],
+            ]
+            tags = ("biased",) * strategy.biased
+            rows.append(Row(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
+    columns = ["samples a pixel", "time", "error", "own estimate"]
+    return Table(f"{slug}-points", "The points of the curves", "strategy", tuple(columns), tuple(rows))
+
+
+def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
+    """Tabulate all scenes by all strategies, one table a target; the last row is the geometric mean."""
+    labels = list(dict.fromkeys(strategy.label for scene in summary.scenes for strategy in scene.strategies))
+    return [_overview(summary, labels, target) for target in summary.targets]
+
+
+def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
+    """Return the geometric mean of a strategy's speed-ups over all scenes, or why there is none.
+
+    Its interval is that of these very scenes, made of theirs. None for the baseline.
+    """
+    ratios = []
+    for scene in summary.scenes:
+        strategy = _find(scene, label)
+        if strategy is not None and label == scene.baseline:
+            return None
+        ratio = strategy.ratio.get(target, UNKNOWN) if strategy else UNKNOWN
+        if factor_cell(ratio).state != "trusted" or ratio.low <= 0.0:
+            return replace(UNKNOWN, note=f"on {scene.name} it has no speed-up that can be trusted")
+        ratios.append(ratio)
+    return product_mean(ratios)
+
+
+def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
+    rows = []
+    for scene in summary.scenes:
+        cells: list[tuple[Cell, ...]] = []
+        for label in labels:
+            strategy = _find(scene, label)
+            if strategy is None:
+                cells.append((_NOTHING,))
+                continue
+            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            ratio = strategy.ratio.get(target) if label != scene.baseline else None
+            cells.append((time,) if ratio is None else (time, factor_cell(ratio)))
+        rows.append(Row(scene.name, None, (), tuple(cells)))
+    means = [geometric_mean(summary, label, target) for label in labels]
+    last = tuple((_NOTHING if mean is None else factor_cell(mean),) for mean in means)
+    rows.append(Row("geometric mean", None, (), last, "of the speed-ups over all scenes"))
+    caption = f"Time to an error of {percent(target)}, and speed-up over the baseline; 95 % intervals"
+    return Table(f"overview-{target:g}".replace(".", "-"), caption, "scene", tuple(labels), tuple(rows))
+
+
+def _find(scene: SceneResult, label: str) -> StrategyResult | None:
+    return next((strategy for strategy in scene.strategies if strategy.label == label), None)
+
+
+def _own_estimate(estimates: Sequence[Interval], biased: bool) -> Cell:
+    """Print the last estimate, which of a biased strategy is its noise alone; a renderer that makes none has a dash."""
+    if not estimates or math.isnan(estimates[-1].value):
+        return _NOTHING
+    cell = error_cell(estimates[-1])
+    if not biased:
+        return cell
+    note = "; ".join(filter(None, (cell.note, "the strategy's bias is not in it")))
+    return replace(cell, text=f"noise {cell.text}", note=note)

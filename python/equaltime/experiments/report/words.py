@@ -1,0 +1,180 @@
+"""Numbers as people read them: three digits, units that suit the size, intervals with the digits that they deserve."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from equaltime.statistics.intervals import Interval
+
+__all__ = [
+    "Cell",
+    "error_cell",
+    "factor_cell",
+    "percent",
+    "plain_cell",
+    "probability_cell",
+    "samples_cell",
+    "seconds",
+    "seconds_cell",
+    "slug",
+]
+
+_AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
+_MINUS = "\N{MINUS SIGN}"
+_THIN = "\N{NARROW NO-BREAK SPACE}"
+_TIMES = "\N{MULTIPLICATION SIGN}"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One number of a table as text."""
+
+    text: str
+    """The number with its unit, or a word in its place."""
+    interval: str = ""
+    """``[low, high]`` in the unit of the number; empty where there is none."""
+    note: str = ""
+    """What must be said beside it."""
+    state: Literal["trusted", "untrusted", "unknown"] = "trusted"
+
+    def __str__(self) -> str:
+        return f"{self.text} {self.interval}".rstrip()
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """A unit to print numbers in: ``number * scale`` and the symbol after it."""
+
+    scale: float
+    symbol: str
+
+
+_ERROR = _Unit(100.0, f"{_THIN}%")
+_FACTOR = _Unit(1.0, _TIMES)
+_PLAIN = _Unit(1.0, "")
+_SAMPLES = _Unit(1.0, f"{_THIN}spp")
+
+
+def error_cell(interval: Interval) -> Cell:
+    """Print a relative error in per cent."""
+    return _cell(interval, _ERROR)
+
+
+def factor_cell(interval: Interval) -> Cell:
+    """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
+
+    One of 0, or without end, has a side that is not reached, and is printed as the end that is known.
+    """
+    if interval.trusted and interval.value in (0.0, math.inf):
+        end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
+        if 0.0 < end < math.inf:
+            return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
+    return _cell(interval, _FACTOR)
+
+
+def plain_cell(interval: Interval) -> Cell:
+    """Print a number without unit."""
+    return _cell(interval, _PLAIN)
+
+
+def samples_cell(interval: Interval) -> Cell:
+    """Print a count of samples a pixel."""
+    if math.isinf(interval.value):
+        return Cell("not reached", note=interval.note, state="unknown")
+    return _cell(interval, _SAMPLES)
+
+
+def probability_cell(p: float | None, note: str = "") -> Cell:
+    """Print a p-value; a dash where there is none."""
+    if p is None:
+        return Cell("\N{EN DASH}", note=note, state="unknown")
+    return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001", note=note)
+
+
+def seconds_cell(interval: Interval) -> Cell:
+    """Print a time in the unit that suits it; one without end is that of an error that is not reached."""
+    if math.isinf(interval.value):
+        return Cell("not reached", note=interval.note, state="unknown")
+    shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
+    return _cell(interval, _time_unit(shown))
+
+
+def _cell(interval: Interval, unit: _Unit) -> Cell:
+    """Print an interval; one that is not trusted becomes its reason, without a number or with the end that holds."""
+    if not interval.known:
+        return Cell("unknown", note=interval.note, state="unknown")
+    if not interval.trusted:
+        end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
+        sign = _AT_LEAST if interval.bound == "low" else _AT_MOST
+        said = f"{sign} {_short(end)}{unit.symbol}" if math.isfinite(end) and end > 0.0 else "not trusted"
+        return Cell(said, note=interval.note or "no reason was recorded", state="untrusted")
+    value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
+    digits = _decimals(value, low, high)
+    return Cell(
+        _fixed(value, digits) + unit.symbol, f"[{_fixed(low, digits)}, {_fixed(high, digits)}]", note=interval.note
+    )
+
+
+def percent(value: float) -> str:
+    """Print a relative error with up to three digits."""
+    return _short(100.0 * value) + _ERROR.symbol
+
+
+def seconds(value: float) -> str:
+    """Print a time with up to three digits."""
+    unit = _time_unit(value)
+    return _short(value * unit.scale) + unit.symbol
+
+
+def slug(name: str, taken: Iterable[str] = ()) -> str:
+    """Return a name that is safe in a file name, in an address and as an id, and not one of those taken."""
+    base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:60] or "scene"
+    used, result, count = set(taken), base, 1
+    while result in used:
+        count += 1
+        result = f"{base}-{count}"
+    return result
+
+
+def _time_unit(value: float) -> _Unit:
+    size = abs(value)
+    if size < 0.1:
+        return _Unit(1e3, f"{_THIN}ms")
+    if not math.isfinite(size) or size < 600.0:
+        return _Unit(1.0, f"{_THIN}s")
+    if size < 36000.0:
+        return _Unit(1.0 / 60.0, f"{_THIN}min")
+    return _Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else _Unit(1.0 / 86400.0, f"{_THIN}d")
+
+
+def _decimals(value: float, low: float, high: float) -> int:
+    """Keep one digit of the half width, two if it begins with 1; of a number without width, three digits."""
+    half = 0.5 * (high - low)
+    if half <= 0.0:
+        return max(0, min(9, 2 - _exponent(value)))
+    first = _exponent(half)
+    return max(0, min(9, -first + (half / 10.0**first < 2.0)))
+
+
+def _exponent(value: float) -> int:
+    return math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
+
+
+def _fixed(value: float, decimals: int) -> str:
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
+    if abs(value) >= 1e9:
+        return f"{value:.2g}".replace("e+", "e")
+    text = f"{value:,.{decimals}f}".replace(",", _THIN)
+    return text.replace("-", _MINUS) if float(text.replace(_THIN, "")) else text.lstrip("-")
+
+
+def _short(value: float) -> str:
+    text = _fixed(value, max(0, min(9, 2 - _exponent(value))))
+    return text.rstrip("0").rstrip(".") if "." in text else text

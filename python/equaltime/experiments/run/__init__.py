@@ -1,0 +1,1 @@
+"""Runs experiments into records that survive any interruption."""

@@ -1,0 +1,123 @@
+"""Where sampling sends rays: directions drawn uniformly and from a surface's BSDF, and what each of them carries.
+
+The surface is the one in the middle of a scene's picture. Directions are in its own frame, z along the normal. Those
+from the BSDF are the core's own samples; uniform ones are weighted by the core's own BSDF.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime._core import parts
+from equaltime.experiments.run.arrays import read_arrays
+from equaltime.experiments.run.folder import replacing
+from equaltime.scene import Scene
+from equaltime.scene.motion import center, pose
+
+__all__ = ["Rays", "read_directions", "sample_directions", "write_directions"]
+
+Floats = NDArray[np.float64]
+
+WO = np.array([np.sin(np.radians(45.0)), 0.0, np.cos(np.radians(45.0))])
+"""The direction towards the viewer."""
+SAMPLES = 4096
+DRAWN = 120
+"""Rays that are drawn; all of them count in ``effective``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """Directions that one way of sampling draws on one surface."""
+
+    wi: Floats
+    """(DRAWN, 3): unit; z along the normal."""
+    weight: Floats
+    """(DRAWN,): what each carries under a white sky: BSDF times cosine over density, mean of RGB."""
+    effective: float
+    """Effective part of the samples under a white sky, E[w]² / E[w²]: 1 if all carry alike. NaN for a mirror."""
+
+
+def sample_directions(scene: Scene) -> dict[str, Rays] | None:
+    """Return the rays of both ways, ``uniform`` and ``bsdf``; None if nothing scatters in the middle of the picture."""
+    middle = _in_the_middle(scene)
+    if middle is None:
+        return None
+    random = np.random.default_rng(1)
+    wo = np.broadcast_to(WO, (SAMPLES, 3))
+    try:
+        drawn = parts.sample_bsdf(middle.core, 0, wo, random.random((SAMPLES, 3)))
+    except ValueError:  # the core has no BSDF of what absorbs everything
+        return None
+    carried = np.where(drawn["valid"], drawn["weight"].mean(axis=1), 0.0)
+    if drawn["delta"].any():
+        rays = Rays(drawn["wi"][:DRAWN], carried[:DRAWN], float("nan"))
+        return {"uniform": rays, "bsdf": rays}  # a discrete set of directions is chosen from, whatever the technique
+    wi, density = _uniform(random, whole=bool((drawn["wi"][:, 2] < 0.0).any()))
+    uniform = _light(middle, wi) / density
+    # the second moment of uniform samples from those of the BSDF: few uniform ones would meet what makes it
+    moment = float(np.mean(carried * np.where(drawn["valid"], _light(middle, drawn["wi"]), 0.0)) / density)
+    albedo = float(carried.mean())
+    if albedo == 0.0:
+        return None
+    return {
+        "uniform": Rays(wi[:DRAWN], uniform[:DRAWN], albedo**2 / moment),
+        "bsdf": Rays(drawn["wi"][:DRAWN], carried[:DRAWN], albedo**2 / float(np.square(carried).mean())),
+    }
+
+
+def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
+    """Sample on every scene, and write what was drawn."""
+    found = {name: sample_directions(scene) for name, scene in zip(names, scenes, strict=True)}
+    known = {name: rays for name, rays in found.items() if rays is not None}
+    ways = [rays[way] for rays in known.values() for way in ("uniform", "bsdf")]
+    with replacing(path) as file:
+        np.savez_compressed(
+            file,
+            names=np.array(list(known), dtype=np.str_),
+            wi=np.array([way.wi for way in ways]).reshape(-1, 2, DRAWN, 3),
+            weight=np.array([way.weight for way in ways]).reshape(-1, 2, DRAWN),
+            effective=np.array([way.effective for way in ways]).reshape(-1, 2),
+        )
+
+
+def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
+    """Return scene → way → rays; raises `ImageError` if they cannot be read."""
+    names, wi, weight, effective = read_arrays(path, ("names", "wi", "weight", "effective"))
+    return {
+        str(name): {
+            way: Rays(wi[i, j], weight[i, j], float(effective[i, j])) for j, way in enumerate(("uniform", "bsdf"))
+        }
+        for i, name in enumerate(names)
+    }
+
+
+def _light(scene: Scene, wi: Floats) -> Floats:
+    """Return BSDF times cosine, mean of RGB, for directions (N, 3)."""
+    value: Floats = parts.eval_bsdf(scene.core, 0, np.broadcast_to(WO, wi.shape), wi)["f"].mean(axis=1)
+    return value
+
+
+def _uniform(random: np.random.Generator, whole: bool) -> tuple[Floats, float]:
+    """Return directions over the hemisphere, or over the whole sphere, and their density per solid angle."""
+    z = random.random(SAMPLES)
+    phi = 2.0 * np.pi * random.random(SAMPLES)
+    z = 2.0 * z - 1.0 if whole else z
+    r = np.sqrt(1.0 - z**2)
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1), (0.25 if whole else 0.5) / np.pi
+
+
+def _in_the_middle(scene: Scene) -> Scene | None:
+    """Return a scene of nothing but the shape in the middle of the picture, if it scatters light."""
+    to_world = pose(scene.model.sensor.to_world, center(scene.model.sensor))
+    hit = scene.core.intersect(to_world[None, :3, 3], to_world[None, :3, 2])
+    number = int(hit["shape"][0])
+    shapes = scene.model.shapes[number : number + 1] if np.isfinite(hit["t"][0]) else ()
+    if not shapes or getattr(shapes[0], "bsdf", None) is None:
+        return None
+    model = scene.model.model_copy(update={"shapes": shapes, "emitters": ()})
+    return Scene(model, None, scene.assets)

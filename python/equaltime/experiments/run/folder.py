@@ -1,0 +1,267 @@
+"""The folder of an experiment: what lies where in it, and whether it may be continued.
+
+::
+
+    records.csv      one row for each checkpoint of each run (`record`)
+    experiment.json  what is compared; what a continuation must agree with
+    experiment.lock  empty; locked by the process that runs the experiment
+    provenance.json  machines and builds by the keys that records have; references; agreements; sessions; own_depths
+    references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
+    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
+                     its pixels have different numbers of samples (H, W); if the experiment wants them,
+                     SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
+    failure.txt      traceback of an unexpected error that ended the last try, when it was one of many experiments
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from pydantic import BaseModel
+
+from equaltime import files as disk
+from equaltime.errors import ExperimentError, Problem
+from equaltime.experiments.model.problems import file_name
+from equaltime.locks import try_lock
+from equaltime.machine import machine
+from equaltime.rendering.core import build_facts
+from equaltime.strict_json import json_text
+
+__all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
+
+_OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
+_GROWING = ("scenes", "strategies")
+"""Parts of an identity to which something may be added later, each under its name."""
+_DAMAGED = "is damaged; put a copy of the file there, or use another folder"
+_TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
+"""Facts that readers of the provenance count on, if they are there."""
+OWN_DEPTHS = "own_depths"
+"""Section of the provenance with the ``max_depth`` that each scene's file asks for, whatever the experiment does."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Where the files of an experiment are."""
+
+    path: Path
+
+    @property
+    def records(self) -> Path:
+        """The records."""
+        return self.path / "records.csv"
+
+    @property
+    def experiment(self) -> Path:
+        """What the records are of."""
+        return self.path / "experiment.json"
+
+    @property
+    def provenance(self) -> Path:
+        """Where the records come from."""
+        return self.path / "provenance.json"
+
+    def reference(self, scene: str, strategy: str | None = None) -> Path:
+        """Return the file of the reference of a scene, or of one strategy's own."""
+        name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
+        return self.path / "references" / f"{name}.npz"
+
+    def image(self, scene: str, strategy: str, repeat: int) -> Path:
+        """Return the file of the last image of a run."""
+        return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
+
+    def samples(self, scene: str, strategy: str, repeat: int) -> Path:
+        """Return the file of that image's sample counts, which is there if they differ from pixel to pixel."""
+        image = self.image(scene, strategy, repeat)
+        return image.with_name(f"{image.stem}-samples.npy")
+
+    def film(self, scene: str, strategy: str) -> Path:
+        """Return the file of the film of a strategy's image forming."""
+        return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
+
+    @property
+    def directions(self) -> Path:
+        """Where sampling sends rays."""
+        return self.path / "images" / "directions.npz"
+
+    @property
+    def failure(self) -> Path:
+        """The file that keeps the traceback of an unexpected error."""
+        return self.path / "failure.txt"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Make the folder, and keep other processes from running an experiment in it; one at a time may `claim` it.
+
+        Raises
+        ------
+        ExperimentError
+            If another process runs one, or there are files that could be mistaken for ours.
+        """
+        try:
+            disk.make_folder(self.path)
+            self._refuse_foreign()
+            lock = os.open(self.path / "experiment.lock", os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise _refused(self.path, error.strerror or str(error)) from error
+        try:
+            self._lock(lock)
+            yield
+        finally:
+            os.close(lock)
+
+    def _lock(self, descriptor: int) -> None:
+        try:
+            try_lock(descriptor)
+        except BlockingIOError as error:
+            why = "another process runs its experiment; wait until that ends, or use another folder"
+            raise _refused(self.path, why) from error
+        except OSError as error:  # such as a network folder without locks
+            raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
+
+    def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
+        """Record this ``identity`` in the folder, or check that the folder already has it. The folder must be locked.
+
+        Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
+        stays in the records. Whatever has the name of something there must be the same, and so must all else.
+
+        Raises
+        ------
+        ExperimentError
+            If it holds another experiment, saying in what they differ.
+        """
+        try:
+            if self.experiment.exists():
+                before = _read_json(self.experiment)
+                known = before.get("identity")
+                if not isinstance(known, dict) or not all(isinstance(known.get(key), dict) for key in _GROWING):
+                    raise ExperimentError((Problem(f"{self.experiment}: identity", _DAMAGED),))
+                joined = _joined(known, json.loads(json_text(identity)))
+                self._compare(known, joined)
+                if joined != known:
+                    self._write(self.experiment, {**before, "identity": joined})
+            else:
+                text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
+                self._write(self.experiment, {"identity": identity, "experiment": text})
+        except OSError as error:
+            raise _refused(self.path, error.strerror or str(error)) from error
+
+    def _refuse_foreign(self) -> None:
+        found = [name for name in _OURS if (self.path / name).exists()]
+        if found and not self.experiment.exists():
+            why = f"has {', '.join(found)}, but not of an experiment that could be continued; use another folder"
+            raise _refused(self.path, why)
+
+    def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
+        """Add facts to the provenance; the folder must be locked."""
+        provenance = self.read_provenance()
+        provenance.setdefault(section, {})[key] = dict(facts)
+        self._write(self.provenance, provenance)
+
+    def read_provenance(self) -> dict[str, Any]:
+        """Return the provenance so far: facts by section and key; raises ExperimentError if it is damaged."""
+        if not self.provenance.exists():
+            return {}
+        found = _read_json(self.provenance)
+        if (wrong := next(_misshapen(found), None)) is not None:
+            raise ExperimentError((Problem(f"{self.provenance}: {wrong}", _DAMAGED),))
+        return found
+
+    def tidy(self) -> None:
+        """Remove what a killed process was writing."""
+        for folder in (self.path, self.path / "references", self.path / "figures", *self.path.glob("images/*")):
+            disk.tidy(folder)
+
+    def _compare(self, there: object, joined: Mapping[str, Any]) -> None:
+        before, now = dict(_flat(there)), dict(_flat(joined))
+        added = tuple(
+            f"{section}.{name}."
+            for section in _GROWING
+            for name in joined.get(section, {})
+            if not isinstance(there, dict) or name not in there.get(section, {})
+        )
+        differing = [key for key in {**before, **now} if before.get(key) != now.get(key) and not key.startswith(added)]
+        if differing:
+            message = "{} is {} there, and {} now; use another folder, or remove this one"
+            texts = (message.format(key, *(json_text(side.get(key)) for side in (before, now))) for key in differing)
+            place = f"{self.path}: has records of another experiment"
+            raise ExperimentError(tuple(Problem(place, text) for text in texts))
+
+    def _write(self, path: Path, content: Mapping[str, Any]) -> None:
+        with replacing(path) as file:
+            file.write(json_text(content, indent=2, ensure_ascii=False, default=str).encode())
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
+    disk.make_folder(path.parent)
+    with disk.replacing(path) as temporary, temporary.open("wb") as file:
+        yield file
+
+
+def _refused(folder: Path, why: str) -> ExperimentError:
+    return ExperimentError((Problem(str(folder), why),))
+
+
+def machine_facts() -> dict[str, Any]:
+    """Return what times depend on and does not change from day to day."""
+    facts = machine()
+    facts.pop("load_average")
+    return facts
+
+
+def fingerprint(facts: Mapping[str, Any]) -> str:
+    """Return a short key that other facts do not have."""
+    return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
+
+
+def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is compared now, with the scenes and strategies that were before and are not asked for any more."""
+    return {**now, **{section: {**there.get(section, {}), **now.get(section, {})} for section in _GROWING}}
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise ExperimentError((Problem(str(path), f"cannot be read: {error}"),)) from error
+    if not isinstance(content, dict):
+        raise ExperimentError((Problem(str(path), _DAMAGED),))
+    return content
+
+
+def _misshapen(provenance: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the paths of what no provenance has: sections are tables of tables, and some facts have a type."""
+    for section, entries in provenance.items():
+        for key, facts in entries.items() if isinstance(entries, dict) else [("", None)]:
+            place = f"{section}.{key}".rstrip(".")
+            if not isinstance(facts, dict):
+                yield place
+            elif section == "agreements":
+                yield from (f"{place}.{label}" for label, told in facts.items() if not _has_types(told))
+            elif not _has_types(facts):
+                yield place
+
+
+def _has_types(facts: object) -> bool:
+    """Tell whether this is a table whose facts have the types that readers count on."""
+    return isinstance(facts, dict) and all(isinstance(facts.get(name), kind | None) for name, kind in _TYPES.items())
+
+
+def _flat(value: object, path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield the leaves of JSON data, each with its path of keys."""
+    if isinstance(value, dict) and value:
+        for key, entry in value.items():
+            yield from _flat(entry, f"{path}.{key}" if path else key)
+    elif isinstance(value, list) and value:
+        for number, entry in enumerate(value):
+            yield from _flat(entry, f"{path}[{number}]")
+    else:
+        yield path, value

@@ -1,0 +1,104 @@
+"""The image forming: frames of one run of a strategy, at moments that show it to people.
+
+The checkpoints of a curve double from one to the next, so that half of a run would pass without a new picture. Frames
+come of a run of their own, whose moments lie closer at the beginning, where much happens, and go on to the end of the
+budget. Its times are in no record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.identity import film_seed
+from equaltime.experiments.run.arrays import read_arrays
+from equaltime.experiments.run.folder import Folder, replacing
+from equaltime.experiments.run.record import Key, Row
+from equaltime.images.metrics import Reference, measure
+from equaltime.images.reducing import reduced
+from equaltime.rendering.subject import Subject
+from equaltime.scene import Scene
+
+__all__ = ["Film", "Studio", "moments", "read_film"]
+
+FRAMES = 48
+"""At most; of them the k-th is wanted when (k / FRAMES)² of the time is over."""
+_LONGEST = 256
+_MOST = 60000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """Pictures of one run, in order of time."""
+
+    frames: NDArray[np.float16]
+    """(K, H, W, 3), linear RGB; large films are reduced by whole blocks of pixels."""
+    spp: NDArray[np.int64]
+    seconds: NDArray[np.float64]
+    """Since the first sample."""
+    error: NDArray[np.float64]
+    """Realised error; NaN where the reference's noise is more than it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Studio:
+    """Takes the films of an experiment whose runs are done."""
+
+    experiment: Experiment
+    scenes: Sequence[Scene]
+    folder: Folder
+    rows: Sequence[Row]
+    """The records: how fast each strategy is."""
+    references: Sequence[Reference]
+    """Of the scenes."""
+    threads: int
+
+    def wants(self, key: Key) -> bool:
+        """Tell whether the film of a first repeat is missing and could be taken."""
+        return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
+
+    def shoot(self, key: Key, number: int, subject: Subject) -> None:
+        """Take one film, of the scene with this number."""
+        ended = self._ended(key)
+        assert ended is not None, "ask first what is wanted"
+        seconds = self.experiment.budget or ended.wall_s
+        counts = moments(seconds * ended.spp / max(ended.wall_s, 1e-9))
+        subject.prepare(self.scenes[number], self.threads)
+        film = _film(subject, film_seed(*key[:2]), counts, seconds, self.references[number])
+        with replacing(self.folder.film(*key[:2])) as file:
+            np.savez_compressed(file, frames=film.frames, spp=film.spp, seconds=film.seconds, error=film.error)
+
+    def _ended(self, key: Key) -> Row | None:
+        return next((row for row in self.rows if row.key == key and row.last), None)
+
+
+def moments(samples: float) -> tuple[int, ...]:
+    """Return even, rising sample counts that end near ``samples``, the reach of a run."""
+    wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
+    return tuple(sorted({max(2, count) for count in wanted}))
+
+
+def read_film(path: Path) -> Film:
+    """Read a film; raises `ImageError` if it cannot be read."""
+    return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
+
+
+def _film(subject: Subject, seed: int, counts: Sequence[int], seconds: float, known: Reference) -> Film:
+    frames, spp, times, errors = [], [], [], []
+    for checkpoint in subject.run(seed, counts, seconds):
+        frames.append(_small(checkpoint.image))
+        spp.append(checkpoint.spp)
+        times.append(checkpoint.wall_s)
+        relmse = measure(checkpoint.image, known, ("relmse",))["relmse"].value
+        errors.append(np.sqrt(relmse) if relmse > 0.0 else np.nan)
+    return Film(np.array(frames, np.float16), np.array(spp), np.array(times), np.array(errors))
+
+
+def _small(image: NDArray[np.float32]) -> NDArray[np.float16]:
+    """Return an image that is small enough for a page, within the range of float16."""
+    return np.clip(reduced(image, _LONGEST), -_MOST, _MOST).astype(np.float16)

@@ -1,0 +1,59 @@
+"""Peers are compared with equaltime before they are timed: one that means another image gets a reference of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from equaltime.experiments.model.experiment import ReferenceWish
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run.folder import Folder
+from equaltime.rendering.subject import Subject
+from equaltime.scene import Scene
+
+if TYPE_CHECKING:
+    from equaltime.statistics.agreement import BlockMeans
+
+__all__ = ["pass_gates"]
+
+
+def pass_gates(
+    peers: Sequence[Subject],
+    name: str,
+    scene: Scene,
+    wish: ReferenceWish,
+    folder: Folder,
+    threads: int,
+    gates: int,
+    report: Callable[[Subject, float], object] | None = None,
+) -> None:
+    """Compare peers with equaltime on a scene, each once, and leave references of their own for those that differ.
+
+    What came of it is in the provenance, under ``agreements``, scene and label.
+
+    Parameters
+    ----------
+    name
+        Of the scene.
+    gates
+        How many of these comparisons the experiment has, on all scenes: they share one false-alarm rate.
+    """
+    from equaltime.experiments.peers import agreement
+    from equaltime.statistics.agreement import LEVEL, share
+
+    known: Mapping[str, Any] = folder.read_provenance().get("agreements", {}).get(name, {})
+    ours: dict[bool, BlockMeans] = {}
+    for peer in peers:
+        if peer.label in known:
+            continue
+        resizable = agreement.resizable(peer)
+        told = None if report is None else partial(report, peer)
+        gate = agreement.check(peer, scene, threads, share(LEVEL, gates), progress=told, ours=ours.get(resizable))
+        ours[resizable] = gate.ours
+        if not gate.agrees:
+            own = agreement.own_reference(peer, scene, wish.error, wish.seconds, threads)
+            references.write(folder.reference(name, peer.label), own)
+        facts = {"agrees": gate.agrees, "p": gate.agreement.p, "level": gate.level, "seeds": gate.seeds}
+        known = {**known, peer.label: {**facts, "note": gate.note, "size": list(gate.size)}}
+        folder.note("agreements", name, known)

@@ -1,0 +1,323 @@
+"""Records: a CSV file with one row for each checkpoint of each run, which survives kill -9 at any moment.
+
+A row is appended with a single write, and is on the disk before the next checkpoint begins. What a kill leaves is at
+worst a torn last line, and the rows of a run that had not ended: `load` does not return the first, and `Recorder` cuts
+both off before it appends, so that a run is in the file once, and whole, or can be done again.
+"""
+
+from __future__ import annotations
+
+import csv
+import errno
+import io
+import os
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from equaltime.errors import ExperimentError, Problem
+from equaltime.files import to_disk
+from equaltime.locks import try_lock
+
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
+
+Key = tuple[str, str, int]
+"""Scene, strategy (its label) and repeat: what names a run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One checkpoint of one run. Errors are relative (0.02 is 2 %), times are seconds; None is an empty cell."""
+
+    scene: str
+    """The scene's name in the experiment."""
+    digest: str
+    """SHA-256 of the scene's content."""
+    width: int
+    height: int
+    """Of the whole film, in pixels."""
+    crop: tuple[int, int, int, int]
+    """x, y, width, height of what was rendered."""
+    max_depth: int
+    strategy: str
+    """Its label in the experiment."""
+    name: str
+    """The strategy in full, as the renderer that ran it reads it."""
+    renderer: str
+    """``core``, ``mitsuba`` or ``command``."""
+    biased: bool
+    """Whether the strategy is biased by its own word."""
+    repeat: int
+    """From 0."""
+    seed: int
+    checkpoint: int
+    """From 0."""
+    spp: int
+    """Samples per pixel so far."""
+    wall_s: float
+    cpu_s: float
+    """Since the run's first sample, without what measuring took."""
+    setup_s: float
+    """Loading and building, before the first sample."""
+    threads: int
+    paths: int | None
+    rays: int | None
+    shadow_rays: int | None
+    """So far; None from renderers that do not count."""
+    relmse: float | None
+    """Square of the error, with the reference's own noise subtracted: noise may make a small one negative."""
+    mse: float | None
+    """Mean square of the difference, treated likewise."""
+    mare: float | None
+    """Mean absolute relative difference; the reference's noise is in it."""
+    flip: float | None
+    """Of the run's last image only, and there not of short repeats: it takes long."""
+    reference_relmse: float | None
+    """What was subtracted."""
+    estimate: float | None
+    estimate_low: float | None
+    estimate_high: float | None
+    """What the render itself said its error was, with its 95 % interval."""
+    doubt: str | None = None
+    """Why it said that the upper limit cannot be trusted."""
+    last: bool
+    """Whether the run is complete with this row."""
+    image: str | None
+    """In the last row: the run's image, relative to the folder of the records."""
+    machine: str
+    build: str
+    """Keys of ``provenance.json``."""
+    started: str
+    """When the run began: UTC, ISO 8601."""
+
+    @property
+    def key(self) -> Key:
+        """The run that the row belongs to."""
+        return self.scene, self.strategy, self.repeat
+
+
+COLUMNS = tuple(field.name for field in fields(Row))
+_ADDED = {"doubt"}
+"""Columns that files of earlier versions lack. A file keeps the columns that it began with."""
+_BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
+
+_LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
+_MOST = 2.0**62
+"""The least that these numbers may be, and the most: what fits into 64 bits."""
+_FLAGS = {"0": False, "1": True}
+_READERS: dict[str, Callable[[str], Any]] = {
+    "str": str,
+    "int": int,
+    "float": float,
+    "bool": _FLAGS.__getitem__,
+    "tuple[int, int, int, int]": lambda text: _window(text),
+}
+_TYPES = {field.name: str(field.type) for field in fields(Row)}
+
+
+def load(path: Path) -> tuple[Row, ...]:
+    """Read all rows; a torn last line is left out, and so is everything if there is no file.
+
+    Raises
+    ------
+    ExperimentError
+        With every line that is no row, and every checkpoint that is there twice.
+    """
+    return _parse(_whole_lines(path), path)
+
+
+def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
+    """Return the rows of runs that have ended."""
+    rows = tuple(rows)
+    ended = {row.key for row in rows if row.last}
+    return tuple(row for row in rows if row.key in ended)
+
+
+def check_seeds(rows: Iterable[Row], path: Path) -> None:
+    """Raise `ExperimentError` if two repeats of a strategy on a scene have one seed, and so one image."""
+    seen: dict[tuple[str, str, int], int] = {}
+    for row in rows:
+        first = seen.setdefault((row.scene, row.strategy, row.seed), row.repeat)
+        if first != row.repeat:
+            text = f"repeats {first} and {row.repeat} of {row.strategy} on {row.scene} have one seed, and so one image"
+            raise ExperimentError((Problem(str(path), f"{text}; use another folder"),))
+
+
+class Recorder:
+    """Appends rows to a file that nobody else may append to meanwhile.
+
+    Opening it cuts off a torn last line and the rows of a run that had not ended.
+
+    Raises
+    ------
+    ExperimentError
+        If another process is writing, or the file is damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        try:
+            self._rows = list(self._recover())
+        except BaseException:
+            os.close(self._file)
+            raise
+        self._keys = {(row.key, row.checkpoint) for row in self._rows}
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All rows of the file."""
+        return tuple(self._rows)
+
+    def append(self, row: Row) -> None:
+        """Write one row; it is on the disk when this returns."""
+        place = (row.key, row.checkpoint)
+        if place in self._keys:
+            raise ValueError(f"checkpoint {row.checkpoint} of run {row.key} is recorded already")
+        self._write(_line(_cells(row, self._columns)))
+        self._keys.add(place)
+        self._rows.append(row)
+
+    def close(self) -> None:
+        """Let others write."""
+        os.close(self._file)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _recover(self) -> tuple[Row, ...]:
+        try:
+            try_lock(self._file)
+        except OSError as error:
+            raise ExperimentError((Problem(str(self._path), "another process is writing to it"),)) from error
+        content = _whole_lines(self._path)
+        everything = _parse(content, self._path)
+        rows = complete(everything)
+        if rows != everything[: len(rows)]:
+            message = "rows of a run that has not ended stand before those of one that has"
+            raise ExperimentError((Problem(str(self._path), message),))
+        kept = content.split(b"\n")[: 1 + len(rows)] if content else []
+        os.ftruncate(self._file, sum(len(line) + 1 for line in kept))
+        self._columns = _columns(kept[0].decode()) if kept else COLUMNS
+        if not kept:
+            self._write(_line(COLUMNS))
+            to_disk(self._path.parent)
+        return rows
+
+    def _write(self, line: bytes) -> None:
+        size = os.fstat(self._file).st_size
+        try:
+            written = os.write(self._file, line)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
+        if written != len(line):  # a full disk takes what fits
+            os.ftruncate(self._file, size)
+            raise OSError(errno.ENOSPC, "no space left for a record", str(self._path))
+        os.fsync(self._file)
+
+
+def _whole_lines(path: Path) -> bytes:
+    """Return the file up to its last line break: a line without one is torn."""
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise ExperimentError((Problem(str(path), f"cannot be read: {error.strerror or error}"),)) from error
+    return content[: content.rfind(b"\n") + 1]
+
+
+def _parse(content: bytes, path: Path) -> tuple[Row, ...]:
+    lines = content.decode("utf-8", "replace").split("\n")[:-1]
+    if not lines:
+        return ()
+    columns = _columns(lines[0])
+    if not columns:
+        raise ExperimentError((Problem(f"{path}:1", "the columns are not those of equaltime's records"),))
+    problems, rows = [], []
+    seen: dict[tuple[Key, int], int] = {}
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            row = _row(_split(line), columns)
+        except (KeyError, ValueError, csv.Error) as error:
+            problems.append(Problem(f"{path}:{number}", f"no record: {error}"))
+            continue
+        if before := seen.get((row.key, row.checkpoint)):
+            problems.append(Problem(f"{path}:{number}", f"the same checkpoint of the same run as line {before}"))
+        seen[row.key, row.checkpoint] = number
+        rows.append(row)
+    if problems:
+        raise ExperimentError(tuple(problems))
+    return tuple(rows)
+
+
+def _split(line: str) -> list[str]:
+    return next(csv.reader([line], strict=True), [])
+
+
+def _columns(line: str) -> tuple[str, ...]:
+    """Return the columns that the first line of a file names; none if they are not those of records."""
+    try:
+        found = tuple(_split(line))
+    except csv.Error:
+        return ()
+    return found if found in (COLUMNS, _BEFORE) else ()
+
+
+def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
+    if len(cells) != len(columns):
+        raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
+    row = Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
+    for name, least in _LEAST.items():
+        if not least <= getattr(row, name) <= _MOST:
+            raise ValueError(f"{name} must be from {least} to {_MOST:.2g}, found {getattr(row, name)}")
+    x, y, width, height = row.crop
+    if min(x, y) < 0 or min(width, height) < 1 or x + width > row.width or y + height > row.height:
+        raise ValueError(f"crop must lie in the image of {row.width}x{row.height}, found {row.crop}")
+    return row
+
+
+def _value(name: str, cell: str) -> Any:
+    kind, _, optional = _TYPES[name].partition(" | ")
+    if not cell and optional:
+        return None
+    try:
+        return _READERS[kind](cell)
+    except (KeyError, ValueError):
+        raise ValueError(f"{name} cannot be {cell!r}") from None
+
+
+def _window(text: str) -> tuple[int, int, int, int]:
+    x, y, width, height = map(int, text.split())
+    return x, y, width, height
+
+
+def _cells(row: Row, columns: Sequence[str]) -> Iterable[str]:
+    for name in columns:
+        value = getattr(row, name)
+        if value is None:
+            yield ""
+        elif isinstance(value, bool):
+            yield str(int(value))
+        elif isinstance(value, tuple):
+            yield " ".join(map(str, value))
+        elif isinstance(value, float):
+            yield repr(float(value))  # shortest text that reads back the same; a NumPy number has another
+        else:
+            yield str(value)
+
+
+def _line(cells: Iterable[str]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    line = text.getvalue()
+    if line.count("\n") != 1 or "\r" in line:
+        raise ValueError("no cell of a record may hold a line break")
+    return line.encode()

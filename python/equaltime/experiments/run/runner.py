@@ -1,0 +1,287 @@
+"""Runs experiments: every strategy on every scene in turn, over and over, each run into the records as it goes.
+
+Turns alternate in direction, so that neither a drifting machine nor its speed of the moment favours a strategy. What
+is in the records is not done again. Making the image of a checkpoint, measuring it and writing it down happens while
+no clock of a run is on.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from equaltime.errors import ExperimentError, PeerError, Problem
+from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
+from equaltime.experiments.model.identity import identity_of, run_seeds
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run.directions import write_directions
+from equaltime.experiments.run.folder import OWN_DEPTHS, Folder, build_facts, fingerprint, machine_facts
+from equaltime.experiments.run.forming import Studio
+from equaltime.experiments.run.gates import pass_gates
+from equaltime.experiments.run.record import Key, Recorder, check_seeds
+from equaltime.experiments.run.single_run import SingleRun, now
+from equaltime.experiments.run.subjects import close_subjects, make_subjects, scenes_of
+from equaltime.images.metrics import Reference
+from equaltime.machine import worker_threads
+from equaltime.rendering.subject import Checkpoint, Subject
+from equaltime.scene import Scene
+
+__all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
+
+Phase = Literal["setup", "agreement", "reference", "run", "film"]
+
+
+@dataclass(frozen=True)
+class RunProgress:
+    """Progress of an experiment."""
+
+    phase: Phase
+    scene: str
+    strategy: str
+    repeat: int
+    """Number of the repeat that is going on."""
+    done: int
+    """Runs that are recorded."""
+    total: int
+    fraction: float
+    """Share of the phase that is done, in [0, 1]: of this agreement or reference, or of all runs."""
+    time_left: float | None
+    """Estimated seconds to the end of the last run; None if they are unknown."""
+
+
+ProgressCallback = Callable[[RunProgress], object]
+
+
+def run(
+    experiment: Experiment,
+    folder: Path,
+    progress: ProgressCallback | None = None,
+    cache: Path | None = None,
+    command: str = "",
+) -> None:
+    """Run an experiment, or the runs that are not recorded yet, and leave records and images in ``folder``.
+
+    It may be stopped at any moment, by Ctrl-C or a kill, and goes on where it was when it is run again.
+
+    Parameters
+    ----------
+    cache
+        Folder where references are kept for other experiments; `reference.cache_folder` if not given.
+    command
+        The command line that asked for the runs, for their provenance.
+
+    Raises
+    ------
+    ExperimentError
+        If a scene cannot be read, or the folder belongs to another experiment, build or machine, or another process
+        runs an experiment in it.
+    SceneError, StrategyError, RenderError
+        If something cannot be rendered.
+    """
+    _check_names(folder, command, *(entry.name for entry in experiment.scenes))
+    scenes = scenes_of(experiment)
+    subjects = make_subjects(experiment)
+    place = Folder(folder)
+    try:
+        threads = worker_threads(experiment.threads)
+        identity = identity_of(experiment, scenes, subjects, threads)  # an unreadable reference leaves no folder behind
+        with place.locked():
+            place.claim(identity, experiment)
+            place.failure.unlink(missing_ok=True)
+            with Recorder(place.records) as recorder:
+                place.tidy()
+                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
+    finally:
+        close_subjects(subjects)
+
+
+def _check_names(*names: object) -> None:
+    """Raise `ExperimentError` for a name that the records, which are text, could not hold."""
+    for name in map(str, names):
+        try:
+            name.encode()
+        except UnicodeEncodeError as error:
+            raise ExperimentError((Problem(name, "is not UTF-8, as the records of an experiment are"),)) from error
+
+
+@contextmanager
+def _told_on(scene: str) -> Iterator[None]:
+    """Let errors of other renderers say on which scene they failed."""
+    try:
+        yield
+    except PeerError as error:
+        raise PeerError(f"{scene}: {error}") from error
+
+
+@dataclass(frozen=True)
+class _Turn:
+    repeat: int
+    number: int
+    """Number of the scene."""
+    subject: Subject
+    key: Key
+    seed: int
+
+
+@dataclass
+class _Session:
+    """One stretch of an experiment, from a start to its end or an interruption."""
+
+    experiment: Experiment
+    scenes: Sequence[Scene]
+    subjects: Sequence[Subject]
+    threads: int
+    folder: Folder
+    recorder: Recorder
+    progress: ProgressCallback | None
+    cache: Path | None
+    command: str
+
+    def __post_init__(self) -> None:
+        check_seeds(self.recorder.rows, self.folder.records)
+        self._turns = tuple(self._all_turns())
+        self._done = {row.key for row in self.recorder.rows if row.last} & {turn.key for turn in self._turns}
+        self._seconds: dict[tuple[str, str], float] = {}
+        self._rendering = 0.0
+
+    def run(self) -> None:
+        """Do what is not done."""
+        machine, build = self._origin()
+        for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
+            self.folder.note(OWN_DEPTHS, entry.name, {"max_depth": scene.own_max_depth})
+        left = [turn for turn in self._turns if turn.key not in self._done]
+        if left:
+            self._prepare()
+            self._pass_gates()
+        known = [self._reference(number) for number in range(len(self.scenes))]
+        started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
+        try:
+            for position, turn in enumerate(left):
+                self._tell("run", turn, len(self._done) / len(self._turns), self._expected(left[position:]))
+                self._run(turn, known[turn.number], machine, build)
+        finally:
+            if left:
+                elapsed = time.perf_counter() - begin
+                facts = {"runs": len(self._seconds), "elapsed_s": elapsed, "rendering_s": self._rendering}
+                asked = {"command": self.command} if self.command else {}
+                self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
+
+        self._show(known)
+
+    def _show(self, known: Sequence[Reference]) -> None:
+        """Make the pictures that the experiment wants besides its images, if they are not there."""
+        names = [entry.name for entry in self.experiment.scenes]
+        if "directions" in self.experiment.figures and not self.folder.directions.exists():
+            write_directions(self.folder.directions, names, self.scenes)
+        if self.experiment.animate:
+            films = Studio(self.experiment, self.scenes, self.folder, self.recorder.rows, known, self.threads)
+            for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
+                if films.wants(turn.key):
+                    self._tell("film", turn, 1.0, None)
+                    films.shoot(turn.key, turn.number, turn.subject)
+
+    def _all_turns(self) -> Iterator[_Turn]:
+        repeats, scenes = self.experiment.repeats, self.experiment.scenes
+        seeds = {
+            (entry.name, subject.label): run_seeds(entry.name, subject.label, repeats)
+            for entry in scenes
+            for subject in self.subjects
+        }
+        for repeat in range(repeats):
+            for number, entry in enumerate(scenes):
+                for subject in self.subjects if repeat % 2 == 0 else self.subjects[::-1]:
+                    key = (entry.name, subject.label, repeat)
+                    yield _Turn(repeat, number, subject, key, seeds[key[:2]][repeat])
+
+    def _run(self, turn: _Turn, known: Reference, machine: str, build: str) -> None:
+        scene = self.scenes[turn.number]
+        own = self.folder.reference(turn.key[0], turn.key[1])
+        if own.exists():
+            known = references.read(own).reference
+        begin = time.perf_counter()
+        expected = self._first_counts(turn) if turn.repeat else None
+        single = SingleRun(turn.key, turn.seed, scene, turn.subject, known, self.threads, machine, build, expected)
+        with _told_on(turn.key[0]):
+            self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
+        self._seconds[turn.key[:2]] = time.perf_counter() - begin
+        self._done.add(turn.key)
+
+    def _ladder(self, turn: _Turn) -> tuple[int, ...] | float:
+        """Return the counts that are given or that the first repeat had, or the budget if this is the first."""
+        if self.experiment.spp is not None:
+            return self.experiment.spp
+        if turn.repeat == 0:
+            return self.experiment.budget or DEFAULT_BUDGET
+        return self._first_counts(turn)
+
+    def _first_counts(self, turn: _Turn) -> tuple[int, ...]:
+        """Return the counts that the first repeat had."""
+        first = (*turn.key[:2], 0)
+        return tuple(row.spp for row in self.recorder.rows if row.key == first)
+
+    def _origin(self) -> tuple[str, str]:
+        """Return the keys of machine and build; raises ExperimentError if the records are of others."""
+        facts = {"machine": machine_facts(), "build": build_facts()}
+        keys = {kind: fingerprint(value) for kind, value in facts.items()}
+        for kind, key in keys.items():
+            if any(getattr(row, kind) != key for row in self.recorder.rows):
+                message = f"has times of another {kind}, which cannot be compared with new ones; use another folder"
+                raise ExperimentError((Problem(str(self.folder.path), message),))
+            self.folder.note(f"{kind}s", key, facts[kind])
+        return keys["machine"], keys["build"]
+
+    def _prepare(self) -> None:
+        """Let every subject see every scene, before hours have passed."""
+        for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
+            self._tell("setup", turn, 0.0, None)
+            with _told_on(turn.key[0]):
+                turn.subject.prepare(self.scenes[turn.number], self.threads)
+
+    def _pass_gates(self) -> None:
+        """Hold every peer against equaltime on every scene."""
+        labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
+        peers = [subject for subject in self.subjects if subject.label in labels]
+        gates = len(peers) * len(self.scenes)
+        for number, entry in enumerate(self.experiment.scenes):
+            told = partial(self._tell_agreement, number)
+            scene, wish = self.scenes[number], self.experiment.reference
+            with _told_on(entry.name):
+                pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
+
+    def _reference(self, number: int) -> Reference:
+        """Return the scene's reference: what the folder has counts, even if a better one could be had."""
+        turn = self._turns[number * len(self.subjects)]
+        path = self.folder.reference(turn.key[0])
+        if not path.exists():
+            self._tell("reference", turn, 0.0, None)
+            known = references.obtain(
+                self.scenes[number],
+                self.experiment.reference,
+                self.cache,
+                self.threads,
+                lambda share: self._tell("reference", turn, share, None),
+            )
+            self.folder.note("references", turn.key[0], known.facts)  # first: what the file is there for is not redone
+            references.write(path, known)
+        return references.read(path).reference
+
+    def _expected(self, left: Sequence[_Turn]) -> float:
+        """Estimate the seconds that the turns will take: each as long as it took last, or as its budget."""
+        budget = self.experiment.budget
+        mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
+        return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
+
+    def _tell_agreement(self, number: int, peer: Subject, fraction: float) -> None:
+        turn = self._turns[number * len(self.subjects) + self.subjects.index(peer)]
+        self._tell("agreement", turn, fraction, None)
+
+    def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None) -> None:
+        if self.progress is not None:
+            place = (turn.key[0], turn.key[1], turn.repeat, len(self._done), len(self._turns))
+            self.progress(RunProgress(phase, *place, fraction, time_left))

@@ -1,0 +1,157 @@
+"""One run of one strategy on one scene, from its first sample into the records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from equaltime.errors import ExperimentError, Problem, RenderError
+from equaltime.experiments.run.folder import Folder, replacing
+from equaltime.experiments.run.ladder import BudgetLadder
+from equaltime.experiments.run.record import Key, Recorder, Row
+from equaltime.images.flip import flip
+from equaltime.images.metrics import Reference, measure
+from equaltime.rendering.subject import Checkpoint, Subject
+from equaltime.scene import Scene
+
+__all__ = ["SingleRun", "now"]
+
+# FLIP takes a second or more for a small image.
+_FLIP_AFTER_SECONDS = {"first": 1.0, "other": 5.0}
+
+
+def now() -> str:
+    """Return the time in UTC, to the microsecond."""
+    return datetime.now(UTC).isoformat().replace("+00:00", "Z")
+
+
+@dataclass(frozen=True, eq=False)
+class SingleRun:
+    """What one run needs."""
+
+    key: Key
+    seed: int
+    scene: Scene
+    subject: Subject
+    known: Reference
+    threads: int
+    machine: str
+    build: str
+    expected: tuple[int, ...] | None = None
+    """Sample counts of the first repeat, which this one must have too; None if this is the first."""
+
+    def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
+        """Render, and append a row for each checkpoint; return the seconds of rendering.
+
+        The row of a checkpoint is written when the next one was reached, or the run has ended: only then is it known
+        whether it is the last.
+
+        Parameters
+        ----------
+        ladder
+            The sample counts, or the seconds that the run may take.
+
+        Raises
+        ------
+        ExperimentError
+            If the renderer takes other counts than in its first repeat: repeats are compared at equal counts.
+        """
+        setup = self.subject.prepare(self.scene, self.threads)
+        common = {**self._common(), "setup_s": setup, "started": now()}
+        seconds = ladder if isinstance(ladder, float) else None
+        counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
+        pending: Checkpoint | None = None
+        number, taken = 0, list[int]()
+        for checkpoint in self.subject.run(self.seed, counts, seconds):
+            if isinstance(counts, BudgetLadder):
+                counts.taken(checkpoint.spp, checkpoint.wall_s)
+            taken.append(checkpoint.spp)
+            self._check_counts(taken, ended=False)
+            if pending is not None:
+                recorder.append(Row(**common, **self._measured(pending), checkpoint=number, last=False, image=None))
+                number += 1
+            pending = checkpoint
+        if pending is None:
+            raise RenderError(f"{self.subject.label}: gave no image")
+        self._check_counts(taken, ended=True)
+        measured = {**self._measured(pending), "flip": self._flip(pending)}
+        image = self._keep(folder, pending)
+        recorder.append(Row(**common, **measured, checkpoint=number, last=True, image=image))
+        return pending.wall_s
+
+    def _check_counts(self, taken: Sequence[int], ended: bool) -> None:
+        """Raise `ExperimentError` once the sample counts are not those of the first repeat, or some of them lack."""
+        if self.expected is None or (*taken,) == self.expected[: None if ended else len(taken)]:
+            return
+        scene, label, repeat = self.key
+        found, wanted = (", ".join(map(str, counts)) for counts in (taken, self.expected))
+        raise ExperimentError(
+            (
+                Problem(
+                    f"{scene}: {label}",
+                    f"repeat {repeat} has {found} samples a pixel, and the first repeat had {wanted}; repeats are "
+                    "compared at equal counts, so let the renderer take or round the counts of a run alike each time",
+                ),
+            )
+        )
+
+    def _common(self) -> dict[str, Any]:
+        """Return what is the same in all rows of the run."""
+        width, height = self.scene.size
+        return {
+            "scene": self.key[0],
+            "digest": self.scene.digest,
+            "width": width,
+            "height": height,
+            "crop": self.scene.model.sensor.film.crop,
+            "max_depth": self.scene.max_depth,
+            "strategy": self.subject.label,
+            "name": self.subject.name,
+            "renderer": self.subject.renderer,
+            "biased": self.subject.biased,
+            "repeat": self.key[2],
+            "seed": self.seed,
+            "threads": self.threads,
+            "machine": self.machine,
+            "build": self.build,
+            "reference_relmse": self.known.relmse,
+        }
+
+    def _measured(self, checkpoint: Checkpoint) -> dict[str, Any]:
+        """Return what a row says of one checkpoint."""
+        values = measure(checkpoint.image, self.known, ("relmse", "mse", "mare"))
+        estimate = checkpoint.estimate
+        return {
+            "spp": checkpoint.spp,
+            "wall_s": checkpoint.wall_s,
+            "cpu_s": checkpoint.cpu_s,
+            "paths": checkpoint.paths,
+            "rays": checkpoint.rays,
+            "shadow_rays": checkpoint.shadow_rays,
+            **{metric: measured.value for metric, measured in values.items()},
+            "flip": None,
+            "estimate": None if estimate is None else estimate.value,
+            "estimate_low": None if estimate is None else estimate.low,
+            "estimate_high": None if estimate is None else estimate.high,
+            "doubt": None if estimate is None else estimate.doubt or None,
+        }
+
+    def _flip(self, checkpoint: Checkpoint) -> float | None:
+        """Return FLIP, unless that would take long for so short a run."""
+        if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.key[2] == 0 else "other"]:
+            return None
+        return flip(checkpoint.image, self.known.mean)
+
+    def _keep(self, folder: Folder, checkpoint: Checkpoint) -> str:
+        """Write the image, and return its name relative to the folder."""
+        path = folder.image(*self.key)
+        with replacing(path) as file:
+            np.save(file, checkpoint.image)
+        if checkpoint.samples is not None:
+            with replacing(folder.samples(*self.key)) as file:
+                np.save(file, checkpoint.samples)
+        return path.relative_to(folder.path).as_posix()

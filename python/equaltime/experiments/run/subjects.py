@@ -1,0 +1,129 @@
+"""Makes the subjects and scenes of an experiment from its entries."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import logging
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from equaltime.errors import ExperimentError, Problem
+from equaltime.experiments.model.experiment import Experiment, StrategyEntry
+from equaltime.experiments.model.problems import unfit_character
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.subject import Subject
+from equaltime.scene import Scene
+
+__all__ = ["close_subjects", "make_subjects", "scenes_of"]
+
+_LOG = logging.getLogger(__name__)
+
+
+def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
+    """Read the scenes; if a peer takes part they get a box filter, the only one that means the same to everybody."""
+    scenes = experiment.load_scenes()
+    if not any(entry.peer for entry in experiment.strategies):
+        return scenes
+    from equaltime.experiments.peers import with_box_filter
+
+    return tuple(map(with_box_filter, scenes))
+
+
+def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
+    """Return the subjects of an experiment's strategies, in their order; raises ExperimentError with all problems.
+
+    A name that no record can hold is a problem, with its place in the experiment's file. A peer that is missing is
+    found later, when it gets ready for a scene.
+    """
+    subjects: list[Subject] = []
+    problems: list[Problem] = []
+    for number, entry in enumerate(experiment.strategies):
+        try:
+            subjects.append(_checked(_subject(entry, experiment), entry.label))
+        except ExperimentError as error:
+            place = entry.place or f"strategies[{number}]"
+            problems += [Problem(f"{place}.{p.place}", p.message) for p in error.problems]
+    if problems:
+        raise ExperimentError(tuple(problems))
+    return tuple(subjects)
+
+
+def close_subjects(subjects: Sequence[Subject]) -> None:
+    """Close the processes and files of subjects."""
+    for subject in subjects:
+        if close := getattr(subject, "close", None):
+            close()
+
+
+def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
+    if entry.strategy is not None:
+        return CoreSubject(entry.label, entry.strategy)
+    if entry.peer is not None:
+        from equaltime.experiments.peers import peer_subject
+
+        seconds = experiment.reference.seconds
+        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget, seconds)
+    assert entry.python is not None, "a checked entry has one of the three"
+    return _own(entry.label, entry.python)
+
+
+def _checked(subject: Subject, label: str) -> Subject:
+    """Return a subject with names that records can hold and tell apart; raises ExperimentError for another."""
+    name, own_label = getattr(subject, "name", None), getattr(subject, "label", None)
+    if not isinstance(name, str) or not name or (character := unfit_character(name)):
+        found = f"{character} in {name!r}" if isinstance(name, str) and name else repr(name)
+        text = f"the name of a subject must be text of one line without control characters, found {found}"
+        raise ExperimentError((Problem("name", text),))
+    if own_label != label:
+        text = f"the label of a subject must be the one that it was made with, '{label}', found {own_label!r}"
+        raise ExperimentError((Problem("label", text),))
+    return subject
+
+
+def _own(label: str, place: str) -> Subject:
+    """Call ``FILE.py:NAME`` with the label."""
+    file, colon, name = place.rpartition(":")
+    if not colon or not name.isidentifier():
+        raise ExperimentError((Problem("python", f"expected FILE.py:NAME, found '{place}'"),))
+    make: Any = getattr(_module(Path(file)), name, None)
+    if make is None:
+        raise ExperimentError((Problem("python", f"{file} has no '{name}'"),))
+    try:
+        subject: Subject = make(label)
+    except Exception as error:
+        raise _told(Path(file), error) from error
+    return subject
+
+
+def _module(file: Path) -> ModuleType:
+    """Import a file by its path, once; an error in it is told with its line."""
+    name = f"equaltime_subject_{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise ExperimentError((Problem("python", f"no such Python file: {file}"),))
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before it runs: dataclasses look their module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        raise _told(file, error) from error
+    return module
+
+
+def _told(file: Path, error: Exception) -> ExperimentError:
+    """Log the traceback of an error in a user's file, from that file on; return the error with its line."""
+    frames, first = [*traceback.walk_tb(error.__traceback__)], error.__traceback__
+    lines = [line for frame, line in frames if frame.f_code.co_filename == str(file)]
+    while lines and first is not None and first.tb_frame.f_code.co_filename != str(file):
+        first = first.tb_next
+    _LOG.error("%s failed", file, exc_info=(type(error), error, first))
+    place = f"{file}:{lines[-1]}" if lines else str(file)
+    return ExperimentError((Problem("python", f"{place}: {type(error).__name__}: {error}"),))

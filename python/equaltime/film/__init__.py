@@ -1,0 +1,1 @@
+"""The film: moments of pixels, error estimates, and adaptive sample counts."""

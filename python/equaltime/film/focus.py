@@ -1,0 +1,92 @@
+"""Light that specular surfaces focus: a reason to doubt an error, known from the scene before the first sample.
+
+Light that a small lamp sends through glass, or by way of a mirror, is met by chance alone: no sample can aim at it. A
+diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its samples. While ``n p`` is
+small, n being the samples of a pixel, most pixels have met none of that light, no variance shows what they lack, and
+the error is higher than its interval says. Whether that can matter is told by how bright the light would make a white
+surface, and by how many paths meet specular surfaces at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from equaltime.film.sums import focused_light
+from equaltime.machine import worker_threads
+
+__all__ = ["Focus"]
+
+_PATHS = 4096
+_SMALL = 0.25
+"""Share of a diffuse surface's samples: emitters that fill more are met by the first samples."""
+_MANY = 10.0
+"""Expected meetings of a pixel's samples with focused light, from which on its variance shows that light."""
+_MATTERS = 0.5
+"""Share of the stated error that light without a variance must be able to make, to be a reason for doubt."""
+
+
+@dataclass(frozen=True)
+class Focus:
+    """What emitters are to the specular surfaces that paths meet."""
+
+    paths: float
+    """Share of paths that meet a specular surface."""
+    light: float
+    """Radiance of a white diffuse surface that such a place would light from all sides, in the units of the image."""
+    share: float
+    """Largest share of a diffuse surface's samples that meet the emitters: their effective solid angle over π."""
+
+    @classmethod
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
+        """Return that of the core's scene, by a few thousand paths."""
+        vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
+        return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
+
+    @classmethod
+    def none(cls) -> Focus:
+        """Return that of a scene without specular surfaces."""
+        return cls(0.0, 0.0, 0.0)
+
+    @property
+    def possible(self) -> bool:
+        """Whether specular surfaces send light of small emitters on."""
+        return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
+
+    def rare(self, samples: float) -> bool:
+        """Tell whether so many samples of a pixel may have met none of that light, so that no variance shows it."""
+        return self.possible and samples * self.share < _MANY
+
+    def doubt(self, samples: float, error: float, mean: float) -> str:
+        """Return why the upper limit of an error cannot be trusted; empty where it can.
+
+        Parameters
+        ----------
+        samples
+            Of a pixel, on average.
+        error
+            Relative error of the image, as stated.
+        mean
+            Of the image over pixels and channels.
+        """
+        if not self.rare(samples) or not mean > 0.0:
+            return ""
+        unmet = self.light / mean * math.sqrt(self.paths * min(1.0, 1.0 / (samples * self.share)))
+        if unmet < _MATTERS * error:
+            return ""
+        return (
+            "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at "
+            f"most one in {1.0 / self.share:.2g}: light that {samples:.3g} samples a pixel have not met is not in the "
+            "error"
+        )
+
+    def as_dict(self) -> dict[str, float]:
+        """Return it as JSON data."""
+        return {"paths": self.paths, "light": self.light, "share": self.share}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
+        """Return what `as_dict` made these data of; none where there are no data."""
+        return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

@@ -1,0 +1,50 @@
+"""Moments of a film's pixels, and the sums over the parts of a merged one: the types of their arrays."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["DTYPE", "MOST", "PARTS", "deviations", "nonfinite", "squared_deviations", "stored"]
+
+DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", "<u4", (3,))])
+"""One pixel in one replicate: the mean of its samples, their number, and the root mean square of their deviations from
+the mean (over n, not n - 1), by channel: the upper half of a float64 (`deviations`). A film is a (R, H, W) array of
+them, the core's own."""
+MOST: Final = 2**32 - 1
+"""Samples that a pixel of a replicate can have."""
+PARTS: Final = np.dtype(
+    [
+        *((name, "<u8") for name in ("parts", "uneven", "squares")),
+        *((name, "<f8", (3,)) for name in ("within", "between")),
+    ]
+)
+"""Sums over the parts that have samples in a pixel: their number; that of parts whose replicates have unequal counts;
+``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+
+
+def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the standard deviation of the samples (over n), (..., 3), of moments of any shape."""
+    return np.asarray((moments["deviation"].astype(np.uint64) << np.uint64(32)).view(np.float64))
+
+
+def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
+    """Return standard deviations as moments hold them: with 21 significant bits, at whatever scale."""
+    bits = np.ascontiguousarray(deviation, np.float64).view(np.uint64)
+    return ((bits + np.uint64(2**31)) >> np.uint64(32)).astype(np.uint32)
+
+
+def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the sums of squared deviations from the mean, (..., 3), of moments of any shape."""
+    return np.asarray(moments["count"][..., None] * np.square(deviations(moments)))
+
+
+def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
+    """Return the first pixel (x, y) of (R, H, W) moments that holds a number which is not finite, if there is one."""
+    finite = np.isfinite(moments["mean"]).all(axis=(0, 3)) & np.isfinite(deviations(moments)).all(axis=(0, 3))
+    if finite.all():
+        return None
+    y, x = np.argwhere(~finite)[0]
+    return int(x), int(y)

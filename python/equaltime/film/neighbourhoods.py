@@ -1,0 +1,35 @@
+"""Sums over the 7x7 neighbourhoods of an image's pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.sums import box_sum
+
+__all__ = ["RADIUS", "neighbours", "others_count", "window_around"]
+
+Floats = NDArray[np.float64]
+
+RADIUS = 3
+"""Of a neighbourhood, in pixels."""
+
+
+def neighbours(height: int, width: int) -> Floats:
+    """(H, W, 1): how many pixels of the image lie in the 7x7 neighbourhood of each."""
+    return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
+
+
+def others_count(height: int, width: int) -> Floats:
+    """(H, W, 1): the same without the pixel itself."""
+    return np.maximum(neighbours(height, width) - 1.0, 1.0)
+
+
+def window_around(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rows and columns that hold all that is set, of which there is some, and its neighbourhoods."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return _around(rows), _around(columns)
+
+
+def _around(where: NDArray[np.intp]) -> slice:
+    return slice(max(int(where[0]) - RADIUS, 0), int(where[-1]) + RADIUS + 1)

@@ -1,0 +1,138 @@
+"""Arrays of numbers as channels of an image that compress well, and nothing of them is lost.
+
+EXR has no float64, and its compression finds nothing in numbers whose last digits are noise. So an array (L, H, W) of a
+NumPy type is stored byte by byte: byte k of all numbers of a row is a channel, four pixels to a uint32 word, so that
+the channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low ones of whole numbers
+zero.
+
+The means of a film are close to the image, which is in the file anyway: what is stored of a mean is how many float64
+lie between it and what the image says of it. The image says nearly everything of the last replicate that has samples,
+as it is the mean of all. A film with one sample a pixel costs nothing beside its image.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.moments import DTYPE
+
+__all__ = ["channel_names", "packed", "packed_moments", "packed_shape", "unpacked", "unpacked_moments"]
+
+_ROWS: Final = 64
+"""Of an image that are worked on at once, which bounds the memory."""
+_WORD: Final = 4
+"""Pixels, of a byte each, in a word."""
+
+
+def channel_names(dtype: np.dtype[Any], layers: int) -> tuple[str, ...]:
+    """Return the names of the channels of `packed`, in order: ``r0.mean.R.0`` is the lowest byte of that number."""
+    return tuple(f"r{layer}.{name}" for layer in range(layers) for name in _bytes_of(dtype))
+
+
+def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
+    names = []
+    for field in dtype.names or ():
+        of = dtype[field]
+        for number in [f"{field}.{c}" for c in "RGB"] if of.shape else [field]:
+            names += [f"{number}.{byte}" for byte in range(of.base.itemsize)]
+    return names
+
+
+def packed_shape(height: int, width: int) -> tuple[int, int]:
+    """Return height and width of the words of an image."""
+    return height, -(-width // _WORD)
+
+
+def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
+    """Return (L, H, W) numbers as words (H, ceil(W / 4), C), with the channels that `channel_names` lists."""
+    layers, height, width = numbers.shape
+    size = numbers.dtype.itemsize
+    flat = np.ascontiguousarray(numbers).view(np.uint8).reshape(layers, height, width, size)
+    planes = np.zeros((*packed_shape(height, width), layers * size, _WORD), np.uint8)
+    by_channel = flat.transpose(1, 2, 0, 3).reshape(height, width, layers * size)
+    for place in range(_WORD):
+        of = by_channel[:, place::_WORD]
+        planes[:, : of.shape[1], :, place] = of
+    return planes.view("<u4")[..., 0]
+
+
+def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return the (L, H, W) numbers of a type that `packed` made these words from."""
+    height, columns, channels = words.shape
+    layers = channels // dtype.itemsize
+    planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
+    flat = np.empty((height, columns * _WORD, channels), np.uint8)
+    for place in range(_WORD):
+        flat[:, place::_WORD] = planes[..., place]
+    by_layer = flat[:, :width].reshape(height, width, layers, dtype.itemsize).transpose(2, 0, 1, 3)
+    return np.ascontiguousarray(by_layer).view(dtype)[..., 0]
+
+
+def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Return the (R, H, W) moments of a film as words; ``image`` (H, W, 3) is what stands beside them in the file."""
+    height, width = image.shape[:2]
+    words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
+    for row in range(0, height, _ROWS):
+        rows = slice(row, row + _ROWS)
+        part = moments[:, rows].astype(DTYPE)
+        apart = _ordered(part["mean"]) - _ordered(_foretold(part, image[rows]))
+        part["mean"] = _unsigned(apart).view(np.float64)
+        words[rows] = packed(part)
+    return words
+
+
+def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
+    """Return the moments that `packed_moments` made these words from, beside the same image."""
+    height, width = image.shape[:2]
+    moments = np.empty((words.shape[-1] // DTYPE.itemsize, height, width), DTYPE)
+    for row in range(0, height, _ROWS):
+        rows = slice(row, row + _ROWS)
+        part = unpacked(words[rows], width, DTYPE)
+        apart = _signed(np.ascontiguousarray(part["mean"]).view(np.uint64))
+        for replicate in range(len(part)):  # the last is foretold by those before
+            foretold = _foretold(part, image[rows], replicate)
+            part["mean"][replicate] = _floats(_ordered(foretold) + apart[replicate])
+        moments[:, rows] = part
+    return moments
+
+
+def _foretold(moments: NDArray[Any], image: NDArray[np.float32], replicate: int | None = None) -> NDArray[np.float64]:
+    """Return what the image says of the means (R, H, W, 3), or of one replicate's: of the last, with those before."""
+    with np.errstate(all="ignore"):
+        first = _finite(image.astype(np.float64))
+        if replicate is not None and replicate < len(moments) - 1:
+            return first
+        counts = moments["count"].astype(np.float64)[..., None]
+        rest = counts.sum(axis=0) * first
+        for count, mean in zip(counts[:-1], moments["mean"][:-1], strict=True):
+            rest -= count * mean
+        last = _finite(rest / counts[-1])
+    return last if replicate is not None else np.stack([*[first] * (len(moments) - 1), last])
+
+
+def _finite(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return 0 for what is no number, as where there are no samples: nothing is foretold."""
+    return np.where(np.isfinite(numbers), numbers, 0.0)
+
+
+def _ordered(numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the number of each float64 in their order: neighbours differ by 1."""
+    bits = np.ascontiguousarray(numbers).view(np.int64)
+    return bits ^ ((bits >> 63) & np.int64(2**63 - 1))
+
+
+def _floats(order: NDArray[np.int64]) -> NDArray[np.float64]:
+    return (order ^ ((order >> 63) & np.int64(2**63 - 1))).view(np.float64)
+
+
+def _unsigned(numbers: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Return whole numbers such that those near 0, of either sign, have only low bytes."""
+    return ((numbers << 1) ^ (numbers >> 63)).view(np.uint64)
+
+
+def _signed(numbers: NDArray[np.uint64]) -> NDArray[np.int64]:
+    half = (numbers >> np.uint64(1)).view(np.int64)
+    return half ^ -((numbers & np.uint64(1)).view(np.int64))

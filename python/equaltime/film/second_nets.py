@@ -1,0 +1,139 @@
+"""The variance of pixels that have one net of samples each, from a second net in some of them.
+
+A pixel's samples are one net where the picture is large enough (`equaltime.rendering.core.nets`): two nets of half the
+size would have 5 to 20 % more squared error (tests/bench/sampler_noise.py). But the replicates are the halves of one
+net then (`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its
+size but for a factor: half to all of what it says is true, as the scene and the count will have it.
+
+So some pixels, drawn at random, have a second net with numbers of its own, which is not in the image. There both are
+known: what the halves of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,
+
+    ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``,
+
+with weights ``w`` near those of the image's error (`equaltime.film.error`), a geometric mean of ``1 / (R² + (0.1
+m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. Only what was measured is
+believed: what a pixel says beyond the largest part of any measured one is taken as it is, since rare bright paths are
+as wrong in one net as in two.
+
+F is a ratio of sums over many pixels, so that the delta method tells its standard deviation (Cochran 1977, 6.3). It is
+one number for all pixels: their variances are off together, which widens the interval of the image's error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.error import PixelStatistics, pixel_statistics
+from equaltime.film.neighbourhoods import others_count
+from equaltime.film.sums import others_sum
+
+__all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "statistics_so_far"]
+
+Floats = NDArray[np.float64]
+
+FEWEST = 64
+"""With fewer pixels, the factor is not believed, and replicates are taken as if they were independent."""
+
+
+@dataclass(frozen=True, eq=False)
+class SecondNets:
+    """Second nets of some pixels."""
+
+    moments: NDArray[Any]
+    """(R, h, w), of the type `equaltime.film.moments.DTYPE`."""
+    pixels: NDArray[np.int64]
+    """(h, w): the pixel ``y * width + x`` of the image that each is of; -1 where there is none."""
+
+    def copy(self) -> SecondNets:
+        """Return the same, with memory of its own."""
+        return SecondNets(self.moments.copy(), self.pixels)
+
+    def calibrated(self, image: PixelStatistics) -> PixelStatistics:
+        """Return the statistics of the image with the variances that these tell.
+
+        Pixels whose counts of samples differ between the nets tell nothing: a pass was cut between them.
+        """
+        floor = np.square(0.1 * image.mean.mean())
+        with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square is not measured
+            around = np.square(others_sum(image.mean) / others_count(*image.samples.shape)) + floor
+            measured = self._measured(image, around, floor)
+            if measured is None:
+                return image
+            part = (_weights(image.mean, around, floor) * image.variance).mean(axis=-1)
+        true, stated, largest = measured
+        factor = float(true.sum() / stated.sum())
+        doubt = float(np.sqrt(np.square(true - factor * stated).sum()) / true.sum())
+        believed = np.ones_like(part)
+        if factor < 1.0:
+            np.divide(largest, part, out=believed, where=part > largest)
+        factors = 1.0 + (factor - 1.0) * believed
+        return replace(image, variance=image.variance * factors[..., None], factors=factors, common_doubt=doubt)
+
+    def _measured(self, image: PixelStatistics, around: Floats, floor: float) -> tuple[Floats, Floats, float] | None:
+        """Return parts of error² by two nets, and by the halves of each, (N,); and the largest part of one net.
+
+        None if too few are known.
+        """
+        there = self.pixels >= 0
+        places, second = self.pixels[there], pixel_statistics(self.moments)
+        first, other = (
+            (image.mean.reshape(-1, 3)[places], image.variance.reshape(-1, 3)[places]),
+            (second.mean[there], second.variance[there]),
+        )
+        whole = image.samples.ravel()[places] == second.samples[there]
+        known = whole & np.isfinite(first[1]).all(axis=-1) & np.isfinite(other[1]).all(axis=-1)
+        if known.sum() < FEWEST:
+            return None
+        weights = _weights(0.5 * (first[0] + other[0]), around.reshape(-1, 3)[places], floor)
+        true = (weights * np.square(first[0] - other[0])).mean(axis=-1)[known]
+        halves = [(weights * variance).mean(axis=-1)[known] for _, variance in (first, other)]
+        stated = halves[0] + halves[1]
+        if not (np.isfinite(true).all() and true.sum() > 0.0 and stated.sum() > 0.0):
+            return None
+        return true, stated, float(max(halves[0].max(), halves[1].max()))
+
+
+def _weights(own: Floats, around: Floats, floor: float) -> Floats:
+    """Return what a variance is multiplied by to be a part of error², (..., 3), by a pixel's mean and its neighbours'.
+
+    The geometric mean of both denominators, in which the neighbours weigh a quarter; ``around`` is theirs.
+    """
+    by = np.square(own) + floor
+    return np.asarray(np.divide(np.sqrt(np.sqrt(by / around)), by, where=by > 0.0, out=np.zeros_like(by)))
+
+
+def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
+    """Return what is known of the pixels of a render, from the moments of its film and of its second nets."""
+    pixels = pixel_statistics(moments)
+    return pixels if second is None else second.calibrated(pixels)
+
+
+class Renders(Protocol):
+    """A renderer of the core, as far as its samples go."""
+
+    @property
+    def moments(self) -> NDArray[Any]:
+        """(R, H, W) structured array of counts and means."""
+
+    @property
+    def second_moments(self) -> NDArray[Any]:
+        """(R, h, w): those of second nets; empty if there are none."""
+
+    @property
+    def second_pixels(self) -> NDArray[np.int64]:
+        """(h, w): the pixel that each is of."""
+
+
+def second_nets(renderer: Renders) -> SecondNets | None:
+    """Return the second nets of a render, which share its memory; None if there are none."""
+    moments = renderer.second_moments
+    return SecondNets(moments, renderer.second_pixels) if moments.size else None
+
+
+def statistics_so_far(renderer: Renders) -> PixelStatistics:
+    """Return what is known of the pixels of a render that is under way."""
+    return statistics(renderer.moments, second_nets(renderer))

@@ -1,0 +1,205 @@
+"""Light that no sample has found: what black pixels may hide, and small lamps in sight (`equaltime.film.lamps`).
+
+A pixel whose samples were all black has no variance, and its error bar would say that it is certainly black. But if N
+samples saw nothing, what they look for may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). What
+there is to be seen at most is what next-event estimation would return if nothing stood between the surfaces that were
+met and the lights aimed at, which costs no shadow ray to know. So the radiance of such a pixel is below
+``-ln(p) · that / N`` with a confidence of 1 - p, and the error that it may make of the image follows.
+
+N and what may be seen are those of the whole 7x7 neighbourhood, and pixels count only if all of it is black: elsewhere
+the neighbours that saw light have a variance, and speak for those that did not. Where no light faces what is met, or
+nothing is, a pixel is dark for certain, and exempt. All this widens the upper limit of an image's error; it never moves
+the estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, cached_property, partial, reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.error import Estimate, PixelStatistics, error_and_brightest
+from equaltime.film.focus import Focus
+from equaltime.film.lamps import Lamps
+from equaltime.film.neighbourhoods import RADIUS, window_around
+from equaltime.film.sums import box_sum, unshadowed
+from equaltime.film.tails import averaged_out
+from equaltime.machine import worker_threads
+
+__all__ = ["Unseen", "stated", "stated_error"]
+
+Floats = NDArray[np.float64]
+
+_STEP = 2
+"""Of the pixels of a neighbourhood, every second along each side is asked what it could have seen."""
+_ANYTHING = 1e150
+"""More than any light: beside it a pixel hides all that it can, which is 1 of its own part of error²."""
+
+
+class Unseen:
+    """What may be hidden from one render.
+
+    Parameters
+    ----------
+    possible
+        Gives for pixels (y * width + x) the most that a sample of each could have seen, (N, 3).
+    known
+        (H, W, 3): what it gave before; NaN for pixels that it was not asked for.
+    lamps
+        Gives small lamps in sight.
+    focus
+        Gives what specular surfaces focus.
+    """
+
+    def __init__(
+        self,
+        possible: Callable[[NDArray[np.uint32]], Floats],
+        known: Floats | None = None,
+        lamps: Callable[[], Lamps] = Lamps.none,
+        focus: Callable[[], Focus] = Focus.none,
+    ) -> None:
+        self._possible = possible
+        self._known = known
+        self._find_lamps, self._find_focus = lamps, focus
+
+    @classmethod
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
+        """Return what may be hidden from a render of the core's scene with the core's settings."""
+        threads = worker_threads(threads)
+        focus = cache(partial(Focus.of, scene, settings, seed, threads))
+
+        def lamps() -> Lamps:
+            return Lamps.of(scene, settings, seed, threads, focus().possible)
+
+        return cls(partial(unshadowed, scene, settings, seed=seed, threads=threads), lamps=lamps, focus=focus)
+
+    @classmethod
+    def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
+        """Return what may be hidden from renders of one image together, by the `parts` of each.
+
+        A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything;
+        a lamp that none tells of is none.
+        """
+        found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
+        known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
+        lamps = Lamps.from_channels(*(part["lamps"] for part in parts if "lamps" in part))
+        return cls(
+            lambda pixels: np.full((len(pixels), 3), _ANYTHING), known, lambda: lamps, lambda: focus or Focus.none()
+        )
+
+    @cached_property
+    def lamps(self) -> Lamps:
+        """Small lamps in sight, looked for once."""
+        return self._find_lamps()
+
+    @cached_property
+    def focus(self) -> Focus:
+        """Light that specular surfaces focus, looked for once."""
+        return self._find_focus()
+
+    def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
+        """Return what there is of it in an image, for a file, and for `together`.
+
+        ``unseen`` is what black pixels could have seen, (H, W, 3), NaN by those that were not asked; ``lamps`` what
+        small lamps in sight add to pixels, and to which share of their samples, (H, W, 4).
+        """
+        parts = {}
+        if self._known is not None and not np.isnan(self._known).all():
+            parts["unseen"] = np.minimum(self._known, np.finfo(np.float32).max).astype(np.float32)
+        if self.lamps.pixels.size:
+            parts["lamps"] = self.lamps.channels(height, width)
+        return parts
+
+    def __call__(self, pixels: PixelStatistics, level: float) -> float:
+        """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
+        return self.lasting(pixels, level) + self.lamps.outshone(pixels)
+
+    def lasting(self, pixels: PixelStatistics, level: float) -> float:
+        """Return that without what a few more samples undo: a lamp that one of them met much too soon."""
+        return self._by_black(pixels, level) + self.lamps.missed(pixels)
+
+    def _by_black(self, pixels: PixelStatistics, level: float) -> float:
+        m = float(pixels.mean.mean())
+        black = np.asarray(~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1)))
+        if not black.any():
+            return 0.0
+        near = window_around(black)  # nothing beyond has a part in it
+        hidden = _around(~black[near]) == 0.0
+        if not hidden.any():
+            return 0.0
+        asked = np.zeros_like(black)
+        asked[near] = black[near] & (_around(hidden) > 0.0)
+        largest = _largest_around(self._find(asked)[near])[hidden]
+        samples = _around(pixels.samples[near])[hidden, None]
+        square = np.square(math.log(2.0 / (1.0 - level)) * largest / samples)
+        whole = square + (0.1 * m) ** 2
+        return float(np.divide(square, whole, out=np.zeros_like(whole), where=whole > 0.0).sum()) / pixels.mean.size
+
+    def _find(self, asked: NDArray[np.bool_]) -> Floats:
+        """Return what could have been seen, (H, W, 3), by those pixels; each is asked once in a render."""
+        if self._known is None:
+            self._known = np.full((*asked.shape, 3), np.nan)
+        lattice = np.zeros_like(asked)
+        lattice[::_STEP, ::_STEP] = True
+        unknown = np.flatnonzero(asked & lattice & np.isnan(self._known[..., 0])).astype(np.uint32)
+        if unknown.size:
+            self._known.reshape(-1, 3)[unknown] = self._possible(unknown)
+        return np.where(asked[..., None], np.nan_to_num(self._known), 0.0)
+
+
+def stated_error(
+    pixels: PixelStatistics,
+    unseen: Unseen | None = None,
+    level: float = 0.95,
+    lasting: bool = False,
+    brightest: float = 0.0,
+) -> Estimate:
+    """Return the error that a render states of itself: in its result, at its looks, in its progress and in records.
+
+    With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`). ``brightest`` is that of the
+    looks before (`stated`).
+    """
+    return stated(pixels, unseen, level, lasting, brightest)[0]
+
+
+def stated(
+    pixels: PixelStatistics,
+    unseen: Unseen | None = None,
+    level: float = 0.95,
+    lasting: bool = False,
+    brightest: float = 0.0,
+) -> tuple[Estimate, float]:
+    """Return `stated_error`, and the brightness of the brightest path (`equaltime.film.tails.averaged_out`)."""
+    if unseen is None:
+        found, share = error_and_brightest(pixels, level)
+    else:
+        hidden, least = unseen.lasting if lasting else unseen, unseen.lamps.least(*pixels.samples.shape)
+        found, share = error_and_brightest(pixels, level, hidden, least)
+    if not found.known:
+        return found, 0.0
+    samples, square = float(pixels.samples.mean()), found.value**2
+    focused = unseen.focus.doubt(samples, found.value, float(pixels.mean.mean())) if unseen is not None else ""
+    doubt = focused or averaged_out(brightest, samples, square, share)
+    return replace(found, doubt=doubt), share * square * samples**2
+
+
+def _around(values: NDArray[Any]) -> Floats:
+    """Return the sum over the 7x7 neighbourhood of each pixel."""
+    return box_sum(values[..., None].astype(np.float64))[..., 0]
+
+
+def _largest_around(values: Floats) -> Floats:
+    """Return the largest over the 7x7 neighbourhood of each pixel, of what is not negative."""
+    for axis in (0, 1):
+        line = np.moveaxis(values, axis, 0)
+        found = line.copy()
+        for step in range(1, RADIUS + 1):
+            np.maximum(found[step:], line[:-step], out=found[step:])
+            np.maximum(found[:-step], line[step:], out=found[:-step])
+        values = np.moveaxis(found, 0, axis)
+    return values

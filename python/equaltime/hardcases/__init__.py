@@ -1,0 +1,117 @@
+"""The hard cases, run on the user's own machine: small scenes whose images are known, by closed form or bit for bit.
+
+`cases` has the list, `judge` what passes, `subjects` who renders. All value cases together fail a right renderer with a
+probability of `equaltime.hardcases.judge.LEVEL`, whatever of them is run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+from equaltime.hardcases.cases import CASES, Case, chosen
+from equaltime.hardcases.judge import LEVEL, Outcome
+from equaltime.hardcases.subjects import MitsubaSubject, OurSubject, PeerName
+from equaltime.machine import machine
+from equaltime.rendering.core import build_facts
+
+__all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
+
+
+@dataclass(frozen=True)
+class CaseReport:
+    """What came of one case."""
+
+    case: Case
+    ours: Outcome
+    theirs: Outcome | None
+    """The peer's outcome; None without a peer, or where the case asks for what only we promise."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON data."""
+        case, found = self.case, self.ours.as_dict()
+        peer = {} if self.theirs is None else {"peer": self.theirs.as_dict()}
+        return {"id": case.id, "name": case.name, "stresses": case.stresses, "scene": case.scene, **found, **peer}
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """A whole self-test: its cases, how long it took, and the machine and the build that it holds for."""
+
+    cases: tuple[CaseReport, ...]
+    seconds: float
+    peer: str | None
+    """Name and version of the peer, if there was one."""
+    machine: Mapping[str, Any] = field(hash=False)
+    build: Mapping[str, Any] = field(hash=False)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every case passed here; a peer's failures are not ours."""
+        return all(case.ours.passed for case in self.cases)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON data."""
+        return {
+            "cases": [case.as_dict() for case in self.cases],
+            "level": LEVEL,
+            "passed": self.passed,
+            "seconds": self.seconds,
+            "peer": self.peer,
+            "machine": dict(self.machine),
+            "build": dict(self.build),
+        }
+
+
+def selftest(
+    only: Sequence[str] = (),
+    peer: PeerName | None = None,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> SelfTest:
+    """Run the hard cases and compare what is rendered with what is known.
+
+    Parameters
+    ----------
+    only
+        Ids (``T1``) or names of cases; all of them if empty.
+    peer
+        Another renderer to run on the same scenes.
+    threads
+        Worker threads; 0 is one for each processor.
+    progress
+        Called with the share of the work that is done, 0 … 1, after every case.
+
+    Raises
+    ------
+    ValueError
+        If `only` names no case, or `peer` is unknown.
+    PeerError
+        If the peer is not there.
+    """
+    if peer not in (None, "mitsuba"):
+        raise ValueError(f"unknown peer '{peer}'; known is mitsuba")
+    begin, wanted = perf_counter(), chosen(only)
+    if peer is None:
+        reports = tuple(_run(wanted, OurSubject(threads), None, progress))
+        return SelfTest(reports, perf_counter() - begin, None, machine(), build_facts())
+    with closing(MitsubaSubject(threads)) as other:
+        name = other.start()
+        reports = tuple(_run(wanted, OurSubject(threads), other, progress))
+    return SelfTest(reports, perf_counter() - begin, name, machine(), build_facts())
+
+
+def _run(
+    wanted: Sequence[Case],
+    subject: OurSubject,
+    other: MitsubaSubject | None,
+    progress: Callable[[float], object] | None,
+) -> Iterator[CaseReport]:
+    for number, case in enumerate(wanted, 1):
+        ours = subject.outcome(case)
+        yield CaseReport(case, ours, None if other is None or not case.for_peers else other.outcome(case))
+        if progress is not None:
+            progress(number / len(wanted))

@@ -1,0 +1,125 @@
+"""What passes a case: z-tests of one family-wise level where images have noise, units in the last place elsewhere.
+
+A renderer makes one image for each of several seeds. Their means are nearly normal, so that their own spread judges
+them by a t-test: nothing is believed of any renderer's error bars. Where there is no noise, every pixel is looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.statistics.agreement import ROUNDING, share
+
+__all__ = ["LEVEL", "MOST_ULP", "Outcome", "broken", "judge_bits", "judge_same", "judge_value", "limit_of"]
+
+Images = Sequence[NDArray[np.float32]]
+LEVEL: Final = 0.001
+"""The rate at which a right renderer fails any of all cases."""
+MOST_ULP: Final = ROUNDING * 2.0**24
+"""Of an image without noise, in units in the last place of what is expected: what float32 may do along a path."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one renderer made of one case."""
+
+    expected: float | None
+    got: float | None
+    """The mean of all pixels and seeds; None if nothing was rendered."""
+    error: float
+    """Its standard error; 0 without noise."""
+    kind: Literal["z", "ulp", "failure"]
+    score: float
+    """How far off it is: in standard errors, as a normal deviate, or in units in the last place of the worst pixel."""
+    limit: float
+    """The largest score that passes."""
+    seconds: float = 0.0
+    note: str = ""
+    """Why nothing was rendered."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing speaks against it."""
+        return self.kind != "failure" and self.score <= self.limit
+
+    @property
+    def resolution(self) -> float | None:
+        """The relative bias that would just fail, on average; None where there is nothing to be relative to."""
+        if not self.expected or self.kind != "z":
+            return None
+        return self.limit * self.error / abs(self.expected) + ROUNDING
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return JSON data: what is not finite is None."""
+        data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
+        return {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in data.items()
+        }
+
+
+def limit_of(cases: int) -> float:
+    """Return the largest |z| that passes one of so many cases, for `LEVEL` over all."""
+    from scipy import stats  # late: it takes long to import
+
+    return float(stats.norm.isf(share(LEVEL, cases) / 2.0))
+
+
+def judge_value(images: Images, expected: float, limit: float) -> Outcome:
+    """Judge images of independent seeds by the known mean of all their pixels, which are alike without noise."""
+    stack = np.array(images, dtype=np.float64)
+    got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
+    if not expected or len(stack) == 1 or np.ptp(stack, axis=0).max() <= MOST_ULP * unit:
+        return Outcome(expected, got, 0.0, "ulp", float(np.abs(stack - expected).max()) / unit, MOST_ULP)
+    means = stack.mean(axis=(1, 2, 3))
+    error = _standard_error(means)
+    z = _deviate(got - expected, error, len(means) - 1, ROUNDING * abs(expected))
+    return Outcome(expected, got, error, "z", z, limit)
+
+
+def judge_same(first: Images, second: Images, limit: float) -> Outcome:
+    """Judge whether two sets of images have the same expectation, by Welch's test of their means."""
+    a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
+    expected, got = float(a.mean()), float(b.mean())
+    errors = _standard_error(a), _standard_error(b)
+    total = math.hypot(*errors)
+    degrees = total**4 / max(sum(e**4 / (len(s) - 1) for e, s in zip(errors, (a, b), strict=True)), 1e-300)
+    z = _deviate(got - expected, total, max(degrees, 1.0), ROUNDING * abs(expected))
+    return Outcome(expected, got, total, "z", z, limit)
+
+
+def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outcome:
+    """Judge whether two images are the same, bit by bit."""
+    a, b = first.astype(np.float64), second.astype(np.float64)
+    apart = np.abs(a - b) / np.spacing(np.maximum(np.abs(first), np.abs(second)))
+    ulp = float(apart.max())
+    if ulp == 0.0 and first.tobytes() != second.tobytes():
+        ulp = 0.5  # signs of zeros
+    return Outcome(float(a.mean()), float(b.mean()), 0.0, "ulp", ulp, 0.0)
+
+
+def broken(expected: float | None, reason: str) -> Outcome:
+    """Return the outcome of a case that could not be rendered."""
+    return Outcome(expected, None, 0.0, "failure", math.inf, 0.0, note=reason)
+
+
+def _standard_error(means: NDArray[np.float64]) -> float:
+    return float(means.std(ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+
+
+def _deviate(off: float, error: float, degrees: float, rounding: float) -> float:
+    """Return the normal deviate that is as rare as the t-statistic."""
+    from scipy import stats  # late: it takes long to import
+
+    excess = max(abs(off) - rounding, 0.0)
+    if error == 0.0:
+        return math.inf if excess else 0.0
+    t = excess / error
+    z = float(-stats.norm.ppf(stats.t.sf(t, degrees)))
+    return max(0.0, z) if math.isfinite(z) else t

@@ -1,0 +1,1 @@
+"""Image files, previews, and metrics between images."""

@@ -1,0 +1,212 @@
+"""Image files, all through OpenImageIO: pictures of any program, and what is written.
+
+Files are written under a temporary name in the same folder and renamed, so that a reader never sees half a file and a
+failure leaves alone what was there. The layout of saved renders is that of `equaltime.rendering.render_file`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+from equaltime.files import replacing
+from equaltime.images.reading import complaint, excess, opened, reason, started, utf8
+
+__all__ = [
+    "RGB",
+    "SOFTWARE",
+    "Part",
+    "Picture",
+    "Window",
+    "check_writable",
+    "escaped",
+    "linear_rgb",
+    "read",
+    "read_attributes",
+    "write",
+    "write_exr",
+]
+
+SOFTWARE = f"equaltime {version('equaltime')}"
+RGB = ("R", "G", "B")
+_SOFTWARE = ("Software", "generatedBy")
+"""Attributes that name the writer of a file: the usual one, and Mitsuba's."""
+_OURS = "equaltime:"
+_REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+"""Chromaticities x, y of red, green, blue and white (ITU-R BT.709)."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where the pixels of a file lie in the full film, in pixels from its top left corner."""
+
+    x: int
+    y: int
+    full_width: int
+    full_height: int
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What an image file holds."""
+
+    channels: Mapping[str, NDArray[np.float32]]
+    """Channel name → (H, W) float32."""
+    window: Window
+    software: str = ""
+    """What the file says wrote it."""
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    """Those that only equaltime writes, by name."""
+    record: Mapping[str, Any] = field(default_factory=dict)
+    """How a render by equaltime was made, as `equaltime.rendering.render_file` reads it; empty for other files."""
+
+    @property
+    def image(self) -> NDArray[np.float32]:
+        """(H, W, 3) linear RGB; raises `ImageError` if the file has no channels of that name."""
+        return self._rgb("")
+
+    @property
+    def standard_error(self) -> NDArray[np.float32] | None:
+        """(H, W, 3) standard error of ``image``, or None if the file does not carry one."""
+        return self._rgb("stderr.") if "stderr.R" in self.channels else None
+
+    @property
+    def samples(self) -> NDArray[np.int64] | None:
+        """(H, W) sample counts, or None if the file does not carry them."""
+        counts = self.channels.get("samples")
+        return None if counts is None else counts.astype(np.int64)
+
+    def _rgb(self, prefix: str) -> NDArray[np.float32]:
+        names = [prefix + channel for channel in "RGB"]
+        if missing := [name for name in names if name not in self.channels]:
+            raise ImageError(f"the image has no channel {', '.join(missing)}; it has {', '.join(self.channels)}")
+        return np.stack([self.channels[name] for name in names], axis=-1)
+
+
+def read(path: str | os.PathLike[str]) -> Picture:
+    """Read any image that OpenImageIO knows as float32 channels by name.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, is no image, or is damaged.
+    """
+    with opened(path) as source:
+        spec = source.spec()
+        if wrong := excess(spec, path):
+            raise ImageError(f"{path}: {wrong}")
+        pixels = source.read_image("float")
+        if pixels is None:
+            raise ImageError(f"{path}: {reason(source, path)}")
+        texts = _texts(spec)
+    planes = pixels.reshape(spec.height, spec.width, spec.nchannels)
+    channels = {name: planes[..., i] for i, name in enumerate(spec.channelnames)}
+    software = next((texts[name] for name in _SOFTWARE if texts.get(name)), "")
+    ours = {name: text for name, text in texts.items() if name.startswith(_OURS)}
+    return Picture(channels, Window(spec.x, spec.y, spec.full_width, spec.full_height), software, ours)
+
+
+def read_attributes(path: str | os.PathLike[str]) -> dict[str, str]:
+    """Return the attributes of an image's first part that are text, by name; raises `ImageError`."""
+    with opened(path) as source:
+        return _texts(source.spec())
+
+
+def _texts(spec: Any) -> dict[str, str]:
+    return {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
+
+
+def linear_rgb() -> dict[str, Any]:
+    """Return the attributes of a part whose R, G and B are linear light with the primaries of Rec. 709."""
+    return {"oiio:ColorSpace": "lin_rec709", "chromaticities": _REC709}
+
+
+def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
+    """Write an image (H, W, 3) alone to an EXR file, whole or not at all; raises `ImageError`."""
+    attributes = {"compression": "zip", **linear_rgb(), "ImageDescription": description}
+    write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
+
+
+def escaped(text: str) -> str:
+    """Return a text as an image can hold it: bytes of a file's name that are not UTF-8 are written as escapes."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8."""
+
+    channels: tuple[str, ...]
+    pixels: NDArray[Any]
+    attributes: dict[str, Any]
+    """Strings, whole numbers, or tuples of floats."""
+    kind: str = ""
+    """OpenImageIO's name of the type in the file; empty for the pixels' own."""
+
+    def spec(self, window: Window | None) -> Any:
+        """Return what OpenImageIO needs to know before it writes."""
+        height, width, count = self.pixels.shape
+        types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
+        spec = oiio.ImageSpec(width, height, count, self.kind or types[self.pixels.dtype.name])
+        spec.channelnames = self.channels
+        if window is not None:
+            spec.x, spec.y = window.x, window.y
+            spec.full_width, spec.full_height = window.full_width, window.full_height
+        for name, value in self.attributes.items():
+            if isinstance(value, str):
+                spec.attribute(name, escaped(value))
+            elif isinstance(value, int):
+                spec.attribute(name, value)
+            else:
+                spec.attribute(name, f"float[{len(value)}]", value)
+        return spec
+
+
+def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
+    """Write the parts as they are, whole or not at all; raises `ImageError`."""
+    specs = tuple(part.spec(window) for part in parts)
+    output = started(lambda: oiio.ImageOutput.create(file_format))
+    if output is None:
+        said = complaint(oiio) or "OpenImageIO does not start, as where memory or threads are short"
+        raise ImageError(f"{path}: cannot write: {said}")
+    try:
+        with replacing(path) as temporary:
+            done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
+            for i, part in enumerate(parts):
+                done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
+                done = done and output.write_image(np.ascontiguousarray(part.pixels))
+            # closing writes what is still buffered, so it can fail as well
+            if not (output.close() and done):
+                said = complaint(output) or "the file could not be completed"
+                raise ImageError(f"{path}: cannot write: {said}")
+    except OSError as error:
+        raise ImageError(f"{path}: {error.strerror or error}") from error
+
+
+def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
+    """Raise `ImageError` if ``path`` could not be written later: find it out before an hour of rendering."""
+    if path.suffix.lower() not in extensions:
+        found = f"extension '{path.suffix}'" if path.suffix else "no extension"
+        raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")
+    try:
+        if path.is_dir():
+            raise ImageError(f"{path}: is a folder")
+        if path.exists() and not path.is_file():
+            raise ImageError(f"{path}: is a pipe, a socket or a device, and no file")
+        folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
+        if not folder.is_dir():
+            raise ImageError(f"{path}: the folder {folder} does not exist")
+    except OSError as error:  # such as a name that no file can have
+        raise ImageError(f"{path}: {error.strerror or error}") from error
+    utf8(folder)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ImageError(f"{path}: the folder {folder} cannot be written to")

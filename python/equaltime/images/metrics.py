@@ -1,0 +1,236 @@
+"""How far an image is from the truth, when the truth is known from a reference that has noise of its own.
+
+All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixels and channels, and v the variance of R:
+
+- ``relmse``  mean of ((I - R)² - v) / (R² + (0.1 m)²): the square of the design's error;
+- ``error``   its square root, with its sign: 0.02 is 2 %;
+- ``mse``     mean of (I - R)² - v, in squared units of the image;
+- ``mare``    mean of |I - R| / (|R| + 0.1 m);
+- ``flip``    HDR-FLIP, see `flip`.
+
+Subtracting v makes the first three free of the reference's noise on average, since the noises of I and R are
+independent: ``E (I - R)² = (I - T)² + v`` with T the truth. So near convergence they fall on both sides of 0, and a
+negative value is kept: averaged over repeats it is right, and cut off at 0 it would not be. The other two cannot be
+freed of it; they are bounded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from equaltime.images.flip import flip
+from equaltime.statistics.intervals import signed_root
+
+__all__ = [
+    "METRICS",
+    "Measured",
+    "Metric",
+    "Reference",
+    "contributions",
+    "divided",
+    "measure",
+    "reference_doubt",
+]
+
+Floats = NDArray[np.float64]
+
+Metric = Literal["error", "relmse", "mse", "mare", "flip"]
+METRICS: tuple[Metric, ...] = get_args(Metric)
+
+_Z95 = 1.959964
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """An image that stands for the truth, and what is known of its noise; all float64 (H, W, 3)."""
+
+    mean: Floats
+    variance: Floats
+    """Of ``mean``; zeros if it is exact or nothing is known."""
+    halves: tuple[Floats, Floats] | None = None
+    """Two independent references with half the samples each, whose mean is ``mean``."""
+
+    @classmethod
+    def of_images(cls, images: ArrayLike) -> Reference:
+        """Return what independent renders (K, H, W, 3) of one strategy say together; K is 2 or more."""
+        stack = np.asarray(images, np.float64)
+        middle = len(stack) // 2
+        halves = None if len(stack) % 2 else (stack[:middle].mean(axis=0), stack[middle:].mean(axis=0))
+        return cls(stack.mean(axis=0), stack.var(axis=0, ddof=1) / len(stack), halves)
+
+    @property
+    def denominator(self) -> Floats:
+        """R² + (0.1 m)², (H, W, 3): what squares are divided by.
+
+        Where R has noise, 1 / D is too large on average, by 1 + v (4 R² / D - 1) / D to second order; D is made larger
+        by as much.
+        """
+        square = self.mean**2
+        plain: Floats = square + (0.1 * self.mean.mean()) ** 2
+        curvature = divided(self.noise, plain) * (4.0 * divided(square, plain) - 1.0)
+        return np.asarray(plain * (1.0 + np.maximum(curvature, -0.5)))
+
+    @property
+    def noise(self) -> Floats:
+        """What to subtract from squares (H, W, 3): the variance, or its estimate from the halves if there is none."""
+        if self.halves is None or self.variance.any():
+            return self.variance
+        return (0.5 * (self.halves[0] - self.halves[1])) ** 2
+
+    @property
+    def noisy(self) -> bool:
+        """Whether anything is known of its noise."""
+        return bool(self.noise.any())
+
+    @property
+    def relmse(self) -> float:
+        """The reference's own relMSE: what is subtracted from that of others."""
+        return float(divided(self.noise, self.denominator).mean())
+
+    @property
+    def relmse_doubt(self) -> float:
+        """Standard error of what is subtracted from relMSE: of the mean of n² - v, n being the noise.
+
+        Pixels are independent. Half the difference of the halves is distributed as n is, so that its square less v
+        shows how far n² - v spreads, whatever the distribution and however channels go together. Without halves, or
+        with nothing else to know v from, as for normal noise whose channels go all together.
+        """
+        if self.halves is not None and self.variance.any():
+            parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
+            return math.sqrt(float(np.square(parts.sum(axis=2)).sum())) / parts.size
+        parts = divided(self.noise, self.denominator)
+        degrees = 2.0 if self.halves is None else 4.0  # v from one difference varies as n² does
+        return math.sqrt(degrees * float(np.square(parts.sum(axis=2)).sum())) / parts.size
+
+
+@dataclass(frozen=True)
+class Measured:
+    """How far this very image is from the truth, and what the reference's noise leaves open.
+
+    Another render of the same image has another error: how these spread is a matter of repeats.
+    """
+
+    value: float
+    """NaN where nothing is known, or no more than an upper limit."""
+    low: float | None
+    high: float | None
+    """For squares and their root the 95 % interval; for mare and flip bounds that hold on average over references.
+    None if the reference says nothing of its noise."""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a number at all."""
+        return not math.isnan(self.value)
+
+    def map(self, function: Callable[[float], float]) -> Measured:
+        """Return an increasing function of it."""
+        ends = (None if end is None else function(end) for end in (self.low, self.high))
+        return Measured(function(self.value), *ends)
+
+
+def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Measured]:
+    """Return the named metrics of an image against a reference.
+
+    NaN for an image with a pixel that is not finite. Against a black reference the relative ones are 0 for a black
+    image and infinite for others.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ or are not (H, W, 3), or the reference has a pixel that is not finite.
+    """
+    pixels = np.asarray(image, np.float64)
+    _check(pixels, reference)
+    if not np.isfinite(pixels).all():
+        return dict.fromkeys(metrics, Measured(math.nan, None, None))
+    functions: dict[str, Callable[[Floats, Reference], Measured]] = {
+        "error": lambda i, r: _square(i, r, relative=True).map(signed_root),
+        "relmse": lambda i, r: _square(i, r, relative=True),
+        "mse": lambda i, r: _square(i, r, relative=False),
+        "mare": _absolute,
+        "flip": _flip,
+    }
+    return {name: functions[name](pixels, reference) for name in metrics}
+
+
+def contributions(image: ArrayLike, reference: Reference) -> Floats:
+    """Return each pixel's part of relMSE (H, W), whose mean it is: the reference's noise is subtracted in each."""
+    pixels = np.asarray(image, np.float64)
+    _check(pixels, reference)
+    parts: Floats = divided((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
+    return parts
+
+
+def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
+    denominator = reference.denominator if relative else np.ones_like(pixels)
+    value = float(divided((pixels - reference.mean) ** 2 - reference.noise, denominator).mean())
+    if not reference.noisy:
+        return Measured(value, None, None)
+    half = _Z95 * reference_doubt(pixels, reference, relative)
+    return Measured(value, value - half, value + half)
+
+
+def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
+    """Return the standard error that the reference's noise n gives to an image's relMSE (or MSE, if not relative).
+
+    By the delta method, with the derivatives of the squares, of their denominators and of m in these. I - R stands for
+    I - T, which has the noise in it and so counts what n² itself varies, and more: on the safe side, by little for a
+    reference better than the image. Pixels are independent. How the channels of a pixel go together is seen in the
+    halves if there are any, (R1 - R2) / 2 having the distribution of n; else they are taken to go all together.
+    """
+    difference = pixels - reference.mean
+    slope = -2.0 * difference
+    if relative:
+        denominator, m = reference.denominator, float(reference.mean.mean())
+        by_denominator = -divided(divided(difference**2, denominator), denominator)
+        slope = divided(slope, denominator) + 2.0 * reference.mean * by_denominator + 0.02 * m * by_denominator.mean()
+    if reference.halves is not None:
+        moved = slope * (0.5 * (reference.halves[0] - reference.halves[1]))
+    else:
+        moved = np.abs(slope) * np.sqrt(reference.noise)
+    return math.sqrt(float((moved.sum(axis=2) ** 2).sum())) / pixels.size
+
+
+def _absolute(pixels: Floats, reference: Reference) -> Measured:
+    """Bound by the triangle inequality: | |I - R| - |I - T| | is at most |n|."""
+    denominator = np.abs(reference.mean) + 0.1 * abs(float(reference.mean.mean()))
+    value = float(divided(np.abs(pixels - reference.mean), denominator).mean())
+    if not reference.noisy:
+        return Measured(value, None, None)
+    noise = np.sqrt(reference.noise)  # no less than the mean of |n| whatever its distribution
+    if reference.halves is not None:
+        noise = 0.5 * np.abs(reference.halves[0] - reference.halves[1])
+    return _bounded(value, float(divided(noise, denominator).mean()))
+
+
+def _flip(pixels: Floats, reference: Reference) -> Measured:
+    """Bound by what FLIP sees between the reference and one of its halves, which differ as it does from the truth."""
+    value = flip(pixels, reference.mean)
+    if reference.halves is None:
+        return Measured(value, None, None)
+    return _bounded(value, max(flip(half, reference.mean) for half in reference.halves))
+
+
+def _bounded(value: float, doubt: float) -> Measured:
+    return Measured(value, max(value - doubt, 0.0), value + doubt)
+
+
+def divided(numerator: Floats, denominator: Floats) -> Floats:
+    """Return the ratio; 0 / 0 is 0, as in a picture that is black where it should be."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
+    return ratio
+
+
+def _check(pixels: Floats, reference: Reference) -> None:
+    shape = reference.mean.shape
+    if pixels.shape != shape or pixels.ndim != 3 or shape[-1] != 3:
+        raise ValueError(f"an image of shape {pixels.shape} cannot be measured against one of shape {shape}")
+    if not np.isfinite(reference.mean).all():
+        raise ValueError("the reference has a pixel that is not finite")

@@ -1,0 +1,69 @@
+"""Pictures for people: the linear image through the sRGB curve at exposure 0, clipped to [0, 1], eight bits.
+
+Nothing is scaled to fit and nothing else is corrected, so two previews can be compared by eye.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.images import image_files as images
+
+__all__ = ["SOURCE", "png_bytes", "srgb_bytes", "write_png"]
+
+SOURCE: Final = "equaltime:scene"
+"""Attribute of a preview that names the scene's file."""
+
+
+def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Encode linear RGB (H, W, 3) as eight-bit sRGB by the exact curve of IEC 61966-2-1."""
+    linear = np.clip(image, 0.0, 1.0)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
+    return np.asarray(np.round(255.0 * encoded), np.uint8)
+
+
+def write_png(
+    path: Path,
+    image: NDArray[Any],
+    description: str = "",
+    scene: str | None = None,
+    alpha: NDArray[Any] | None = None,
+) -> None:
+    """Write the preview of a linear image (H, W, 3), rendered of a ``scene`` file, to a PNG file, whole or not at all.
+
+    With ``alpha`` (H, W), by which the image is weighted (associated), the file has it, and colours without that
+    weight, as PNG wants; a pixel that is all transparent keeps what it adds.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; what was there before is left alone.
+    """
+    attributes: dict[str, Any] = {
+        "oiio:ColorSpace": "sRGB",
+        "Software": images.SOFTWARE,
+        "ImageDescription": description,
+    }
+    if scene is not None:
+        attributes[SOURCE] = scene
+    channels: tuple[str, ...] = images.RGB
+    pixels = srgb_bytes(image)
+    if alpha is not None:
+        weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]
+        opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
+        channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight), opaque])
+        attributes["oiio:UnassociatedAlpha"] = 1  # it is not to divide once more
+    images.write(path, "png", [images.Part(channels, pixels, attributes)])
+
+
+def png_bytes(image: NDArray[Any]) -> bytes:
+    """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file."""
+    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
+        path = Path(folder) / "preview.png"
+        write_png(path, image)
+        return path.read_bytes()

@@ -1,0 +1,146 @@
+"""What a render may leave out: chosen, or only measured, by a pilot that renders with and without, same numbers.
+
+The choice follows from sample counts and seeds, never from a clock, so that a rerun repeats the bits. The bias of
+several effects together is at most the sum of theirs; what is taken is measured once more, all together, by numbers
+that had no say in the choice: that is what the image's error bar takes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from equaltime.film.error import Estimate
+from equaltime.quoting.light_parts import measure_parts
+from equaltime.quoting.pairs import Versus, run_in_turn
+from equaltime.scene import Scene
+from equaltime.scene.effects.derive import derive
+from equaltime.scene.effects.kinds import kind_of
+from equaltime.scene.effects.leaving import can_leave_out, leave_out, parse_names
+from equaltime.scene.smaller import smaller
+from equaltime.statistics.intervals import Interval
+from equaltime.strategy import Strategy
+
+__all__ = ["LeftOut", "choose", "measured"]
+
+N = TypeVar("N")
+
+PILOT_SAMPLES = 2**16
+"""Of the image in each repeat of a pilot, or one a pixel if that is more."""
+MOST_A_PIXEL = 64
+MOST_PIXELS = 2**14
+"""Of the film by which is chosen: what paths of each length bring takes kilobytes a pixel."""
+REPEATS = 6
+PILOTS_SEEDS = 2**63
+"""Added to a render's seed: the pilot's numbers are none of the render's."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A scene without some effects, and what that does to the image."""
+
+    scene: Scene
+    strategy: Strategy
+    names: tuple[str, ...]
+    """What was left out, as `leave_out` takes it."""
+    bias: Estimate
+    """Error that this makes, with its 95 % interval."""
+    why: tuple[str, ...]
+    """What was decided of each effect, in words."""
+
+
+def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
+    """Leave these effects out, and measure what that does.
+
+    Where long paths are among them, what the strategy itself cuts is measured with them.
+
+    Raises
+    ------
+    EffectError
+        If one does not exist or cannot be left out.
+    """
+    strategy, names = _untruncated(strategy, names)
+    present = tuple(name for name in dict.fromkeys(names) if can_leave_out(scene, strategy, name))
+    why = tuple(f"{name}: the scene does not call for it" for name in names if name not in present)
+    less_scene, shorter = leave_out(scene, strategy, present)
+    if not present:
+        return LeftOut(less_scene, shorter, (), Estimate(0.0, 0.0, 0.0), why)
+    versus = _compare(scene, strategy, {present: present}, seed + 2 * REPEATS, threads)[present]
+    change = versus.change
+    why += (f"without {', '.join(present)}: {_saved(versus)}",)
+    return LeftOut(less_scene, shorter, present, Estimate(change.value, change.low, change.high), why)
+
+
+def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, tuple[str, ...]]:
+    """Return the strategy with paths of any length, if long paths are left out, and the names with the least depth."""
+    depth = parse_names(names).get("long_paths")
+    if depth is None or strategy.truncate is None:
+        return strategy, names
+    others = tuple(name for name in names if not name.startswith("long_paths"))
+    whole = Strategy.model_validate(strategy.model_dump() | {"truncate": None})
+    return whole, (*others, f"long_paths={min(depth, strategy.truncate)}")
+
+
+def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
+    """Leave out what a pilot shows can be left out within an error, and measure what that does.
+
+    The effects whose bias is least are taken first, up to half of the error if paths can be cut too; then paths are cut
+    as early as the rest allows. Upper ends of intervals count.
+    """
+    called = derive(scene)
+    candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]
+    cuts = "long_paths" in candidates
+    single = {name: (name,) for name in candidates if name != "long_paths"}
+    small = smaller(scene, MOST_PIXELS)
+    found = _compare(small, strategy, single, seed, threads) if single else {}
+    room, taken, why = within * (0.5 if cuts else 1.0), list[str](), list[str]()
+    for name in sorted(found, key=lambda name: found[name].change.high):
+        change = found[name].change
+        fits = change.high <= room
+        room -= change.high if fits else 0.0
+        taken += [name] if fits else []
+        why.append(f"{'left out' if fits else 'kept'}: {name}, {_words(change)}; {_saved(found[name])}")
+    if cuts:
+        depth, words = _cut(small, strategy, room + 0.5 * within, seed, threads)
+        taken += [] if depth is None else [f"long_paths={depth}"]
+        why.append(words)
+    left = measured(scene, strategy, tuple(taken), seed, threads)
+    while left.names and left.bias.high > within:
+        why.append(f"kept after all: {left.names[-1]}, since together they make {left.bias}")
+        left = measured(scene, strategy, left.names[:-1], seed, threads)
+    return LeftOut(left.scene, left.strategy, left.names, left.bias, (*why, *left.why))
+
+
+def _cut(scene: Scene, strategy: Strategy, room: float, seed: int, threads: int) -> tuple[int | None, str]:
+    """Return the least depth whose error fits, and why."""
+    parts = measure_parts(scene, strategy, REPEATS, _samples(scene), _seed(seed), threads)
+    for depth, error in parts.truncated().items():
+        if error.high <= room:
+            return depth, f"left out: paths longer than {depth}, {_words(error)}"
+    return None, "kept: paths of any length, since cutting them early enough to matter would show"
+
+
+def _compare(
+    scene: Scene, strategy: Strategy, variants: Mapping[N, tuple[str, ...]], seed: int, threads: int
+) -> dict[N, Versus]:
+    whole, less = run_in_turn(scene, strategy, variants, REPEATS, _samples(scene), _seed(seed), threads)
+    return {name: Versus.of(whole, runs) for name, runs in less.items()}
+
+
+def _samples(scene: Scene) -> int:
+    _, _, width, height = scene.model.sensor.film.crop
+    return max(1, min(MOST_A_PIXEL, PILOT_SAMPLES // (width * height)))
+
+
+def _seed(seed: int) -> int:
+    return (seed + PILOTS_SEEDS) % (2**64 - 256)
+
+
+def _words(change: Interval) -> str:
+    return f"{Estimate(change.value, change.low, change.high)} of error"
+
+
+def _saved(versus: Versus) -> str:
+    time = versus.time
+    return f"{100.0 * time.value:.2g} % of the time [{100.0 * time.low:.2g}, {100.0 * time.high:.2g}]"

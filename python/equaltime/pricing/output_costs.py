@@ -1,0 +1,69 @@
+"""What outputs beside the image cost: the time of each over that of a render with all of them, measured in turn.
+
+They are made after the render, by paths of their own (`equaltime.rendering.outputs`). So a share is that of a render
+with so many samples a pixel: what is seen first costs the same whatever their number, rays no more than 16 of them, and
+bounces about as much as the image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+
+import numpy as np
+
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.first_hits import asked_for
+from equaltime.rendering.outputs import outputs
+from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval, ratio_interval
+from equaltime.strategy import Strategy
+
+__all__ = ["ALL", "measure_outputs"]
+
+ALL = "all"
+
+
+def measure_outputs(
+    scene: Scene,
+    strategy: Strategy,
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Mapping[str, Interval]:
+    """Return the share of the time that each output takes by itself, as ``name:what``, and `ALL` of them together.
+
+    Nothing, if the scene asks for none. A round takes the image and all that is made beside it with one seed; rounds go
+    there and back, so that a machine that drifts hurts all alike. Raises NonFiniteSample as a render does.
+    """
+    asked = asked_for(scene)
+    if not asked:
+        return {}
+    subject = CoreSubject("", strategy)
+    subject.prepare(scene, threads)
+
+    def image(seed: int) -> float:
+        (end,) = subject.run(seed, (samples,))
+        return end.wall_s
+
+    def beside(chosen: tuple[tuple[str, str], ...]) -> Callable[[int], float]:
+        def seconds(seed: int) -> float:
+            begin = perf_counter()
+            outputs(scene, scene, strategy, seed, threads, samples, 1.0, chosen)
+            return perf_counter() - begin
+
+        return seconds
+
+    single = {f"{name}:{what}".lstrip(":"): beside(((name, what),)) for name, what in asked}
+    cases = {"": image, **single, ALL: beside(asked)}
+    found: dict[str, list[float]] = {name: [] for name in cases}
+    for repeat in range(repeats):
+        for name in list(cases) if repeat % 2 == 0 else list(cases)[::-1]:
+            found[name].append(cases[name](seed + repeat))
+        if progress is not None:
+            progress((repeat + 1) / repeats)
+    times = {name: np.array(seconds) for name, seconds in found.items()}
+    whole = times[""] + times[ALL]
+    return {name: ratio_interval(times[name], whole) for name in (*single, ALL)}

@@ -1,0 +1,224 @@
+"""The price list: what each effect that a scene calls for costs in time and memory, and how much noise it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.pricing.output_costs import ALL, measure_outputs
+from equaltime.quoting.light_parts import KINDS_OF_PARTS, Parts, measure_parts
+from equaltime.quoting.pairs import Versus, run_in_turn
+from equaltime.rendering.stated import shorter
+from equaltime.scene import Scene
+from equaltime.scene.effects.derive import Reason, derive
+from equaltime.scene.effects.kinds import KINDS, Kind, kind_of
+from equaltime.scene.effects.leaving import can_leave_out
+from equaltime.scene.smaller import smaller
+from equaltime.statistics.intervals import Interval
+from equaltime.strategy import Strategy
+
+__all__ = ["Price", "PriceList", "effects"]
+
+MOST_PIXELS = 128 * 128
+"""Of the film that is measured, if nobody says which."""
+REPEATS, SAMPLES = 12, 16
+QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
+
+
+@dataclass(frozen=True, eq=False)
+class Price:
+    """What one effect costs; None where it cannot be told. Intervals are at 95 %."""
+
+    kind: Kind
+    reasons: tuple[Reason, ...]
+    """Who calls for it."""
+    instead: str | None
+    """What stands for it where it is left out; None if it cannot be, in this scene."""
+    time: Interval | None = None
+    """Its share of the time of a sample."""
+    variance: Interval | None = None
+    """Its share of the variance: of the squared error after some time."""
+    change: Interval | None = None
+    """The error of the image without it."""
+    memory: int | None = None
+    """Bytes."""
+    difference: NDArray[np.float64] | None = None
+    """(H, W, 3): the image without it, less the image."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON data."""
+        intervals = {"time": self.time, "variance": self.variance, "change": self.change}
+        return {
+            "name": self.kind.name,
+            "title": self.kind.title,
+            "reasons": [{"place": reason.place, "what": reason.what} for reason in self.reasons],
+            "instead": self.instead,
+            **{name: None if interval is None else as_data(interval) for name, interval in intervals.items()},
+            "memory": self.memory,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class PriceList:
+    """What a scene's effects cost."""
+
+    prices: tuple[Price, ...]
+    """Of what the scene calls for."""
+    free: tuple[str, ...]
+    """What it does not call for: no instruction in the path loop, no memory."""
+    shares: Mapping[str, Mapping[str, Interval]]
+    """Shares of the variance by kind of part (length of the path, way to find light, last BSDF, light); of each kind
+    they sum to 1."""
+    truncated: Mapping[int, Interval]
+    """The error of cutting paths at each depth."""
+    outputs: Mapping[str, Interval]
+    """The share of the time that each output beside the image takes, as ``name:what``."""
+    size: tuple[int, int]
+    """Width and height of what was measured."""
+    samples: int
+    """A pixel, in each repeat."""
+    repeats: int
+    strategy: str
+    memory: int
+    """Bytes of the scene in the core."""
+    max_depth: int
+    """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
+    scene_max_depth: int
+    """The ``max_depth`` that the scene's file asks for."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON data."""
+        return {
+            "effects": [price.as_dict() for price in self.prices],
+            "free": list(self.free),
+            "shares": {
+                kind: {what: as_data(share) for what, share in shares.items()} for kind, shares in self.shares.items()
+            },
+            "truncated": {str(depth): as_data(error) for depth, error in self.truncated.items()},
+            "outputs": {name: as_data(share) for name, share in self.outputs.items()},
+            "size": list(self.size),
+            "samples": self.samples,
+            "repeats": self.repeats,
+            "strategy": self.strategy,
+            "memory": self.memory,
+            "max_depth": self.max_depth,
+            "scene_max_depth": self.scene_max_depth,
+        }
+
+
+def as_data(interval: Interval) -> dict[str, float | None]:
+    """Return an interval for JSON, which has no number for what is not known."""
+    numbers = {"value": interval.value, "low": interval.low, "high": interval.high}
+    return {name: number if math.isfinite(number) else None for name, number in numbers.items()}
+
+
+def effects(
+    scene: Scene,
+    quick: bool = False,
+    size: tuple[int, int] | None = None,
+    strategy: Strategy | str = "best",
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> PriceList:
+    """Measure what each effect that a scene calls for costs.
+
+    The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers;
+    then its light is taken apart (`equaltime.quoting.light_parts`), and its outputs beside the image are timed beside
+    it.
+
+    Parameters
+    ----------
+    scene
+        A loaded scene.
+    quick
+        A first look: a small film, few samples, few repeats.
+    size
+        Width and height of the film to measure; if not given, the scene's, made smaller where that is large.
+    seed
+        The first of those that are taken, one a repeat.
+    progress
+        Called with the share of the work that is done, 0 … 1.
+
+    Raises
+    ------
+    SceneError, StrategyError
+        If the scene cannot be built, or the strategy cannot be read.
+    NonFiniteSample
+        If a sample was not a number.
+    """
+    chosen = Strategy.of(strategy)
+    most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
+    small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - repeats)
+    reasons = derive(small)
+    variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
+    whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))
+    end = 0.9 if "outputs" in reasons else 1.0
+    parts = measure_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.6, end))
+    beside = dict(measure_outputs(small, chosen, repeats, samples, seed, threads, _part_of(progress, end, 1.0)))
+    together = {"outputs": beside.pop(ALL, None)}
+    prices = [
+        _price(kind_of(name), why, parts, time=together.get(name))
+        for name, why in reasons.items()
+        if name not in variants
+    ]
+    prices += [_price(KINDS[name], reasons[name], parts, Versus.of(whole, less[name])) for name in variants]
+    order = list(reasons)
+    return PriceList(
+        prices=tuple(sorted(prices, key=lambda price: order.index(price.kind.name))),
+        free=tuple(name for name in dict.fromkeys((*small.core.effects(), *KINDS)) if name not in reasons),
+        shares={kind: parts.shares(kind) for kind in KINDS_OF_PARTS},
+        truncated=parts.truncated(),
+        outputs=beside,
+        size=small.model.sensor.film.crop[2:],
+        samples=samples,
+        repeats=repeats,
+        strategy=chosen.name,
+        memory=small.core.memory_bytes,
+        max_depth=shorter(small.max_depth, chosen.truncate),
+        scene_max_depth=small.own_max_depth,
+    )
+
+
+def _price(
+    kind: Kind,
+    reasons: tuple[Reason, ...],
+    parts: Parts,
+    versus: Versus | None = None,
+    time: Interval | None = None,
+) -> Price:
+    share = _share(kind, parts)
+    if versus is None:
+        return Price(kind, reasons, None, time=time, variance=share)
+    return Price(
+        kind=kind,
+        reasons=reasons,
+        instead=kind.instead,
+        time=versus.time,
+        variance=share or versus.variance,
+        change=versus.change,
+        memory=versus.memory,
+        difference=versus.difference,
+    )
+
+
+def _share(kind: Kind, parts: Parts) -> Interval | None:
+    """Return the share of what the core tells apart, which nothing else is mixed with."""
+    if kind.bsdfs:
+        return parts.share("bsdf", lambda what: what in kind.bsdfs)
+    if kind.name == "environment":
+        return parts.share("light", lambda what: what == "environment")
+    if kind.name == "point_lights":
+        return parts.share("light", lambda what: what.startswith("light "))
+    if kind.name == "long_paths":
+        return parts.share("length", lambda what: int(what.split()[0]) > 2)
+    return None
+
+
+def _part_of(progress: Callable[[float], object] | None, first: float, last: float) -> Callable[[float], object] | None:
+    return None if progress is None else lambda share: progress(first + share * (last - first))

@@ -1,0 +1,165 @@
+"""A sample count for an error that is chosen before the image has a sample: the stop that selects no images.
+
+A pilot with samples of its own (`equaltime.quoting.pilot`, another seed) tells how the error falls. The count is where
+the upper limit of the error that it foretells is at the order: 97.5 % of images have a smaller error there, as far as
+the pilot can know. The count at which a *looking* render would have stopped says less: such a render waits until its
+own interval is narrow, and its upper limit may be a hundred times as much.
+
+A pilot that has met no rare bright path foretells too small a count, and one that has just met its first foretells a
+wide interval. So the pilot doubles its samples until it has half of those of the image, and the larger of the counts by
+its last two lengths is taken: as at the looks of a render, two must agree. All of this follows from counts,
+and not from a clock, unless a time is one of the limits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time as clock
+from dataclasses import dataclass, replace
+
+from equaltime.errors import ImageError, RenderError
+from equaltime.film.error import Estimate
+from equaltime.quoting.pilot import Pilot, Quote
+from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.job import Job
+from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.session import Session
+from equaltime.rendering.stopping import Stop
+from equaltime.scene.model import MOST_SAMPLES
+
+__all__ = ["Chosen", "fixed_count", "pilot_seed"]
+
+_TIME_SHARE = 0.25
+"""Share of a time limit that the pilot may take, since most of the time is to be the image's."""
+_SHARE_OF_COUNT = 0.5
+"""Samples of the pilot over those of the image, at least: too many images meet light that a shorter one has not met. A
+pilot as long as the image does better by a percent of renders only (measured: scenes with fireflies)."""
+_MOST_IN_THE_DARK = 64 * FIRST_LOOK
+"""Samples a pixel of a pilot that has met too little light to foretell a count that can be rendered: it gives up."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A count that a pilot chose."""
+
+    stop: Stop
+    quote: Quote | None = None
+    """The price and the error of the render, without its bias; None where the pilot does not tell."""
+    seconds: float = 0.0
+    """What choosing took in this run."""
+
+    def limits(self, asked: Limits) -> Limits:
+        """Return what ends the image, where this was asked for: the count, or what is nearer."""
+        counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
+        seconds = asked.seconds
+        if seconds is not None:  # a pilot that took more, to get ready, leaves the image its own time nevertheless
+            seconds -= min(self.seconds, _TIME_SHARE * seconds)
+        return Limits(min(counts, default=None), seconds)
+
+
+def pilot_seed(seed: int) -> int:
+    """Return the seed of the pilot of a render with this seed: a hash, so that no other render has it by chance."""
+    words = f"equaltime: pilot of a fixed count, seed {seed}"
+    return int.from_bytes(hashlib.sha256(words.encode()).digest()[:8], "big")
+
+
+def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
+    """Return the samples a pixel that a render is to have for the error of its limits.
+
+    A render that is taken up keeps the count that was chosen for the same error. Where a time is limited too, the pilot
+    may take a quarter of it. If that is too short, or the pilot finds no count but samples are limited too, no count is
+    chosen, and the other limits are to end the render.
+
+    Raises
+    ------
+    RenderError
+        If the pilot met too little light, or the error takes more samples than a render can have, and no other limit
+        is given.
+    SampleError
+        If a sample of the pilot went wrong.
+    ImageError
+        If the render that is taken up looked at its own error, and has more samples than the pilot chooses.
+    """
+    resumed = job.resumed
+    before = None if resumed is None else resumed.stop
+    if before is not None and before.rule == "fixed" and before.spp is not None and before.error == job.limits.error:
+        return Chosen(before)
+    done = 0 if resumed is None else resumed.position[0]
+    chosen = _choose(job, progress, done)
+    if resumed is not None and before is not None and before.selects and done > (chosen.stop.spp or 0):
+        raise ImageError(
+            f"{resumed.path}: cannot be taken up with a fixed count: it looked at its own error until it had {done} "
+            f"samples a pixel, and a pilot chose {chosen.stop.spp or 'no count'}; render it anew"
+        )
+    return chosen
+
+
+def _choose(job: Job, progress: ProgressCallback | None, done: int) -> Chosen:
+    limits = job.limits
+    assert limits.error is not None
+    begin, own = clock.perf_counter(), pilot_seed(job.seed)
+    pilot = Job(scene=job.scene, strategy=job.strategy, seed=own, threads=job.threads)
+    session = Session(pilot, progress)
+    try:
+        found = _foretold(session, limits, limits.error)
+    except RenderError:
+        if session.error().high != 0.0:
+            raise
+        found = None, session.passes.samples  # there is no noise: any count is enough
+    seconds = clock.perf_counter() - begin
+    quote, count = found
+    stop = Stop("fixed", limits.error, count, own, session.passes.samples, seconds)
+    if quote is not None:
+        quote = None if limits.seconds is not None else _of_fixed(quote, limits, stop, done)
+    return Chosen(stop, quote, seconds)
+
+
+def _foretold(session: Session, limits: Limits, error: float) -> tuple[Quote | None, int | None]:
+    """Return the last quote of a pilot that is long enough, and the count; no count where another limit is nearer."""
+    pilot, begin = Pilot(session, limits, probes=False, hurried=False), clock.perf_counter()
+    most = MOST_SAMPLES if limits.spp is None else limits.spp
+    counts = list[float]()
+    while True:
+        seconds = None if limits.seconds is None else _TIME_SHARE * limits.seconds - (clock.perf_counter() - begin)
+        if seconds is not None and seconds <= 0.0:
+            return None, None
+        why = f"it may take more than {MOST_SAMPLES} samples a pixel, which are the most"
+        try:
+            if (quote := pilot.run(seconds)) is None:
+                return None, None
+        except RenderError as problem:
+            if session.error().high == 0.0:
+                raise
+            counts, why = [], str(problem)
+        else:
+            counts.append(quote.law.samples_within(error).high)
+            count = max(counts[-2:])
+            if len(counts) > 1 and session.passes.samples >= _SHARE_OF_COUNT * min(count, most):
+                return quote, round(min(count, MOST_SAMPLES))
+        if session.passes.samples >= _MOST_IN_THE_DARK and not max(counts[-2:], default=math.inf) <= MOST_SAMPLES:
+            if limits.spp is not None or limits.seconds is not None:
+                return None, None
+            raise _beyond(session.passes.samples, error, why)
+        pilot.due = 2 * session.passes.samples
+
+
+def _beyond(samples: int, error: float, why: str) -> RenderError:
+    return RenderError(
+        f"a pilot of {samples} samples a pixel cannot choose a count for an error of {100.0 * error:.3g} %: {why}. "
+        "Ask for a larger error, give a number of samples instead, or let the render look at its own error"
+    )
+
+
+def _of_fixed(quote: Quote, limits: Limits, stop: Stop, done: int) -> Quote:
+    """Return the quote of a render that ends at the count, or at a given number of samples if that is nearer."""
+    assert stop.spp is not None
+    end = float(stop.spp if limits.spp is None else min(stop.spp, limits.spp))
+    left = max(1.0, end - done)
+    return replace(
+        quote,
+        spp=Estimate(end, end, end, unit="spp"),
+        seconds=quote.law.seconds_for(Estimate(left, left, left, unit="spp")),
+        error=replace(quote.law.error_at(end), doubt=quote.error.doubt),
+        pilot_seconds=stop.pilot_seconds,
+    )

@@ -1,0 +1,153 @@
+"""Which part of an image's light makes its noise.
+
+The core adds up every contribution to a path by what brought it (`_core.split_light`): by the length of the path, by
+how the light was found, by the last BSDF that scattered it, by the light. The share of a part in the variance is
+``Cov(part, whole) / Var(whole)``: the shares of all parts of one kind sum to 1, and one that undoes the noise of others
+has a negative share. Covariances are those of whole images over independent seeds, so that they hold for the sampler
+that was asked for, summed over pixels, each over its denominator in the error's definition: shares of error².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.images.float32 import beyond_float32
+from equaltime.images.metrics import Reference
+from equaltime.quoting.pairs import change_of, products, share_of
+from equaltime.rendering.core import split_light
+from equaltime.scene import Scene
+from equaltime.scene.inert import is_inert, shown
+from equaltime.scene.model import Directional, Point, Spot
+from equaltime.statistics.intervals import Interval
+from equaltime.strategy import Strategy
+
+__all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts", "measure_parts_by"]
+
+Floats = NDArray[np.float64]
+
+KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
+LONGEST: Final = 16
+"""From where on all lengths are one part."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Products of the parts of some images, over pairs of independent seeds."""
+
+    names: tuple[tuple[str, str], ...]
+    """(kind, what)"""
+    with_whole: Floats
+    """(parts, K, K)"""
+    whole: Floats
+    """(K, K)"""
+    tails: Floats
+    """(LONGEST, K, K): of what paths longer than 1, 2, … bring, with itself."""
+
+    def shares(self, kind: str) -> dict[str, Interval]:
+        """Return the shares of all parts of a kind that brought anything."""
+        parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
+        return {what: share_of(part, self.whole) for what, part in parts if part.any()}
+
+    def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
+        """Return the share of some parts of a kind together."""
+        numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
+        return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
+
+    def apart(self, depth: int) -> tuple[Interval, Interval]:
+        """Return which share of the variance paths longer than this would make alone, and which all others."""
+        longer, crossed = self._longer(depth)
+        return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
+
+    def common(self, depth: int) -> Interval:
+        """Return twice the covariance of paths longer than this and all others: what is left of `apart`."""
+        longer, crossed = self._longer(depth)
+        return share_of(2.0 * (crossed - longer), self.whole)
+
+    def _longer(self, depth: int) -> tuple[Floats, Floats]:
+        """Return the products of what longer paths bring with itself, and with the whole; depth is below LONGEST."""
+        numbers = [i for i, (kind, what) in enumerate(self.names) if kind == "length" and int(what.split()[0]) > depth]
+        return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
+
+    def truncated(self) -> dict[int, Interval]:
+        """Return the error of cutting paths at each depth, as far as it is more than nothing."""
+        return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
+
+
+def measure_parts(
+    scene: Scene,
+    strategy: Strategy,
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Parts:
+    """Take ``repeats`` independent images of the scene apart; what paths bring is the same as in a render."""
+    return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
+
+
+def measure_parts_by(
+    scene: Scene,
+    strategy: Strategy,
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+    references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
+) -> Iterator[Parts]:
+    """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3).
+
+    Raises
+    ------
+    BrightImage
+        If float32 cannot hold an image.
+    """
+    names, width, height = list[tuple[str, str]](), 0, 0
+    stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the most memory that this takes
+    for repeat in range(repeats):
+        names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
+        if repeat == 0:
+            height, width, count, _ = parts.shape
+            stack = np.empty((count, repeats, height, width, 3), np.float32)
+        stack[:, repeat] = np.moveaxis(parts, 2, 0)
+        if progress is not None:
+            progress((repeat + 1) / repeats)
+    lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
+    whole = stack[lengths].sum(axis=0, dtype=np.float64)
+    where = ": ".join(filter(None, (str(scene.source or ""), f"a pilot of {width}x{height} pixels")))
+    for image in whole:
+        if (beyond := beyond_float32(image, (0, 0), where)) is not None:
+            raise beyond
+    tails = np.cumsum(stack[lengths][::-1], axis=0, dtype=np.float64)[::-1]
+    nothing = np.zeros((1, repeats, repeats))
+    for reference in references(whole):
+        denominator = reference.denominator
+        yield Parts(
+            names=tuple(_named(names, scene)),
+            with_whole=np.stack([products(part.astype(np.float64), whole, denominator) for part in stack]),
+            whole=products(whole, whole, denominator),
+            tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
+        )
+
+
+def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
+    """Say of lights which element of the scene they are."""
+    model = scene.model
+    shapes = [model.shapes[number] for number in shown(model)]
+    kinds = (Point, Spot, Directional)  # the order in which the core has them
+    points = [e for kind in kinds for e in model.emitters if isinstance(e, kind) and not is_inert(e, scene.assets)]
+    for kind, what in names:
+        word, _, number = what.partition(" ")
+        if kind == "light" and word in ("shape", "light"):
+            node = shapes[int(number)] if word == "shape" else points[int(number)]
+            place = scene.place_of(node)
+            what = f"{word} {number}: {place or node.title}"
+        elif kind == "length" and number == "" and int(word) == LONGEST:
+            what = f"{LONGEST} and more"
+        yield kind, what

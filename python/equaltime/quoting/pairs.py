@@ -1,0 +1,167 @@
+"""A scene against itself with something left out: renders in turn, with the same random numbers.
+
+What differs between two images of one seed is what was left out, with little of the noise that both have. Over K
+independent seeds, with d their differences, w the whole images and D the denominators of the error's definition:
+
+- the change's square is ``E d² / D``, freed of noise by taking products of different seeds only;
+- the share of the variance is ``Cov(-d, w) / Var(w)``, both summed over pixels, each over D.
+
+Both are functions of the products of images of all pairs of seeds, ``(K, K)``, from which the jackknife is quick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.images.metrics import Reference
+from equaltime.rendering.core_subject import CoreSubject
+from equaltime.scene import Scene
+from equaltime.scene.effects.leaving import leave_out
+from equaltime.statistics.intervals import Interval, jackknife, ratio_interval, signed_root
+from equaltime.strategy import Strategy
+
+__all__ = ["Runs", "Versus", "change_of", "products", "run_in_turn", "share_of"]
+
+Floats = NDArray[np.float64]
+N = TypeVar("N")
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Independent renders of one scene."""
+
+    images: Floats
+    """(K, H, W, 3)"""
+    seconds: Floats
+    """(K,)"""
+    memory: int
+    """Bytes of the scene in the core."""
+
+
+@dataclass(frozen=True, eq=False)
+class Versus:
+    """What leaving something out does; intervals are at 95 %."""
+
+    time: Interval
+    """Share of the whole's time that it takes."""
+    variance: Interval
+    """Share of the whole's variance that it makes."""
+    change: Interval
+    """Error that leaving it out makes: 0.02 is 2 %."""
+    memory: int
+    """Bytes."""
+    difference: Floats
+    """(H, W, 3): the image without it, less the whole."""
+
+    @classmethod
+    def of(cls, whole: Runs, less: Runs) -> Versus:
+        """Compare runs that were made in turn with the same seeds."""
+        denominator = Reference.of_images(whole.images).denominator
+        moved = less.images - whole.images
+        return cls(
+            time=ratio_interval(less.seconds, whole.seconds).map(lambda ratio: 1.0 - ratio),
+            variance=share_of(
+                products(-moved, whole.images, denominator), products(whole.images, whole.images, denominator)
+            ),
+            change=_unknown(moved, denominator) or change_of(products(moved, moved, denominator)),
+            memory=whole.memory - less.memory,
+            difference=moved.mean(axis=0),
+        )
+
+
+def run_in_turn(
+    scene: Scene,
+    strategy: Strategy,
+    variants: Mapping[N, Iterable[str]],
+    repeats: int,
+    samples: int,
+    seed: int = 0,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> tuple[Runs, dict[N, Runs]]:
+    """Render the scene and each of its variants, which leave out some effects, ``repeats`` times in turn.
+
+    A round renders all with one seed, from ``seed`` on; rounds go there and back, so that a machine that drifts hurts
+    all alike.
+
+    Raises
+    ------
+    NonFiniteSample
+        If a sample was not a number.
+    """
+    cases = [leave_out(scene, strategy, names) for names in ((), *variants.values())]
+    subjects = [CoreSubject("", strategy) for _, strategy in cases]
+    for subject, (scene, _) in zip(subjects, cases, strict=True):
+        subject.prepare(scene, threads)
+    found: list[list[tuple[Floats, float]]] = [[] for _ in cases]
+    for repeat in range(repeats):
+        order = list(enumerate(subjects))
+        for done, (number, subject) in enumerate(order if repeat % 2 == 0 else order[::-1], 1):
+            (end,) = subject.run(seed + repeat, (samples,))
+            found[number].append((end.image.astype(np.float64), end.wall_s))
+            if progress is not None:
+                progress((repeat + done / len(cases)) / repeats)
+    runs = [_joined(results, case[0]) for results, case in zip(found, cases, strict=True)]
+    return runs[0], dict(zip(variants, runs[1:], strict=True))
+
+
+def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Runs:
+    images, seconds = zip(*results, strict=True)
+    return Runs(np.stack(images), np.array(seconds), scene.core.memory_bytes)
+
+
+def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
+    """Return ``mean(a_r b_s / D)`` over pixels and channels for all seeds r and s: (K, K)."""
+    repeats = len(first)
+    weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
+    with np.errstate(over="ignore", invalid="ignore"):  # of images that float32 cannot hold nothing is known
+        rows: Floats = (first * weights).reshape(repeats, -1) @ second.reshape(repeats, -1).T
+    return rows / denominator.size
+
+
+def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
+    """Return what is known of a change where light comes to a picture that is black all over: nothing."""
+    if denominator.any() or not moved.any():
+        return None
+    return Interval(math.nan, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
+
+
+def change_of(squares: Floats) -> Interval:
+    """Return the size of a mean image, of which these are the products of samples with each other.
+
+    Where it is not told from nothing, what noise and all make is the least upper end: rare light, of which a few seeds
+    saw nothing, must not count as none.
+    """
+    found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
+    high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
+    return replace(found, low=max(found.low, 0.0), value=max(found.value, 0.0), high=high)
+
+
+def share_of(part: Floats, whole: Floats) -> Interval:
+    """Return the share of a part in the variance, from the products of part and whole, and of the whole with itself."""
+
+    def share(kept: Floats) -> float:
+        variance = _covariance(whole, kept)
+        return _covariance(part, kept) / variance if variance > 0.0 else np.nan
+
+    return jackknife(share, len(whole))
+
+
+def _between(products: Floats, kept: Floats) -> float:
+    """Return the mean product of different seeds."""
+    count = kept.sum()
+    total = kept @ products @ kept - kept @ np.diag(products)
+    return float(total / (count * (count - 1.0))) if count > 1.0 else np.nan
+
+
+def _covariance(products: Floats, kept: Floats) -> float:
+    """Return the mean product of deviations from the mean."""
+    count = kept.sum()
+    same = kept @ np.diag(products)
+    return float((same - kept @ products @ kept / count) / (count - 1.0)) if count > 1.0 else np.nan

@@ -1,0 +1,322 @@
+"""The pilot of a render, whose own first passes it may be, and the quote that is made of it.
+
+A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.quoting.law`) and the time
+of a sample. Of low-discrepancy samples the exponent beyond differs by 0.06 (a standard deviation) from that within,
+whatever the pilot saw: over a factor of twenty that leaves 0.3 to the logarithm of the samples, and half of such quotes
+would be within 20 %. So more than half of the pilot's samples go to a probe: a few hundred pixels that are rendered as
+far as the whole will have to be (`equaltime.quoting.probe`), with looks at the error where the render itself would
+look. Pilot and probe together are at most a twentieth of the work, or ten seconds if that is less, or 8 samples a
+pixel. Intervals are at 95 %: what the pixels that were not drawn leave in doubt, what chance makes of the samples to
+come, and the speed of the machine. Heavy tails leave more, and the quote says so where the pilot has met them.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from equaltime.errors import RenderError
+from equaltime.film.error import Estimate, Unit, load_quantiles
+from equaltime.quoting.law import Law, Probed, fit
+from equaltime.quoting.memory import peak_bytes
+from equaltime.quoting.noise_places import Places
+from equaltime.quoting.probe import Probe
+from equaltime.quoting.speed import Processors
+from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL
+from equaltime.rendering.result import Origin
+from equaltime.rendering.session import Session
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.strategy import Strategy
+
+if TYPE_CHECKING:
+    from equaltime.quoting.noise_light import NoiseLight
+
+__all__ = ["TARGETS", "Pilot", "Quote"]
+
+TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
+"""Errors whose price every quote tells."""
+
+_PILOT_SHARE = 0.05
+_MOST_SECONDS = 10.0
+"""Of a pilot and its probe: who asks for a price before buying an hour will not wait minutes for it."""
+_FIRST = 4
+"""Samples a pixel, at least, of a pilot whose samples are not to adapt."""
+_SHARE_OF_ALL_PIXELS = 0.4
+"""Of a pilot; the rest is for the probe (`equaltime.quoting.probe`), if there is one."""
+_PROBE_SHARE = 0.9
+"""Of what is left for a probe: more may be needed than was foretold."""
+_LEAST_DRAWS, _MOST_DRAWS = 16, 4096
+
+
+@dataclass(frozen=True)
+class Quote:
+    """What a render will cost, or bring."""
+
+    seconds: Estimate
+    """From the first sample, of this run if it takes up another, to the final film."""
+    spp: Estimate
+    """Samples per pixel."""
+    error: Estimate
+    """Of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
+    memory: Estimate
+    """Bytes that the process will have at its peak, the scene and all libraries with it, from the first sample on until
+    the image is saved."""
+    law: Law
+    prices: Mapping[float, Estimate] = field(hash=False)
+    """Seconds to each of `TARGETS` that the pilot has not reached."""
+    pilot_seconds: float
+    """What the pilot took to render, and telling what limits it."""
+    origin: Origin
+    """The render that is quoted: its problem and its strategy, of which the error is."""
+    places: Places | None = None
+    """Where on the picture the error is; None where a render quotes itself."""
+    light: NoiseLight | None = None
+    """Which light makes the noise; None if that was not asked for, or there was no room for it in the pilot."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the quote as JSON data."""
+        return {
+            "seconds": self.seconds.as_dict(),
+            "spp": self.spp.as_dict(),
+            "error": self.error.as_dict(),
+            "memory": self.memory.as_dict(),
+            "law": self.law.as_dict(),
+            "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
+            "pilot_seconds": self.pilot_seconds,
+            **{key: self.origin.record[key] for key in ("max_depth", "scene_max_depth", "strategy", "biased")},
+            **({} if self.places is None else {"places": self.places.as_dict()}),
+            **({} if self.light is None else {"light": self.light.as_dict()}),
+        }
+
+
+class Pilot:
+    """Watches the first passes of a render, whose own it may be, and makes a quote of them.
+
+    Parameters
+    ----------
+    limits
+        What is asked for, one at least: where the nearest ends the render is quoted.
+    share
+        Of the twentieth of the work, to be taken, with the probe.
+    probes
+        Whether to take a probe: its samples are none of the render's.
+    hurried
+        Whether somebody waits for the quote. A pilot that is not hurried chooses the count of a render that does not
+        look at its error: it may take more than ten seconds, what it finds depends on no clock unless a time is one of
+        the limits, and it tells no prices of other errors.
+    """
+
+    def __init__(
+        self, session: Session, limits: Limits, share: float = 1.0, probes: bool = True, hurried: bool = True
+    ) -> None:
+        self._session, self._limits, self._share, self._probes = session, limits, share, probes
+        self._hurried = hurried
+        self._errors: dict[int, Estimate] = {}
+        self._seconds: dict[int, float] = {}
+        self.due = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
+        """Samples a pixel at which there may be a quote."""
+        self._work = self._probed = self._seconds_probed = 0.0
+        self._room = float(FIRST_LOOK)
+        self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
+        load_quantiles()
+        self._began, self._had = Processors.now(), 1.0
+        self._before = session.passes.samples
+        self._seconds[self._before] = 0.0
+        if self._before:  # it takes up another
+            self._note(self._before)
+
+    @property
+    def strategy(self) -> Strategy:
+        """Whose pilot it is."""
+        return self._session.job.strategy
+
+    @property
+    def taken(self) -> float:
+        """Samples of the image that the pilot has taken, with the probe's."""
+        passes = self._session.passes
+        return (passes.samples - self._before) * passes.pixels + self._probed
+
+    @property
+    def left(self) -> float:
+        """Samples of the image that are left of what a pilot may take."""
+        return max(0.0, self._room * self._session.passes.pixels - self.taken)
+
+    def run(self, seconds: float | None = None) -> Quote | None:
+        """Run the session, which renders nothing but this pilot, until there is a quote; None if the time is over.
+
+        Raises
+        ------
+        RenderError
+            As `pass_ended` does.
+        SampleError
+            If a sample went wrong.
+        KeyboardInterrupt
+            After Ctrl-C.
+        """
+        passes, begin = self._session.passes, clock.perf_counter()
+        while True:
+            left = None if seconds is None else max(0.0, seconds - (clock.perf_counter() - begin))
+            passes.limits = Limits(spp=self.due, seconds=left)
+            for _ in passes:
+                if (found := self.pass_ended()) is not None:
+                    return found
+            if passes.stopped_by == "interrupt":
+                raise KeyboardInterrupt
+            self._session.check()
+            if passes.stopped_by == "time" or passes.samples >= self.due:  # no time was left to look at its error
+                return None
+
+    def pass_ended(self) -> Quote | None:
+        """Return the quote, if that was the pass after which enough is known.
+
+        The error is noted after 2, 4, 8, … samples, half way between, and where a quote may be due, unless no time is
+        left for it.
+
+        Raises
+        ------
+        RenderError
+            If a quote is due and the pilot saw no light, or if what is asked for takes more samples than there are.
+        """
+        passes = self._session.passes
+        samples, due = passes.samples, passes.samples >= self.due
+        self._seconds[samples] = passes.rendering
+        if not (due or _is_noted(samples)) or not passes.has_time_for(self._estimating):
+            return None
+        self._note(samples)
+        if not due:
+            return None
+        if samples < FIRST_LOOK and not self._errors[samples].high < math.inf:
+            self.due = FIRST_LOOK
+            return None
+        return self._quote_due(samples)
+
+    def _note(self, samples: int) -> None:
+        begin = clock.perf_counter()
+        self._errors[samples] = self._session.error(lasting=True)
+        self._estimating = clock.perf_counter() - begin
+
+    def _quote_due(self, samples: int) -> Quote | None:
+        law = self._law()
+        end, _ = self._end(law)
+        if end.low > MOST_SAMPLES:
+            at_least = f"it takes {end.low:.3g} samples a pixel or more"
+            raise RenderError(f"what is asked for is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
+        self._work = end.value
+        most = _MOST_SECONDS / law.seconds_per_sample if self._hurried else math.inf
+        self._room = max(FIRST_LOOK, min(_PILOT_SHARE * self._work, most))
+        enough = self._share * (_SHARE_OF_ALL_PIXELS if self._probes else 1.0) * self._room
+        self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # as far as what so few samples foretell may be wrong
+        return self._quote(self._probe(law)) if self.due <= samples else None
+
+    def _law(self) -> Law:
+        last = self._errors[max(self._errors)]
+        if last.known and last.high == 0.0:
+            why = "as few samples as it took are exact" if self._session.image().any() else "the image is surely black"
+            raise RenderError(f"the pilot saw no noise: {why}")
+        if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
+            raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")
+        self._had = Processors.now().had_since(self._began)
+        return fit(self._errors, self._seconds, self._session.job.strategy.sampler, self._had)
+
+    def _probe(self, pilot: Law) -> Law:
+        """Return the law that goes through what some pixels show where the render will end."""
+        law, probed, sampler = pilot, list[Probed](), self._session.job.strategy.sampler
+        begin, spare, passes = clock.perf_counter(), self._share * self.left, self._session.passes
+        draws = min(_MOST_DRAWS, math.floor(_PROBE_SHARE * spare / self._work))
+        if draws < _LEAST_DRAWS or not self._probes:
+            return law
+        if not passes.has_time_for(min(spare, draws * self._work) / passes.pixels * law.seconds_per_sample):
+            return law
+        probe = Probe.of(self._session, round(self._work), draws)
+        most = probe.most_samples(spare)
+        while (samples := min(self._next(law), most)) > law.samples and (found := probe.advance(samples)) is not None:
+            probed.append(found)
+            law = pilot.through(probed, sampler)
+        self._probed, self._seconds_probed = probe.taken, clock.perf_counter() - begin
+        both = Processors.now().had_since(self._began)
+        return replace(law, seconds_per_sample=law.seconds_per_sample * self._had / both)
+
+    def _next(self, law: Law) -> int:
+        """Return to how many samples a pixel the probe goes next, which is where the render would look; or no more."""
+        limits, ends = self._limits, list[float]()
+        if limits.error is not None:
+            ends.append(next((n for n in law.looks_until(limits.error) if n > law.samples), 0))
+        if limits.seconds is not None:
+            ends.append(self._before + law.samples_in(limits.seconds).value)
+        if limits.spp is not None:
+            ends.append(limits.spp)
+        return 2 * round(0.5 * min(ends))
+
+    def _quote(self, law: Law) -> Quote:
+        session = self._session
+        spp, seconds = self._end(law)
+        last = self._errors[max(self._errors)]
+        foretold = replace(self._foretold(law, spp.value), doubt=last.doubt)
+        error = session.error() if spp.high <= session.passes.samples else foretold
+        return Quote(
+            seconds=seconds,
+            spp=spp,
+            error=error.with_bias(session.job.bias),
+            memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
+            law=law,
+            prices={
+                target: self._seconds_for(law, law.samples_until(target), 0, target)
+                for target in TARGETS
+                if self._hurried and target < last.value
+            },
+            pilot_seconds=session.passes.rendering + self._seconds_probed,
+            origin=session.origin,
+        )
+
+    def _foretold(self, law: Law, spp: float) -> Estimate:
+        """Return the error at the end, whose upper limit is no more than was asked for, if nothing else is."""
+        error, limits = law.error_at(spp), self._limits
+        most = math.inf if limits.error is None or limits.spp or limits.seconds else limits.error
+        value, high = min(error.value, most), min(error.high, most)
+        return replace(error, value=value, high=high)
+
+    def _end(self, law: Law) -> tuple[Estimate, Estimate]:
+        """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""
+        limits, before, spps = self._limits, self._before, list[Estimate]()
+        if limits.error is not None:
+            spp = law.samples_until(limits.error) if self._hurried else law.samples_within(limits.error)
+            spps.append(_at_least(self._session.passes.samples, spp))
+        if limits.spp is not None:
+            spps.append(_exactly(limits.spp, "spp"))
+        seconds = [self._seconds_for(law, spp, before, limits.error) for spp in spps]
+        if limits.seconds is not None:
+            spps.append(_more(law.samples_in(limits.seconds), before))
+            seconds.append(_exactly(limits.seconds, "s"))
+        return _least(spps), _least(seconds)
+
+    def _seconds_for(self, law: Law, spp: Estimate, before: int, error: float | None) -> Estimate:
+        """Return the time from ``before`` samples a pixel on, with the looks at the error, if one is asked for."""
+        looks = 0 if error is None else sum(before < n <= spp.value for n in law.looks_until(error))
+        return _more(law.seconds_for(_at_least(1, _more(spp, -before))), looks * self._estimating)
+
+
+def _least(ends: Sequence[Estimate]) -> Estimate:
+    """Return where the first of some limits ends a render, each of which may come before the others."""
+    value, low, high = (min(each) for each in zip(*((end.value, end.low, end.high) for end in ends), strict=True))
+    return Estimate(value, low, high, unit=ends[0].unit)
+
+
+def _at_least(number: float, estimate: Estimate) -> Estimate:
+    value, low, high = (max(number, each) for each in (estimate.value, estimate.low, estimate.high))
+    return replace(estimate, value=value, low=low, high=high)
+
+
+def _more(estimate: Estimate, number: float) -> Estimate:
+    return replace(estimate, value=estimate.value + number, low=estimate.low + number, high=estimate.high + number)
+
+
+def _exactly(number: float, unit: Unit) -> Estimate:
+    return Estimate(number, number, number, unit=unit)
+
+
+def _is_noted(samples: int) -> bool:
+    return samples.bit_count() == 1 or (samples % 3 == 0 and (samples // 3).bit_count() == 1)

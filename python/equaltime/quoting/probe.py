@@ -1,0 +1,190 @@
+"""Some pixels of an image, rendered as far as the whole would go: what its error will be there.
+
+How fast the error of low-discrepancy samples falls is not what the first few of them show, so that a law which is
+extended over a factor of twenty misses the samples by a third. A probe extends nothing in samples, but over pixels: of
+these a few hundred say what all of them will, if each is drawn with a probability in proportion to what it is likely to
+count for (Hansen and Hurwitz 1943). That is error² in the pilot, averaged over its neighbourhood, and a part of the
+mean, since a pilot has not met all noise. One draw lies in each of as many equal parts of the sum, row by row.
+
+The samples are those that a render with the same seed will take. Where its pixels have one net each
+(`equaltime.rendering.core.nets`), every pixel of a probe has a second one, since no part of one net tells what it is
+off by.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.error import PixelStatistics, error_parts, expected_half_width, pixel_statistics
+from equaltime.film.lamps import Lamps
+from equaltime.film.neighbourhoods import neighbours
+from equaltime.film.sums import box_sum
+from equaltime.quoting.law import Probed
+from equaltime.rendering.core import bad_sample, make_renderer, nets
+from equaltime.rendering.session import Session
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["Probe"]
+
+Floats = NDArray[np.float64]
+
+_EVENLY = 0.4
+"""Of the draws."""
+_LEAST_DOUBT = 0.04
+"""Of the logarithm of the error: what the noise of the pilot does to what squares are divided by (measured)."""
+_LEAST_WIDTH = 0.01
+"""Logarithm of the upper limit over the estimate, at least."""
+
+
+class Probe:
+    """A render of some pixels.
+
+    Parameters
+    ----------
+    pilot
+        Of the whole image.
+    rates
+        (H, W): samples of each pixel for one of the average, at the end of the render.
+    draws
+        How many pixels are drawn; one that makes much of the error may be drawn more than once, and is rendered once.
+    lamps
+        Small ones in sight, by which the upper limit will be wider.
+
+    Raises
+    ------
+    RenderError
+        If there is not enough memory for a second film.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        strategy: Strategy,
+        seed: int,
+        threads: int,
+        pilot: PixelStatistics,
+        rates: Floats,
+        draws: int,
+        lamps: Lamps,
+    ) -> None:
+        self._scene, self._strategy, self._seed, self._pilot = scene, strategy, seed, pilot
+        self._rates, self._lamps = rates, lamps
+        self._mean = float(pilot.mean.mean())
+        self._least = lamps.least(*pilot.samples.shape)
+        around = _around(error_parts(pilot, self._mean, self._least).value[..., None])
+        self._sizes = ((1.0 - _EVENLY) * around + _EVENLY * around.mean()).ravel()
+        self._drawn = _draw(self._sizes, draws, np.random.default_rng(seed))
+        chosen = np.zeros(rates.shape, np.float32)
+        chosen.flat[self._drawn] = 1.0
+        local, self._picture = _without_noise(pilot)
+        self._scale = 1.0 / (np.square(local) + (0.1 * self._mean) ** 2)
+        even = strategy.model_copy(update={"adaptive": "none"})
+        beside = 1 if nets(scene, even) == 1 else 0
+        self._cost = (1 + beside) * float((chosen * rates).sum())
+        self._renderer = make_renderer(scene, even, seed, threads, second_net=beside)
+        self._renderer.adapt(0, (chosen * rates).astype(np.float32))
+        self._samples = 0
+
+    @classmethod
+    def of(cls, session: Session, samples: int, draws: int) -> Probe:
+        """Return a probe of a session's render, which is to have so many samples a pixel; what is done is its pilot."""
+        return cls(
+            session.job.scene,
+            session.decided,
+            session.job.seed,
+            session.job.threads,
+            session.statistics(),
+            session.rates(samples),
+            draws,
+            session.lamps,
+        )
+
+    @property
+    def taken(self) -> float:
+        """Samples of the image that it has."""
+        return self._samples * self._cost
+
+    def most_samples(self, taken: float) -> int:
+        """Return the samples a pixel, even, with which it has so many of the image."""
+        return 2 * math.floor(0.5 * taken / self._cost)
+
+    def advance(self, samples: int) -> Probed | None:
+        """Bring the pixels to ``samples`` each, on average; say what the error of the image will be there.
+
+        None if they have no noise: they are too few to say anything.
+
+        Raises
+        ------
+        SampleError
+            If a sample went wrong.
+        """
+        self._renderer.advance(samples)
+        self._samples = samples
+        if self._renderer.nonfinite:
+            raise bad_sample(self._scene, self._strategy, self._seed, self._renderer)
+        together = self._together(self._found())
+        parts = error_parts(together, self._mean, self._least)
+        drawn = parts.value.ravel()[self._drawn]
+        counts = drawn / self._sizes[self._drawn]
+        if not counts.any():
+            return None
+        square = float(counts.mean() * self._sizes.mean())
+        doubt = math.hypot(0.5 * float(counts.std(ddof=1) / counts.mean()) / math.sqrt(len(counts)), _LEAST_DOUBT)
+        missed = self._lamps.missed(replace(together, samples=np.rint(samples * self._rates).astype(np.int64)))
+        high = math.hypot(self._high(parts.cautious), math.sqrt(missed))
+        return Probed(samples, math.sqrt(square), doubt, max(math.log(high / math.sqrt(square)), _LEAST_WIDTH))
+
+    def _found(self) -> PixelStatistics:
+        """Return what is known of the drawn pixels: with two nets, the variance is that of one of them."""
+        found, beside = pixel_statistics(self._renderer.moments), self._renderer.second_moments
+        if not beside.size:
+            return found
+        other = pixel_statistics(beside).mean
+        return replace(found, mean=0.5 * (found.mean + other), variance=0.5 * np.square(found.mean - other))
+
+    def _high(self, cautious: Floats) -> float:
+        """Return the upper limit of the error, by the cautious parts of the drawn pixels."""
+        drawn = cautious.ravel()[self._drawn]
+        counts = drawn / self._sizes[self._drawn]
+        square = float(counts.mean() * self._sizes.mean())
+        squares = float((counts * drawn).mean() * self._sizes.mean()) / square**2
+        return math.sqrt(square) * math.exp(expected_half_width(squares, cautious.size, self._pilot.degrees))
+
+    def _together(self, found: PixelStatistics) -> PixelStatistics:
+        """Return the picture of the pilot, and in it the pixels that were found, as if all had gone as far.
+
+        The noise of the others is the pilot's, less what that of the drawn ones has fallen.
+        """
+        pilot, there = self._pilot, (found.samples > 0)[..., None]
+        variance = np.where(there, found.variance, pilot.variance)
+        before, now = (
+            float(((each * self._scale).mean(axis=-1).ravel() / self._sizes)[self._drawn].sum())
+            for each in (pilot.variance, variance)
+        )
+        variance = np.where(there, variance, variance * (now / before if before > 0.0 else 0.0))
+        mean = np.where(there, found.mean, self._picture)
+        return PixelStatistics(mean, variance, np.where(there[..., 0], found.samples, pilot.samples), pilot.degrees)
+
+
+def _without_noise(pixels: PixelStatistics) -> tuple[Floats, Floats]:
+    """Return local means, and the picture: it scatters about these as the image does, less what is noise (Lee 1980)."""
+    local, noise = _around(pixels.mean), _around(pixels.variance)
+    scatter = np.maximum(_around(np.square(pixels.mean - local)), np.finfo(np.float64).tiny)
+    return local, local + (pixels.mean - local) * np.sqrt(1.0 - np.minimum(noise / scatter, 1.0))
+
+
+def _around(values: Floats) -> Floats:
+    """Average over the 7x7 neighbourhood of each pixel."""
+    return np.asarray(box_sum(values) / neighbours(*values.shape[:2]))
+
+
+def _draw(sizes: Floats, draws: int, random: np.random.Generator) -> NDArray[np.intp]:
+    """Return indices, in proportion to their sizes: one from each of as many equal parts of the sum."""
+    sums = sizes.cumsum()
+    marks = (np.arange(draws) + random.random(draws)) * (sums[-1] / draws)
+    return np.asarray(np.minimum(np.searchsorted(sums, marks), sizes.size - 1))

@@ -1,0 +1,76 @@
+"""Warns of a picture that is black everywhere: its error is stated as 0 %, and it is rarely what was meant."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+
+from equaltime.errors import EqualtimeWarning, SceneError
+from equaltime.rendering.result import Result
+from equaltime.scene import Scene
+from equaltime.scene.lint import Finding, lint
+from equaltime.scene.model import Aov, Depth, Integrator
+
+__all__ = ["black_picture", "reasons", "unwarned", "warn_if_black"]
+
+_REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
+"""Findings of lint that make a picture black."""
+_WARNS = ContextVar("_WARNS", default=True)
+"""Whether renders of this thread warn. A filter of `warnings` would hold for all threads."""
+
+
+def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
+    """Return the result; warn first if its picture is black everywhere. ``stacklevel`` counts from the caller."""
+    if _WARNS.get() and (message := black_picture(result, scene)):
+        warnings.warn(message, EqualtimeWarning, stacklevel + 1)
+    return result
+
+
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Let renders inside not warn of black pictures; renders of other threads still do."""
+    token = _WARNS.set(False)
+    try:
+        yield
+    finally:
+        _WARNS.reset(token)
+
+
+def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
+    """Return what to tell of a picture that is black everywhere; empty for another, or if its error says enough.
+
+    The error says enough where it is not 0, unless the camera is inside a closed surface. A scene that asks for outputs
+    beside the image alone wants no light. ``known`` are the findings of a quick look by lint, if there was one.
+    """
+    if result.image.any() or _wants_no_light(scene.model.integrator):
+        return ""
+    findings = _findings(scene) if known is None else reasons(known)
+    if result.error.high != 0.0 and not any(finding.check == "camera-enclosed" for finding in findings):
+        return ""
+    told = f"the picture is black everywhere, with an error of {result.error}: no sample has met any light"
+    if not findings:
+        return f"{told}; look at where the camera is and what emits light"
+    return "; ".join([told, *map(_told, findings)])
+
+
+def reasons(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings of lint that make a picture black."""
+    return [finding for finding in findings if finding.check in _REASONS]
+
+
+def _wants_no_light(integrator: Integrator) -> bool:
+    return isinstance(integrator, Depth) or (isinstance(integrator, Aov) and not integrator.integrators)
+
+
+def _findings(scene: Scene) -> list[Finding]:
+    """Return what lint finds that makes a picture black."""
+    with suppress(SceneError, ValueError):  # of a file that is gone
+        return reasons(lint(scene, fast=True))
+    return []
+
+
+def _told(finding: Finding) -> str:
+    where = f" ({', '.join(finding.where)})" if finding.where else ""
+    return f"{finding.check}: {finding.what}{where}; you can {finding.advice}"

@@ -1,0 +1,164 @@
+"""Renders that were saved: taken up where they stopped, for the bits of a render that was never stopped."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+from equaltime.film.moments import nonfinite
+from equaltime.film.parts_of_merge import MergedFilm
+from equaltime.film.second_nets import SecondNets
+from equaltime.rendering.budget import Look
+from equaltime.rendering.decision import Decision
+from equaltime.rendering.film_picture import FilmPicture
+from equaltime.rendering.render_file import RenderFile
+from equaltime.rendering.stopping import Stop
+
+__all__ = ["Checkpoint", "differences"]
+
+_SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
+"""What renders that are parts of one have in common, beside the scene: keys of a record."""
+_IN_DIGEST = {"size", "crop", "max_depth", "without"}
+_NAMES = {"max_depth": "max depth", "without": "left out"}
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A saved render with its moments."""
+
+    path: Path
+    record: Mapping[str, Any]
+    """The provenance, as `Result.record` has it, checked."""
+    moments: NDArray[Any]
+    """(R, H, W), as `equaltime.film.moments` describes them."""
+    missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """What samples may have missed, as `Result.missed` has it."""
+    parts: NDArray[Any] | None = None
+    """Sums over merged parts (`equaltime.film.parts_of_merge`), (H, W); None if not merged, or by equaltime 0.1.0."""
+    alpha: NDArray[np.float32] | None = None
+    """(H, W): how opaque its pixels are, if its film asked for that."""
+    second: SecondNets | None = None
+    """Second nets of some pixels, if they have any."""
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
+        """Read a file that `Result.save` wrote; raises `ImageError` if it is none, damaged, or without moments."""
+        file = RenderFile.read(path)
+        moments, parts, missed = file.moments, file.parts, file.missed
+        if moments is None:
+            raise ImageError(
+                f"{path}: holds no moments, only an image, as --small saves it: it can be neither resumed nor merged"
+            )
+        _, _, width, height = file.record["crop"]
+        planes = (*missed.values(), *(() if parts is None else (parts,)))
+        sizes = {(height, width), *(plane.shape[:2] for plane in planes)}
+        if sizes != {moments.shape[1:]} or file.record["replicates"] != len(moments):
+            raise ImageError(f"{path}: its parts are not of one size")
+        if wrong := nonfinite(moments):
+            raise ImageError(f"{path}: pixel {wrong[0]},{wrong[1]} has moments that are not finite")
+        if parts is not None and not MergedFilm(moments, parts).consistent:
+            raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
+        return cls(Path(path), file.record, moments, missed, parts, file.alpha, file.second)
+
+    @property
+    def film(self) -> MergedFilm:
+        """Its samples for merging. Without sums over parts it is one part."""
+        return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
+
+    @property
+    def picture(self) -> FilmPicture:
+        """The form in which its film asked for the picture."""
+        return FilmPicture.from_dict(self.record["picture"])
+
+    @property
+    def seconds(self) -> float:
+        """Rendering time that went into it."""
+        return float(self.record["seconds"])
+
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """What it saw when it looked at its error."""
+        return tuple(
+            Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
+            for samples, value, high, brightest in self.record["looks"]
+        )
+
+    @property
+    def decision(self) -> Decision:
+        """What it had decided."""
+        return Decision.from_dict(self.record["decision"])
+
+    @property
+    def stop(self) -> Stop | None:
+        """The rule by which it was to stop at an error, if it was asked for one."""
+        return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
+
+    @property
+    def position(self) -> tuple[int, int, int]:
+        """Where its passes stood, as `Result.position` says; raises `ImageError` if it does not tell."""
+        if self.record["position"] is None:
+            raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+        done, target, next_block = self.record["position"]
+        return done, target, next_block
+
+    def check(self, wanted: Mapping[str, Any]) -> None:
+        """Raise `ImageError` if this is a part of another render, with what differs.
+
+        ``wanted`` holds what its record should have.
+        """
+        if self.record["sources"]:
+            raise ImageError(
+                f"{self.path}: cannot be taken up: it was merged; render with another seed, and merge again"
+            )
+        if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
+            raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+
+
+def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
+    """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
+
+    That it is of another scene is said where its file has another name, or nothing else tells why the digest differs.
+    """
+    differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
+    if {"size", "crop"} <= {*differing}:
+        differing.remove("crop")  # the one follows from the other, mostly
+    said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
+    named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
+    if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
+        said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
+    return said
+
+
+def _differ(found: object, wanted: object) -> bool:
+    """Tell whether values differ; of facts by name only those that both tell, as earlier versions told fewer."""
+    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
+        return any(found[name] != wanted[name] for name in {*found} & {*wanted})
+    return found != wanted
+
+
+def _difference(key: str, found: object, wanted: object) -> list[str]:
+    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
+        both = [(name, found[name], wanted[name]) for name in found if name in wanted]
+        return [f"{key} {name} {theirs}, not {ours}" for name, theirs, ours in both if theirs != ours]
+    return [f"{_NAMES.get(key, key)} {_said(key, found)}, not {_said(key, wanted)}"]
+
+
+def _said(key: str, value: object) -> str:
+    """Write a value as the command line has it."""
+    if not isinstance(value, list):
+        return str(value)
+    return {"size": "x", "crop": ","}.get(key, ", ").join(map(str, value)) or "nothing"
+
+
+def _scenes(found: str | None, wanted: str | None) -> str:
+    if found is None or wanted is None:
+        return ""
+    return f" ({found}, with other content)" if found == wanted else f" ({found}, not {wanted})"

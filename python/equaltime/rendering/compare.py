@@ -1,0 +1,332 @@
+"""Compare images of any renderer: with each other, or both with a reference.
+
+Whatever file OpenImageIO reads will do. Files that carry the standard errors of their pixels (``stderr.R/G/B``, as
+equaltime's do) say more. The noise of the reference is subtracted, and what it leaves open becomes an interval
+(`equaltime.rendering.noisy_reference`). Two images can be tested for equal expectations.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+from equaltime.film.error import Estimate
+from equaltime.images.flip import available
+from equaltime.images.image_files import Picture
+from equaltime.images.metrics import METRICS, Measured, Reference, contributions, measure
+from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
+from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
+from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.stated import different_problems
+from equaltime.statistics.agreement import BlockMeans
+from equaltime.statistics.agreement import compare as compare_blocks
+from equaltime.statistics.intervals import Interval, exp, signed_root
+
+__all__ = ["Compared", "Comparison", "compare"]
+
+Floats = NDArray[np.float64]
+File = str | os.PathLike[str]
+
+_BLOCK = 8
+"""Side of the blocks whose means are tested for equal expectations, in pixels."""
+_DEGREES = 49.0
+"""Degrees of freedom of a block's variance: standard errors are pooled over 7x7 pixels, and a block has 64."""
+_NOISY = 0.25
+"""Share that the reference's noise may have in squared differences, above which a ratio of errors is in doubt."""
+_DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One image and how far it is from what it was compared with."""
+
+    path: Path
+    metrics: Mapping[str, Measured] = field(hash=False)
+    """By name, see `equaltime.images.metrics`: of this very image, with the noise of the other subtracted if known.
+    Where that noise is too much to tell, the value is NaN, and ``high`` is an upper limit."""
+    bias_p: float | None
+    """P-value of equal expectations; None if that cannot be tested. Small: one of the two is biased."""
+    own: Estimate | None
+    """What the file's record says its error was, with the doubt that it states."""
+    doubt: str
+    """Why light may be missing from the metrics, and their intervals may miss the truth: the doubt that the record of
+    what the image was compared with states. Empty if there is none."""
+    seconds: float | None
+    """What it took to render, if the file says so."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What `compare` found."""
+
+    size: tuple[int, int]
+    """Width and height."""
+    against: Path
+    """The file that stands for the truth: the reference, or B if there is none."""
+    images: tuple[Compared, ...]
+    """A and B; A alone if there is no reference."""
+    ratio: Interval | None
+    """Error of image A over that of image B, of this very pair of images: below 1 A is nearer to the reference. None if
+    there is no reference, or one too noisy to tell. Without an interval (NaN) if the reference carries no errors."""
+    efficiency: Interval | None
+    """Efficiency of image A, 1 / (error² x seconds), over that of image B: of this very pair, as the ratio is. None
+    if there is no ratio, or a file does not say its time."""
+    notes: tuple[str, ...]
+    """What must be known to read the numbers."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as JSON data: what is unknown or not finite is None."""
+        return {
+            "size": list(self.size),
+            "against": str(self.against),
+            "images": [
+                {
+                    "path": str(image.path),
+                    "metrics": {name: _plain(asdict(measured)) for name, measured in image.metrics.items()},
+                    "doubt": image.doubt,
+                    "bias_p": image.bias_p,
+                    "own_estimate": None if image.own is None else image.own.as_dict(),
+                    "seconds": image.seconds,
+                }
+                for image in self.images
+            ],
+            "ratio": None if self.ratio is None else _plain(asdict(self.ratio)),
+            "efficiency": None if self.efficiency is None else _plain(asdict(self.efficiency)),
+            "notes": list(self.notes),
+        }
+
+
+def compare(a: File, b: File, reference: File | None = None) -> Comparison:
+    """Measure image A against image B, or both against a reference.
+
+    Parameters
+    ----------
+    a, b, reference
+        Image files of the same size with channels R, G and B, in linear light.
+
+    Raises
+    ------
+    ImageError
+        If a file cannot be read, lacks a channel, has a pixel that is not finite, or is of another size.
+    """
+    files = [_File.read(path) for path in ((a, b) if reference is None else (a, b, reference))]
+    _check_sizes(files)
+    truth = files[-1]
+    subjects = files[:-1]
+    pairs = [_Pair(file, truth) for file in subjects]
+    compared = tuple(_compared(pair) for pair in pairs)
+    ratio = _ratio(pairs[0], pairs[1]) if reference is not None else None
+    if ratio is not None and truth.doubt:
+        ratio = ratio.doubted(f"the error that {truth.path.name} states is in doubt")
+    efficiency = None if ratio is None else _efficiency(ratio, compared)
+    height, width = truth.image.shape[:2]
+    notes = tuple(_notes(files, compared, reference is not None and ratio is None))
+    return Comparison((width, height), truth.path, compared, ratio, efficiency, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _File:
+    path: Path
+    image: Floats
+    errors: Floats | None
+    """Standard errors, as the file states them."""
+    noise: Noise | None
+    picture: Picture
+
+    @classmethod
+    def read(cls, path: File) -> _File:
+        picture = read_picture(path)
+        try:
+            image = picture.image.astype(np.float64)
+            stated = picture.standard_error
+        except ImageError as error:
+            raise ImageError(f"{path}: {error}") from None
+        if not np.isfinite(image).all():
+            y, x, channel = (int(i[0]) for i in np.nonzero(~np.isfinite(image)))
+            value = image[y, x, channel]
+            raise ImageError(f"{path}: pixel {x},{y} is not finite: {'RGB'[channel]} is {value}")
+        known = stated is not None and bool(np.isfinite(stated).all() and (stated >= 0.0).all())
+        errors = stated.astype(np.float64) if stated is not None and known else None
+        return cls(Path(path), image, errors, Noise.read(path, picture), picture)
+
+    @property
+    def doubt(self) -> str:
+        """Why the error that the file's record states is in doubt; empty if it is not, or there is none."""
+        own = _own(self)
+        return "" if own is None else own.doubt
+
+    def said(self, key: str) -> Any:
+        """Return what the file's record says."""
+        return self.picture.record.get(key)
+
+
+def _check_sizes(files: Iterable[_File]) -> None:
+    sizes = {file.path: "x".join(str(n) for n in file.image.shape[1::-1]) for file in files}
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{path} is {size}" for path, size in sizes.items())
+        raise ImageError(f"images of different sizes cannot be compared: {listed}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """An image and what it is measured against."""
+
+    file: _File
+    truth: _File
+
+    @cached_property
+    def noise(self) -> Noise | None:
+        """Noise of the truth that is subtracted: none where it is not known, or where both may have the same noise.
+
+        A truth that says it has no noise at all has none to be subtracted either.
+        """
+        noise = self.truth.noise
+        return None if noise is None or not noise.variance.any() or _same_seed(self.file, self.truth) else noise
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The truth for metrics from which noise cannot be subtracted."""
+        none = np.zeros_like(self.truth.image)
+        return Reference(self.truth.image, none if self.noise is None else self.noise.variance)
+
+    def difference(self, relative: bool = True) -> Difference:
+        """Return how far the image is from a truth whose noise is known."""
+        assert self.noise is not None
+        return Difference.of(self.file.image, self.truth.image, self.noise, relative)
+
+    @cached_property
+    def relative(self) -> Difference:
+        """The difference relative to the truth."""
+        return self.difference()
+
+
+def _compared(pair: _Pair) -> Compared:
+    names = [name for name in METRICS if name != "flip" or available()]
+    metrics = dict(measure(pair.file.image, pair.reference, names))
+    if pair.noise is not None:
+        relmse, mse = pair.relative.measured, pair.difference(relative=False).measured
+        metrics |= {"error": relmse.map(signed_root), "relmse": relmse, "mse": mse}
+    seconds = pair.file.said("seconds")
+    known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
+    bias_p, own = _bias_p(pair.file, pair.truth), _own(pair.file)
+    return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
+
+
+def _own(file: _File) -> Estimate | None:
+    """Return the estimate that a file's record states, with its doubt."""
+    said = file.said("error")
+    if not isinstance(said, dict) or said.get("value") is None:
+        return None
+    found = Estimate.from_dict({"low": None, "high": None, **said})
+    return replace(found, low=max(found.low, 0.0))
+
+
+def _bias_p(first: _File, second: _File) -> float | None:
+    """Test equal expectations by the block means, if both files know their errors and are independent.
+
+    Block means of a single pair of renders are near to normal, not normal: where few samples carry the light, p-values
+    of 0.001 come about more often than that. Renders with many seeds are what `equaltime.statistics.agreement` is made
+    for.
+    """
+    height, width = first.image.shape[:2]
+    blocks = (height // _BLOCK) * (width // _BLOCK)
+    if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
+        return None
+    images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
+    return compare_blocks(*(BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)).p
+
+
+def _same_seed(first: _File, second: _File) -> bool:
+    """Tell whether both have a seed in common, and so numbers; a merged file has those of all its parts.
+
+    Of another scene too: what is left out of one, or a path's length, leaves the numbers of all else as they are.
+    """
+    return bool(_seeds(first) & _seeds(second))
+
+
+def _seeds(file: _File) -> set[int]:
+    sources = file.said("sources")
+    parts = [part.get("seed") for part in sources if isinstance(part, dict)] if isinstance(sources, list) else []
+    return {seed for seed in parts or [file.said("seed")] if isinstance(seed, int)}
+
+
+def _ratio(first: _Pair, second: _Pair) -> Interval | None:
+    """Return the ratio of errors of two images, with the interval that the reference's noise leaves it."""
+    if first.noise is not None and second.noise is not None:
+        if not (first.relative.measured.known and second.relative.measured.known):
+            return None
+        log, half = log_ratio(first.relative, second.relative)
+        value, low, high = (exp(0.5 * x) for x in (log, log - half, log + half))
+        found = Interval(value, low, high)
+        share = max(first.relative.share, second.relative.share)
+        if share > _NOISY:
+            found = found.doubted(f"noise of {first.truth.path.name} may make {100 * share:.2g} % of the difference")
+        few = block_means(first.relative.squares[..., 0]).size < FEWEST_BLOCKS
+        return found.doubted("too few pixels") if few else found
+    means = [float(contributions(pair.file.image, pair.reference).mean()) for pair in (first, second)]
+    if min(means) <= 0.0:
+        return None
+    found = Interval(math.sqrt(means[0] / means[1]), math.nan, math.nan)
+    if any(_same_seed(pair.file, pair.truth) for pair in (first, second)):
+        return found.doubted("one has a seed in common with the reference")
+    if first.truth.noise is None:
+        return found.doubted("noise of the reference pulls it towards 1")
+    return replace(found, low=found.value, high=found.value)  # it says that it has no noise
+
+
+def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | None:
+    first, second = (image.seconds for image in compared)
+    if first is None or second is None:
+        return None
+
+    def gain(error: float) -> float:
+        square = error * error
+        return second / first / square if square > 0.0 else math.inf
+
+    return ratio.map(gain)
+
+
+def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bool) -> Iterable[str]:
+    truth = files[-1]
+    if truth.noise is None:
+        yield f"{truth.path} carries no standard errors: its noise is part of the errors, and they have no intervals"
+    if is_mitsuba(truth.picture.software):
+        yield f"{truth.path} is by Mitsuba: {CAVEAT}"
+    for image in compared:
+        if not image.metrics["error"].known:
+            yield (
+                f"the error of {image.path} is unknown but for an upper limit: {truth.path} has so much noise itself. "
+                f"Render {truth.path} with more samples"
+            )
+    for file in files:
+        if file.doubt:
+            also = ", and so are all errors measured against it" if file is truth else ""
+            yield f"the error that {file.path} states is in doubt{also}: {file.doubt}"
+    if without_ratio:
+        yield f"the ratio of errors is unknown: {truth.path} is too noisy to tell"
+    if not available():
+        yield "flip is left out: it needs the package flip-evaluator (pip install equaltime[report])"
+    for file in files:
+        if file.path.suffix.lower() in _DISPLAY:
+            yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
+        if file is not truth and _same_seed(file, truth):
+            yield (
+                f"{file.path} and {truth.path} have a seed in common: they are not independent. "
+                "No noise is subtracted, and bias is not tested; render one with another --seed"
+            )
+    if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
+        yield "the files lie at different places in the film"
+    yield from different_problems([(file.path, file.picture.record) for file in files])
+
+
+def _plain(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: None if isinstance(n, float) and not math.isfinite(n) else n for key, n in numbers.items()}

@@ -1,0 +1,184 @@
+"""Renders of one image with different seeds, by several machines or on several days, joined into one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import ImageError
+from equaltime.film.error import Estimate
+from equaltime.film.focus import Focus
+from equaltime.film.parts_of_merge import MergedFilm
+from equaltime.film.unseen import Unseen
+from equaltime.images.image_files import Window
+from equaltime.rendering.checkpoint import Checkpoint, differences
+from equaltime.rendering.film_picture import ALPHA
+from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.stopping import Stop
+from equaltime.strategy import Strategy
+
+__all__ = ["merge"]
+
+
+def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
+    """Join renders of the same scene by the same strategy whose samples are different ones.
+
+    Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
+    Its standard error and its error come from the spread of all parts and their replicates
+    (`equaltime.film.parts_of_merge`). The result can be merged again. The order of merging changes the image and its
+    standard error by one float32 ulp at most. Of what is beside the image, alpha alone is joined.
+
+    Parameters
+    ----------
+    paths
+        Two or more files that `Result.save` wrote.
+
+    Raises
+    ------
+    ImageError
+        If a file cannot be read or holds no moments, if two belong to different images, or have samples in common, or
+        if their sample counts follow from a pixel's own samples.
+    """
+    if len(paths) < 2:
+        raise ImageError("merging takes two files or more")
+    parts = [Checkpoint.read(path) for path in paths]
+    first = parts[0]
+    for part in parts:
+        _check_counts(part)
+        _check_whole(part)
+    for part in parts[1:]:
+        _check_alike(first, part)
+    _check_disjoint(parts)
+    film = reduce(MergedFilm.joined, (part.film for part in parts))
+    result = make_result(
+        replace(film.statistics(), common_doubt=max(part.record["common_doubt"] for part in parts)),
+        _stats(parts),
+        "merge",
+        _origin(first, parts),
+        film.moments,
+        bias=_bias(parts),
+        hidden=Unseen.together([part.missed for part in parts], _focus(parts)),
+        parts=film.parts,
+        stop=_stop(parts),
+    )
+    return replace(result, aovs=_alpha(parts))
+
+
+def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
+    """Return the mean alpha by the samples of the parts, if all have it; of outputs it alone can be joined."""
+    planes = [(part.alpha, part.moments["count"].sum(axis=0)) for part in parts if part.alpha is not None]
+    if len(planes) < len(parts):
+        return {}
+    samples = np.maximum(1, sum(counts for _, counts in planes))
+    return {ALPHA: np.asarray(sum(alpha * counts for alpha, counts in planes) / samples, np.float32)}
+
+
+def _check_counts(part: Checkpoint) -> None:
+    """Refuse counts that follow from a pixel's own samples: what met little light would weigh more.
+
+    With adaptive=error they follow from other pixels, so that a mean weighted by them is unbiased.
+    """
+    if (adaptive := Strategy.parse(part.record["strategy"]).adaptive) not in ("none", "error"):
+        raise ImageError(
+            f"{part.path}: renders with adaptive={adaptive} cannot be merged: each pixel chose its sample counts from "
+            "its own samples. Render the parts with adaptive=error or adaptive=none."
+        )
+
+
+def _check_whole(part: Checkpoint) -> None:
+    """Refuse a render that lacks a sample, which was not a number: its image is no estimate."""
+    if part.record["stopped_by"] == "nonfinite":
+        raise ImageError(f"{part.path}: cannot be merged: it ended at a sample that was not a number, and lacks it")
+
+
+def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
+    if different := differences(other.record, first.record):
+        raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {'; '.join(different)}")
+
+
+def _check_disjoint(parts: Sequence[Checkpoint]) -> None:
+    """Refuse the same numbers twice: every render begins with sample 0, so one seed serves for one part."""
+    owners: dict[int, Path] = {}
+    for part in parts:
+        for seed in _seeds(part):
+            if seed in owners:
+                raise ImageError(
+                    f"{part.path}: cannot be merged with {owners[seed]}: both have the samples of seed {seed}"
+                )
+            owners[seed] = part.path
+
+
+def _seeds(part: Checkpoint) -> tuple[int, ...]:
+    return tuple(source["seed"] for source in _sources(part))
+
+
+def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
+    """Return what was rendered, seed by seed."""
+    record = part.record
+    return tuple(record["sources"]) or (
+        {"seed": record["seed"], "samples": record["samples"], "seconds": record["seconds"], "build": record["build"]},
+    )
+
+
+def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
+    """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
+    found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
+    return max(found, key=lambda bias: bias.high, default=None)
+
+
+def _focus(parts: Sequence[Checkpoint]) -> Focus:
+    """Return what specular surfaces focus: of one scene, so that the first part that tells of it speaks for all."""
+    told = (part.record["focus"] for part in parts if part.record["focus"] is not None)
+    return Focus.from_dict(next(told, None))
+
+
+def _stop(parts: Sequence[Checkpoint]) -> Stop | None:
+    """Return the rule of a part that looked at its own error, if there is one: what it selects, the whole does."""
+    return next((part.stop for part in parts if part.stop is not None and part.stop.selects), None)
+
+
+def _stats(parts: Sequence[Checkpoint]) -> Stats:
+    records = [part.record for part in parts]
+    return Stats(
+        phases={"render": sum(record["seconds"] for record in records)},
+        paths=sum(record["paths"] for record in records),
+        rays=sum(record["rays"] for record in records),
+        shadow_rays=sum(record["shadow_rays"] for record in records),
+        kernel=records[0]["kernel"],
+        threads=records[0]["threads"],
+        effects=tuple(records[0]["effects"]),
+    )
+
+
+def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
+    record = first.record
+    return Origin(
+        scene=record["scene"],
+        digest=record["digest"],
+        window=Window(*record["crop"][:2], *record["size"]),
+        max_depth=record["max_depth"],
+        strategy=record["strategy"],
+        biased=record["biased"],
+        seed=record["seed"],
+        replicates=record["replicates"],
+        nets=record["nets"],
+        backend=record["backend"],
+        without=tuple(record["without"]),
+        substitutions=tuple(record["substitutions"]),
+        sources=tuple(source for part in parts for source in _sources(part)),
+        scene_max_depth=_scene_max_depth(parts),
+        picture=first.picture,
+    )
+
+
+def _scene_max_depth(parts: Sequence[Checkpoint]) -> int | None:
+    """Return the depth that the parts' scene asks for; one that is not that of the image counts before one that is."""
+    said = [depth for part in parts if (depth := part.record["scene_max_depth"]) is not None]
+    return max(said, key=lambda depth: depth != parts[0].record["max_depth"], default=None)

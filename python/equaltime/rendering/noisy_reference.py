@@ -1,0 +1,228 @@
+"""An image against a reference that is a noisy render itself: its error, and the interval that the noise leaves.
+
+With I the image, R the reference and v the variance of R, ``((I - R)² - v) / D`` averages to the image's relMSE
+(`equaltime.images.metrics`) if D is free of noise. Two things must be right where R has few samples:
+
+- v is the pixel's own, from the replicates of the reference. It is noisy, and right on average. The ``stderr`` channel
+  is an average over 7x7 pixels: beside a lamp it is the lamp's, while D is that of a dark pixel. Where a file has no
+  more than that, noise is shared out within the neighbourhood in proportion to (I - R)².
+- D comes from an estimate of the truth in which noise is filtered. The reference alone will not do: where it missed a
+  light by chance that the image met, its D is near 0. So both are averaged with weights that make the noise of the
+  mean least, ``w = v / (I - R)²`` for the image, by means over the 7x7 neighbourhood; and the mean is filtered as Lee
+  (1980) does, which keeps structure that is more than noise.
+
+The interval has two parts. One is the delta method: how the noise of each pixel moves the result. The other stands for
+noise that v does not show, since rare light was in neither replicate: the scatter of means over 4x4 blocks, which
+holds all that chance does to the squares of this image and of R, times what of it R may have made. If R has a share q
+of the squared differences, and its noise lies where they are large, that factor is ``2 sqrt(q) / (1 + q)``.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.error import PixelStatistics
+from equaltime.film.neighbourhoods import neighbours
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.film.sums import box_sum
+from equaltime.images.image_files import Picture
+from equaltime.images.metrics import Measured, divided
+from equaltime.rendering.render_file import read_film
+from equaltime.statistics.intervals import student
+
+__all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
+
+Floats = NDArray[np.float64]
+
+_Z95 = 1.959964
+_BLOCK = 4
+FEWEST_BLOCKS = 16
+"""With fewer, the scatter of blocks says little, and ratios are in doubt."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """What an image file tells of the noise of its pixels."""
+
+    variance: Floats
+    """(H, W, 3): variance of each pixel and channel."""
+    pooled: bool
+    """Whether each variance is a mean over the 7x7 neighbourhood."""
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], picture: Picture) -> Noise | None:
+        """Return what an image file, read as this picture, tells; raises `ImageError` if it is damaged."""
+        moments, parts, second = read_film(path) if picture.record else (None, None, None)
+        if moments is None:
+            return cls.of(picture, None)
+        return cls.of(
+            picture,
+            statistics_of(moments, None if parts is not None and parts.shape != moments.shape[1:] else parts, second),
+        )
+
+    @classmethod
+    def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
+        """Return what a picture and the statistics of its replicates tell, if they do.
+
+        The replicates tell of each pixel, if they are those of the image. Standard errors are pooled if equaltime wrote
+        them.
+        """
+        theirs = pixels is not None and np.array_equal(pixels.mean.astype(np.float32), picture.image)
+        if pixels is not None and theirs and np.isfinite(pixels.variance).all():
+            return cls(pixels.variance, False)
+        errors = picture.standard_error
+        if errors is None or not np.isfinite(errors).all() or (errors < 0.0).any():
+            return None
+        return cls(np.square(errors.astype(np.float64)), bool(picture.record))
+
+    def shared_out(self, square: Floats) -> Floats:
+        """Return variances of single pixels: what is pooled is shared out as the squared differences are."""
+        return divided(self.variance * square, _local(square)) if self.pooled else self.variance
+
+
+@dataclass(frozen=True, eq=False)
+class _Filtered:
+    """An image in which noise is averaged over the neighbourhood and structure is kept."""
+
+    value: Floats
+    shared: Floats
+    """How much of each value is the local mean."""
+    square: Floats
+    """The denominator of relative squares, value² + (0.1 m)²."""
+
+    @classmethod
+    def of(cls, image: Floats, variance: Floats) -> _Filtered:
+        """Filter as Lee (1980): by how much of the local scatter the noise explains."""
+        local = _local(image)
+        scatter = _local(np.square(image - local))
+        explained = np.divide(_local(variance), scatter, out=np.ones_like(scatter), where=scatter > 0.0)
+        shared = np.minimum(explained, 1.0)
+        value = np.maximum(local + (image - local) * (1.0 - shared), 0.0)
+        return cls(value, shared, np.square(value) + (0.1 * float(image.mean())) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """What an image's pixels differ from a noisy reference by, all float64 (H, W, 3)."""
+
+    squares: Floats
+    """The squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
+    slopes: Floats
+    """How the sum of the squares grows with the reference's noise in each pixel and channel."""
+    variance: Floats
+    """Of the reference."""
+    share: float
+    """Share that the reference's noise may have in the squared differences, in [0, 1]: an upper limit."""
+
+    @classmethod
+    def of(cls, image: Floats, reference: Floats, noise: Noise, relative: bool = True) -> Difference:
+        """Compare an image with a reference and its noise, in squares relative to the truth's or as they are."""
+        difference = image - reference
+        square = np.square(difference)
+        variance = noise.shared_out(square)
+        slopes = -2.0 * difference
+        if not relative:
+            return cls(square - variance, slopes, variance, _share(image, reference, variance))
+        by_channels = (_local(values.mean(axis=2, keepdims=True)) for values in (variance, square))
+        weight = np.clip(divided(*by_channels), 0.0, 1.0)
+        mean = (1.0 - weight) * reference + weight * image
+        truth = _Filtered.of(mean, weight * (1.0 - weight) * square)
+        by_denominator = -divided(divided(square, truth.square), truth.square)
+        by_truth = 2.0 * truth.value * by_denominator
+        count = neighbours(*image.shape[:2])
+        slopes = divided(slopes, truth.square) + (1.0 - truth.shared) * by_truth
+        slopes += box_sum(np.ascontiguousarray(truth.shared * by_truth / count))
+        slopes += 0.02 * float(mean.mean()) * float(by_denominator.mean())
+        return cls(divided(square - variance, truth.square), slopes, variance, _share(image, reference, variance))
+
+    @property
+    def value(self) -> float:
+        """The relMSE, or MSE."""
+        return float(self.squares.mean())
+
+    @property
+    def measured(self) -> Measured:
+        """The value with its interval; without a value where the interval reaches down to 0.
+
+        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. Where there is no value
+        it goes on as a multiple of the half-width, without a jump.
+        """
+        value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
+        if not value > half:
+            return Measured(math.nan, 0.0, max(value, 0.0) + (math.e - 1.0) * half)
+        return Measured(value, value - half, value * math.exp(half / value))
+
+
+def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
+    """Return the logarithm of the ratio of two values against one reference, and half the width of its interval.
+
+    Both values are positive. The noise of the reference moves both, and that is seen here.
+    """
+    squares, slopes = (
+        getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")
+    )
+    half = _half_width(squares, slopes, first.variance, max(first.share, second.share))
+    return math.log(first.value / second.value), half
+
+
+def _half_width(squares: Floats, slopes: Floats, variance: Floats, share: float) -> float:
+    """Return half the width of the 95 % interval of the mean of squares; see the top of this file.
+
+    Student's t has the degrees of freedom of sums to which few pixels, or few blocks, give most. How the channels of a
+    pixel go together is not known; they are taken to go all together.
+    """
+    moved = np.square((np.abs(slopes) * np.sqrt(variance)).sum(axis=2))
+    by_pixels = math.sqrt(float(moved.sum())) / squares.size * student(_degrees(moved))
+    blocks = block_means(squares.mean(axis=2))
+    if blocks.size < 2:
+        return math.inf
+    spread = np.square(blocks - blocks.mean())
+    scatter = math.sqrt(float(spread.sum()) / (blocks.size - 1) / blocks.size)
+    scatter *= student(min(_degrees(spread), blocks.size - 1.0))
+    return math.hypot(by_pixels, 2.0 * math.sqrt(share) / (1.0 + share) * scatter)
+
+
+def block_means(values: Floats) -> Floats:
+    """Return means (blocks,) over blocks of 4x4 pixels of (H, W), or the pixels where these are few."""
+    block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
+    rows, columns = (n // block for n in values.shape)
+    cut = values[: rows * block, : columns * block]
+    means: Floats = cut.reshape(rows, block, columns, block).mean(axis=(1, 3)).ravel()
+    return means
+
+
+def _share(image: Floats, reference: Floats, variance: Floats) -> float:
+    """Return the upper limit, at 95 %, of the share of the reference's noise in the squared differences.
+
+    Both are relative to the mean of image and reference, which bounds them: one bright pixel cannot make them. The
+    noise of a pixel is known from few replicates, so that its sum may be off where few pixels make it.
+    """
+    mean = 0.5 * (image + reference)
+    square = np.square(mean) + (0.1 * float(mean.mean())) ** 2
+    noise = divided(variance, square).mean(axis=2)
+    total, all_of_it = float(noise.sum()), float(divided(np.square(image - reference), square).mean(axis=2).sum())
+    if not total > 0.0:
+        return 0.0
+    upper = total * math.exp(_Z95 * math.sqrt(float(np.square(noise).sum())) / total)
+    return min(upper / all_of_it, 1.0) if all_of_it > 0.0 else 1.0
+
+
+def _degrees(squares: Floats) -> float:
+    """Return the degrees of freedom of a sum of squares of normal deviates whose variances differ (Welch 1938).
+
+    That is ``(Σ s)² / Σ s²`` of the variances; the square of one normal deviate has three times the mean square.
+    """
+    largest = float(squares.max(initial=0.0))
+    scaled = squares / largest if largest > 0.0 else np.ones_like(squares)
+    return max(3.0 * float(scaled.sum()) ** 2 / float(np.square(scaled).sum()), 1.0)
+
+
+def _local(values: Floats) -> Floats:
+    """Return the means over the 7x7 neighbourhoods."""
+    means: Floats = box_sum(np.ascontiguousarray(values)) / neighbours(*values.shape[:2])
+    return means

@@ -1,0 +1,101 @@
+"""What a scene asks for beside the image: what is seen first, how opaque a pixel is, what it costs, ...
+
+The first is `first_hits`. The others are this renderer's own, under the names that ``aov`` gives them:
+
+``alpha``           how opaque a pixel is, in [0, 1]: the share of its paths that meet something. Light from all around
+                    is nothing, and so are emitters that the scene hides; masks and surfaces that are nothing count
+                    for what they stop. A film with alpha asks for it too; its channel is ``A``
+``rays``            how many rays a sample of the pixel takes, on the average over some samples; the same each time
+``time_from_rays``  seconds that the pixel took, of all threads: the render's time, by the counted rays. That is a
+                    clock's, and never the same twice
+``bounces``         the image taken apart by the length of the paths, in segments: ``NAME.1.R`` is what is seen,
+                    ``NAME.2.R`` direct light; the last has all longer ones. Added up, they are the image
+
+They are taken after the render, by paths of their own: ``bounces`` costs about as much as the image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.rendering.core import alpha, make_renderer, split_light
+from equaltime.rendering.first_hits import asked_for, first_hits
+from equaltime.scene import Scene
+from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS
+from equaltime.strategy import Strategy
+
+__all__ = ["outputs"]
+
+Planes = dict[str, NDArray[np.float32]]
+COUNTED: Final = 16
+"""Samples by which rays are counted, at the most."""
+
+
+def outputs(
+    scene: Scene,
+    rendered: Scene,
+    strategy: Strategy,
+    seed: int,
+    threads: int,
+    samples: int,
+    seconds: float,
+    asked: tuple[tuple[str, str], ...] | None = None,
+) -> Planes:
+    """Return the channels (H, W) that the scene asks for, by their full names, in its order.
+
+    Parameters
+    ----------
+    rendered
+        The scene without what was left out of it.
+    samples
+        Of the render, per pixel.
+    seconds
+        That all its threads worked.
+    asked
+        The outputs, if they are not all that the scene asks for.
+    """
+    asked = asked_for(scene) if asked is None else asked
+    kinds = {kind for _, kind in asked}
+    seen = first_hits(scene, asked, threads)
+    counts = kinds & {"rays", "time_from_rays"}
+    rays = _rays(rendered, strategy, seed, threads, min(samples, COUNTED)) if counts else None
+    bounces = _bounces(rendered, strategy, seed, threads, samples) if "bounces" in kinds else {}
+    opaque = alpha(rendered, strategy, seed, threads, samples) if "alpha" in kinds else None
+    found: Planes = {}
+    for name, kind in asked:
+        if kind in OUTPUTS:
+            found |= {f"{name}.{letter}": seen[f"{name}.{letter}"] for letter in OUTPUTS[kind]}
+        elif kind == "bounces":
+            found |= {f"{name}.{ending}": plane for ending, plane in bounces.items()}
+        elif kind == "alpha" and opaque is not None:
+            found[f"{name}.A".lstrip(".")] = opaque
+        elif rays is not None:
+            share = 1.0 if kind == "rays" else seconds / rays.sum()
+            found[f"{name}.{OWN_OUTPUTS[kind]}"] = (share * rays).astype(np.float32)
+    return found
+
+
+def _rays(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float64]:
+    """Return how many rays a sample of each pixel takes (H, W)."""
+    plain = strategy.model_copy(update={"adaptive": "none"})  # as many samples of each
+    renderer = make_renderer(scene, plain, seed, threads, pixel_rays=True)
+    renderer.advance(samples)
+    return renderer.pixel_rays.astype(np.float64) / samples
+
+
+def _bounces(
+    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
+) -> Mapping[str, NDArray[np.float32]]:
+    """Return what paths of each length bring, up to the longest that may be, by the endings of their channels."""
+    _, parts = split_light(scene, strategy, seed, threads, samples, only_lengths=True)
+    lengths = np.moveaxis(parts, 2, 0)
+    longest = len(lengths) if scene.max_depth == -1 else min(scene.max_depth, len(lengths))
+    return {
+        f"{number}.{letter}": part[..., channel]
+        for number, part in enumerate(lengths[:longest], 1)
+        for channel, letter in enumerate("RGB")
+    }

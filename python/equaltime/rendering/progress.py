@@ -1,0 +1,78 @@
+"""What a render tells of where it stands, while it is under way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from equaltime.film.error import Estimate
+
+if TYPE_CHECKING:
+    from equaltime.rendering.passes import Passes
+
+__all__ = ["ESTIMATE_SECONDS_A_PIXEL", "Progress", "ProgressCallback", "Reporter"]
+
+_REPORT_INTERVAL = 0.1
+# Share of the time that may go into the error that the progress shows: with the final one, measuring stays under 1 %.
+_ESTIMATE_SHARE = 0.003
+ESTIMATE_SECONDS_A_PIXEL = 3e-7
+"""What an estimate of the error is taken to cost before there was one."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a render stands."""
+
+    samples: int
+    """Samples that every pixel has."""
+    target: int | None
+    """Samples per pixel asked for, if any."""
+    seconds: float
+    """Since the first sample."""
+    fraction: float
+    """Done of what was asked for, 0 … 1, by the limit that is nearer."""
+    time_left: float | None
+    """Estimated seconds to the end; None before the first pass has ended."""
+    error: Estimate | None
+    """Error of the image as of a recent pass; None before there is one, and once the samples have doubled since."""
+
+
+ProgressCallback = Callable[[Progress], object]
+
+
+class Reporter:
+    """Calls the progress callback: at the end of every pass, and now and then within."""
+
+    def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
+        self._passes, self._callback = passes, callback
+        self._reported = 0.0
+        self._estimating, self._last_estimate = 0.0, ESTIMATE_SECONDS_A_PIXEL * passes.pixels
+        self._error: Estimate | None = None
+        self._estimated_at = 0
+
+    def tick(self) -> bool:
+        """Report if some time has passed; always go on."""
+        if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
+            self._report()
+        return True
+
+    def pass_ended(self) -> None:
+        """Report the end of a pass, with a new error if that is cheap by now."""
+        begin = self._passes.seconds
+        if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
+            self._error = self._passes.error()
+            self._estimated_at = self._passes.samples
+            self._last_estimate = self._passes.seconds - begin
+            self._estimating += self._last_estimate
+        self._report()
+
+    def _report(self) -> None:
+        samples, limits, seconds = self._passes.samples, self._passes.limits, self._passes.seconds
+        self._reported = seconds
+        error = self._error if samples < 2 * self._estimated_at else None
+        fractions = [0.0, *(samples / target for target in self._passes.targets)]
+        if limits.seconds is not None:
+            fractions.append(seconds / limits.seconds)
+        fraction, left = min(1.0, max(fractions)), self._passes.time_left
+        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error))

@@ -1,0 +1,158 @@
+"""The record of a saved render: what it must hold to be taken up or merged, since the file may be damaged."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from equaltime.errors import ImageError, StrategyError
+from equaltime.film.error import Unit
+from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
+from equaltime.rendering.decision import Counts
+from equaltime.rendering.stopping import StoppedBy, StopRule
+from equaltime.scene.known import shortened
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.strategy import Strategy
+
+__all__ = ["checked"]
+
+
+def _strategy(name: str) -> str:
+    try:
+        Strategy.parse(name)
+    except StrategyError as error:
+        raise ValueError(str(error)) from error
+    return name
+
+
+Count = Annotated[int, Field(ge=0, lt=2**64)]
+Pixels = Annotated[int, Field(ge=0, lt=2**31)]
+Seconds = Annotated[float, Field(ge=0.0)]
+
+
+class _Facts(BaseModel):
+    """Facts by name; more of them than are asked for do no harm."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+
+def _whole_look(look: Any) -> Any:
+    """Complete a look of an earlier version, which did not tell of its brightest path."""
+    return [*look, None] if isinstance(look, list) and len(look) == 3 else look
+
+
+_Look = Annotated[
+    tuple[Count, float | None, float | None, float | None], Field(strict=False), BeforeValidator(_whole_look)
+]
+
+
+class _Source(_Facts):
+    seed: Count
+    samples: dict[str, int]
+    seconds: Seconds
+    build: dict[str, Any] | None
+
+
+class _Interval(_Facts):
+    value: float | None
+    low: float | None
+    high: float | None
+    doubt: str = ""
+    unit: Unit = "%"
+
+
+class _Stop(_Facts):
+    rule: StopRule
+    error: Annotated[float, Field(gt=0.0)]
+    spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
+    pilot_seed: Count | None = None
+    pilot_spp: Count | None = None
+    pilot_seconds: Seconds = 0.0
+
+
+class _Decision(_Facts):
+    roulette: Literal["throughput", "efficiency"] | None = None
+    splitting: Annotated[float, Field(gt=0.0)] | None = None
+    counts: Counts | None = None
+
+
+class _Picture(_Facts):
+    colors: Literal["rgb", "luminance", "xyz"]
+    alpha: bool
+    half: bool
+
+
+class _Record(_Facts):
+    """The keys that taking up and merging go by; `equaltime.rendering.render_file` says what they mean."""
+
+    format: Annotated[int, Field(ge=1)] = 1
+    scene: str | None
+    digest: str
+    size: Annotated[list[Pixels], Field(min_length=2, max_length=2)]
+    crop: Annotated[list[Pixels], Field(min_length=4, max_length=4)]
+    max_depth: int
+    scene_max_depth: int | None = None
+    strategy: Annotated[str, AfterValidator(_strategy)]
+    biased: bool
+    seed: Count
+    replicates: int
+    nets: Annotated[int, Field(ge=1)] = 2
+    second_net: Annotated[int, Field(ge=0, le=MOST_PIXELS_A_SECOND_NET)] = 0
+    backend: str
+    without: list[str] = []
+    substitutions: list[str]
+    sources: list[_Source]
+    picture: _Picture | None = None
+    samples: dict[str, int]
+    stopped_by: StoppedBy
+    bias: _Interval | None = None
+    stop: _Stop | None = None
+    decision: _Decision | None = None
+    looks: list[_Look]
+    common_doubt: Annotated[float, Field(ge=0.0)] = 0.0
+    focus: dict[str, float] | None = None
+    position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
+    seconds: Seconds
+    paths: Count
+    rays: Count
+    shadow_rays: Count
+    threads: int
+    kernel: str
+    effects: list[str]
+    build: dict[str, Any] | None
+
+
+_BEST_BEFORE = {"roulette": "throughput", "sampler": "sobol", "adaptive": "none"}
+"""Defaults of the preset ``best`` in records that do not tell of nets."""
+
+
+def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a record whose strategy means what it meant when it was written."""
+    name = record.get("strategy")
+    if "nets" in record or not isinstance(name, str) or name.partition(",")[0] != "best":
+        return record
+    words = [f"{key}={word}" for key, word in _BEST_BEFORE.items() if f",{key}=" not in name]
+    with suppress(StrategyError):
+        return {**record, "strategy": Strategy.parse(",".join([name, *words])).name}
+    return record
+
+
+def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return a file's record, whole; raises `ImageError` with all that is wrong with it."""
+    try:
+        return _Record.model_validate(_in_todays_words(record)).model_dump()
+    except ValidationError as error:
+        raise ImageError(f"{path}: its record is damaged: {'; '.join(_problems(error))}") from None
+
+
+def _problems(error: ValidationError) -> Iterator[str]:
+    for details in error.errors(include_url=False):
+        key = ".".join(map(str, details["loc"]))
+        if details["type"] == "missing":
+            yield f"'{key}' is missing"
+        else:
+            yield f"'{key}' {details['msg'].removeprefix('Input ')}, found {shortened(details['input'], 80)}"

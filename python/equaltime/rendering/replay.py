@@ -1,0 +1,165 @@
+"""One sample of a render once more, vertex by vertex, with every factor that made it.
+
+The path goes through the same estimator as in a render, so that its radiance is the render's sample, bit by bit; what
+its vertices add sums up to it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from equaltime.rendering.arguments import as_scene, check_arguments, is_whole
+from equaltime.rendering.core import traced
+from equaltime.scene import Scene
+from equaltime.scene.effects.leaving import leave_out
+from equaltime.scene.model import MOST_SAMPLES
+from equaltime.scene.naming import Names
+from equaltime.strategy import Strategy
+
+__all__ = ["Replay", "replay"]
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Replay:
+    """The path of one sample. Lengths and radiance are in the scene's units, densities per solid angle."""
+
+    pixel: tuple[int, int]
+    """Its place in the whole film, from the left and from the top."""
+    sample: int
+    seed: int
+    strategy: str
+    filter_weight: float
+    """Of its place under the pixel's filter."""
+    radiance: Color
+    """What the sample adds to its pixel: what the vertices add, in their order, times the filter's weight."""
+    end: str
+    """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
+    ``roulette``."""
+    vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
+    """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
+    medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
+    ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the
+    ``light`` that was sampled, and the ``scattering``; and the floating-point ``faults`` that it raised, in words."""
+
+    @property
+    def sum(self) -> Color:
+        """The sum of what the vertices add, in float32 as in the render, times the filter's weight."""
+        total = np.zeros(3, np.float32)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for vertex in self.vertices:
+                for part in (vertex["emitter"], vertex["light"]):
+                    if part is not None:
+                        total += np.array(part.get("gathered", (0.0, 0.0, 0.0)), np.float32)
+            red, green, blue = (total * np.float32(self.filter_weight)).tolist()
+        return red, green, blue
+
+    @property
+    def first_nonfinite(self) -> tuple[int, str] | None:
+        """The first number of the path that is NaN or infinite: its vertex, and its name there."""
+        for index, vertex in enumerate(self.vertices):
+            if name := _nonfinite(vertex):
+                return index, name
+        return None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the replay as JSON data; numbers that JSON does not know are words: nan, inf, -inf."""
+        data = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        record: dict[str, Any] = _as_json({**data, "sum": self.sum})
+        return record
+
+
+def replay(
+    scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    pixel: tuple[int, int],
+    sample: int,
+    *,
+    strategy: Strategy | str = "best",
+    seed: int = 0,
+    without: Sequence[str] = (),
+) -> Replay:
+    """Trace the path of sample number ``sample`` of a pixel, counted from 0, as a render with this seed does.
+
+    With effects left out ``without`` them, as there.
+
+    Raises
+    ------
+    SceneError, StrategyError, EffectError
+        If the scene or the strategy cannot be read, or an effect not be left out.
+    ValueError
+        If the pixel is not on the film, or an argument is out of range, or of another type.
+    """
+    check_arguments(seed=seed)
+    if not (is_whole(sample) and 0 <= sample < MOST_SAMPLES):
+        raise ValueError(f"sample must be a whole number from 0 to {MOST_SAMPLES - 1}, found {sample!r}")
+    if not (isinstance(pixel, Sequence) and len(pixel) == 2 and all(map(is_whole, pixel))):
+        raise ValueError(f"pixel must be two whole numbers, (x, y), found {pixel!r}")
+    chosen = Strategy.of(strategy)
+    loaded, chosen = leave_out(as_scene(scene), chosen, without)
+    x, y, width, height = loaded.model.sensor.film.crop
+    if not (x <= pixel[0] < x + width and y <= pixel[1] < y + height):
+        raise ValueError(f"pixel {pixel[0]},{pixel[1]} is not on the film, {width}x{height} from {x},{y}")
+    path = traced(loaded, chosen, pixel, sample, seed)
+    names = Names(loaded)
+    for vertex in path["vertices"]:
+        _name(vertex, names)
+    return Replay(
+        pixel=pixel,
+        sample=sample,
+        seed=seed,
+        strategy=chosen.name,
+        filter_weight=path["filter_weight"],
+        radiance=path["radiance"],
+        end=path["end"],
+        vertices=tuple(path["vertices"]),
+    )
+
+
+def _name(vertex: dict[str, Any], names: Names) -> None:
+    """Say of the surfaces and lights of a vertex what they are called and where they stand."""
+    blocker = (vertex["light"] or {}).get("blocker")
+    for surface in (vertex["surface"], blocker):
+        if surface is not None:
+            surface["name"] = str(names.shape(surface["shape"]))
+            copy = None if surface["instance"] is None else str(names.instance(surface["instance"]))
+            if copy not in (None, surface["name"]):  # what moves is an instance of itself
+                surface["name"] += f", seen as {copy}"
+    for found in (vertex["emitter"], vertex["light"]):
+        if found is None:
+            continue
+        light = found["light"]
+        number = light.pop("delta")
+        if light["kind"] == "area":
+            name = names.shape(light["shape"])
+        else:
+            name = names.environment() if light["kind"] == "environment" else names.delta_light(number)
+            light["kind"] = name.type
+        light["name"] = str(name)
+
+
+def _nonfinite(value: Any) -> str | None:
+    """Return the name of the first number inside that is not finite; empty if it is the value itself."""
+    if isinstance(value, float):
+        return None if math.isfinite(value) else " "
+    if isinstance(value, tuple):
+        return " " if any(_nonfinite(item) for item in value) else None
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            if inner := _nonfinite(item):
+                return f"{name} {inner}".strip()
+    return None
+
+
+def _as_json(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _as_json(item) for name, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_as_json(item) for item in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,374 @@
+"""The result of a render: the image, its error, its cost and its origin."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.film.error import Estimate, PixelStatistics, standard_error
+from equaltime.film.focus import Focus
+from equaltime.film.radiance_range import FAR_APART
+from equaltime.film.second_nets import SecondNets
+from equaltime.film.unseen import Unseen, stated_error
+from equaltime.images import image_files as images
+from equaltime.images import preview
+from equaltime.images.float32 import as_float32, beyond_float32
+from equaltime.images.image_files import Window
+from equaltime.rendering.budget import Look
+from equaltime.rendering.decision import Decision
+from equaltime.rendering.film_picture import ALPHA, FilmPicture
+from equaltime.rendering.output_files import keep_work
+from equaltime.rendering.render_file import FORMAT, RenderFile
+from equaltime.rendering.stated import paths_up_to, stated
+from equaltime.rendering.stopping import Stop, StoppedBy
+
+__all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
+
+_EXTENSIONS = (".exr", ".png")
+
+
+def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
+    """Return where the picture of a result saved as ``path`` goes; raise `ImageError` if either cannot be written."""
+    images.check_writable(path, extensions)
+    picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
+    images.check_writable(picture, _EXTENSIONS)
+    return picture
+
+
+def uninterrupted(result: Result) -> Result:
+    """Return a result that measures go by; raise `KeyboardInterrupt` for one that Ctrl-C cut short."""
+    if result.stopped_by == "interrupt":
+        raise KeyboardInterrupt
+    return result
+
+
+@dataclass(frozen=True)
+class Stats:
+    """Cost of a render, and the code that did it."""
+
+    phases: Mapping[str, float] = field(hash=False)
+    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
+    where something was left out, and ``stop_pilot`` where a pilot chose the count; ``save`` and ``outputs`` (those
+    beside the image) where there are any."""
+    paths: int
+    """Camera paths, which is samples."""
+    rays: int
+    """Rays traced to find the nearest surface."""
+    shadow_rays: int
+    """Rays traced to find out whether anything is in the way."""
+    kernel: str
+    """The compiled path tracer that was chosen for the scene."""
+    threads: int
+    effects: tuple[str, ...] = ()
+    """Effects that the scene uses."""
+    build: Mapping[str, Any] | None = field(default=None, hash=False)
+    """How the core was built, and with which Embree."""
+
+    @property
+    def seconds(self) -> float:
+        """Seconds from the first sample to the final film."""
+        return self.phases["render"]
+
+    @property
+    def rays_per_second(self) -> float:
+        """All rays, shadow rays included, per second of rendering."""
+        return (self.rays + self.shadow_rays) / self.seconds if self.seconds > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Everything that decides the bits of a render but the sample counts."""
+
+    scene: str | None
+    """The scene's file, as an absolute path; None for a scene made in memory."""
+    digest: str
+    """SHA-256 of the scene's content."""
+    window: Window
+    """The place of the image in the full film."""
+    max_depth: int
+    """Length of the longest paths of the problem; -1 if there is no limit."""
+    strategy: str
+    """The strategy's name; `Strategy.parse` reads it."""
+    biased: bool
+    seed: int
+    replicates: int
+    backend: str
+    without: tuple[str, ...] = ()
+    """The effects that were left out, as `equaltime.pricing.leave_out` takes them; biased if there are any."""
+    substitutions: tuple[str, ...] = ()
+    """Parts of the scene that were replaced because they cannot be rendered."""
+    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
+    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
+    nets: int = 2
+    """Independent nets of a pixel's samples: as many as replicates, which are independent then, or one."""
+    second_net: int = 0
+    """One of how many pixels has a second net beside its one (`equaltime.film.second_nets`); 0 if none has."""
+    scene_max_depth: int | None = None
+    """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
+    """
+    picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
+    """The form in which the film asks for the picture: no bit of the render depends on it."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The origin as JSON data, as it stands in the record of a result."""
+        return {
+            "scene": self.scene,
+            "digest": self.digest,
+            "size": [self.window.full_width, self.window.full_height],
+            "max_depth": self.max_depth,
+            "scene_max_depth": self.scene_max_depth,
+            "strategy": self.strategy,
+            "biased": self.biased,
+            "seed": self.seed,
+            "replicates": self.replicates,
+            "nets": self.nets,
+            **({"second_net": self.second_net} if self.second_net else {}),
+            "backend": self.backend,
+            **({"without": list(self.without)} if self.without else {}),
+            "substitutions": list(self.substitutions),
+            "sources": [dict(source) for source in self.sources],
+            **({} if self.picture == FilmPicture() else {"picture": self.picture.as_dict()}),
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """A rendered image with its error bar and its cost.
+
+    No array of it can be written to: copy what is to be changed.
+    """
+
+    image: NDArray[np.float32]
+    """(H, W, 3): linear RGB radiance; 0 where ``samples`` is 0."""
+    standard_error: NDArray[np.float32]
+    """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
+    samples: NDArray[np.int64]
+    """(H, W): samples of each pixel, numbered from 0."""
+    error: Estimate
+    """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it. A bias that
+    was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
+    stats: Stats
+    stopped_by: StoppedBy
+    """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
+    chose for it, Ctrl-C, or a sample that was not a number. ``unfinished`` is a render that was saved on the way."""
+    origin: Origin
+    moments: NDArray[Any] | None = None
+    """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
+    looks: tuple[Look, ...] = ()
+    """Looks of a render that was to stop at an error: samples a pixel, the error, its upper limit."""
+    bias: Estimate | None = None
+    """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
+    position: tuple[int, int, int] | None = None
+    """Position of the passes, from which they are taken up: samples that every pixel has on average, those of the
+    blocks before the next one, and that block's number."""
+    missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """Light that samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
+    stop: Stop | None = None
+    """The rule by which the render, or one that it took up, was to stop at an error; None if none was asked for."""
+    aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """Outputs beside the image that the integrator asks for: channels (H, W) by name."""
+    degrees: float = 1.0
+    """Degrees of freedom behind the variance of each pixel: the number of replicates less 1. In a merged render: the
+    harmonic mean over pixels, of all parts and their replicates (`equaltime.film.parts_of_merge`)."""
+    parts: NDArray[Any] | None = None
+    """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+    common_doubt: float = 0.0
+    """Relative standard deviation of a factor that the variances of all pixels have in common."""
+    second: SecondNets | None = None
+    """Second nets of some pixels (`equaltime.film.second_nets`); None if there are none."""
+    decision: Decision = field(default_factory=Decision)
+    """What the strategy left to the render."""
+    focus: Focus = field(default_factory=Focus.none)
+    """Light that specular surfaces focus, by which the error may be in doubt."""
+
+    def __post_init__(self) -> None:
+        """Keep others from changing what is stated about one another: the image, its error and its moments."""
+        second = None if self.second is None else self.second.moments
+        arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts, second)
+        for array in (*arrays, *self.missed.values(), *self.aovs.values()):
+            if array is not None:
+                array.flags.writeable = False
+
+    @property
+    def spp(self) -> float:
+        """Samples per pixel; the mean, where a limit cut a pass."""
+        return float(self.samples.mean())
+
+    @property
+    def alpha(self) -> NDArray[np.float32] | None:
+        """(H, W): how opaque each pixel is (`equaltime.rendering.outputs`); None unless the film asks for it."""
+        return self.aovs.get(ALPHA)
+
+    @property
+    def radiance_range(self) -> float:
+        """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
+
+        It is large in ordinary scenes too, such as one lamp in thick fog. Only where `lint` finds emitters that are
+        more than 1e12 apart (``radiance-range``) may light of the dim ones be missing.
+        """
+        least = float(np.min(self.image, where=self.image > 0.0, initial=np.inf))
+        return float(self.image.max()) / least if least < np.inf else 1.0
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The provenance as JSON data: what `save` stores in the EXR, and ``--json`` prints."""
+        height, width = self.samples.shape
+        window = self.origin.window
+        return {
+            "format": FORMAT,
+            "software": images.SOFTWARE,
+            **self.origin.record,
+            "crop": [window.x, window.y, width, height],
+            "spp": int(self.spp) if self.spp.is_integer() else self.spp,
+            "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
+            "stopped_by": self.stopped_by,
+            "stop": None if self.stop is None else self.stop.as_dict(),
+            **({"decision": self.decision.as_dict()} if self.decision != Decision() else {}),
+            "error": self.error.as_dict(),
+            **({} if self.parts is None else {"degrees": self.degrees}),
+            **({"common_doubt": self.common_doubt} if self.common_doubt else {}),
+            **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
+            **({"radiance_range": self.radiance_range} if self.radiance_range > FAR_APART else {}),
+            **({} if self.bias is None else {"bias": self.bias.as_dict()}),
+            "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
+            **({} if self.position is None else {"position": list(self.position)}),
+            "seconds": self.stats.seconds,
+            "phases": dict(self.stats.phases),
+            "paths": self.stats.paths,
+            "rays": self.stats.rays,
+            "shadow_rays": self.stats.shadow_rays,
+            "rays_per_s": self.stats.rays_per_second,
+            "threads": self.stats.threads,
+            "kernel": self.stats.kernel,
+            "effects": list(self.stats.effects),
+            "build": dict(self.stats.build) if self.stats.build else None,
+        }
+
+    def save(self, path: str | os.PathLike[str], small: bool = False) -> tuple[Path, ...]:
+        """Write the result and return the files written.
+
+        Parameters
+        ----------
+        path
+            ``NAME.exr`` gets the image, its standard error, the sample counts, how it was made, and the moments by
+            which the render is taken up or merged (`equaltime.rendering.render_file`), with a preview ``NAME.png``
+            beside it. The first picture of it has the channels that the film asks for (`FilmPicture`), as has the
+            preview. ``NAME.png`` gets the preview alone. A render that is there already and took more than a minute is
+            kept as ``NAME.exr~``, unless this one has all of its samples.
+        small
+            Leave out of the EXR what taking up and merging need, and the outputs beside the image; and round the image
+            to 11 significant bits (0.02 %).
+
+        Raises
+        ------
+        ImageError
+            If a file cannot be written; what was there before is left alone.
+        """
+        path = Path(path)
+        picture = check_output(path)
+        description = f"{self._summary()}; {self.origin.strategy}"
+        kept = None
+        if path != picture:
+            kept = keep_work(path, self.record)
+            self._file.write(path, description, small)
+        alpha = self.alpha if self.origin.picture.alpha else None
+        preview.write_png(picture, self.image, description, self.origin.scene, alpha)
+        written = (path, picture) if path != picture else (picture,)
+        return written if kept is None else (*written, kept)
+
+    @property
+    def _file(self) -> RenderFile:
+        return RenderFile(
+            self.image,
+            self.standard_error,
+            self.samples,
+            self.record,
+            self.origin.window,
+            self.moments,
+            self.parts,
+            self.missed,
+            {name: plane for name, plane in self.aovs.items() if name != ALPHA},
+            self.origin.picture,
+            self.alpha,
+            self.second,
+        )
+
+    def _summary(self) -> str:
+        height, width = self.samples.shape
+        number, asked = stated(self.origin), self.origin.scene_max_depth
+        asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
+        error = f"{number.noun} {self.error}{number.of_paths}{asks}"
+        return f"{width}x{height}, {self.spp:g} spp, {error}, stopped by {self.stopped_by}"
+
+    def __repr__(self) -> str:
+        return f"Result({self._summary()})"
+
+    def _repr_png_(self) -> bytes:
+        return preview.png_bytes(self.image)
+
+
+def make_result(
+    pixels: PixelStatistics,
+    stats: Stats,
+    stopped_by: StoppedBy,
+    origin: Origin,
+    moments: NDArray[Any] | None = None,
+    looks: tuple[Look, ...] = (),
+    bias: Estimate | None = None,
+    position: tuple[int, int, int] | None = None,
+    hidden: Unseen | None = None,
+    parts: NDArray[Any] | None = None,
+    stop: Stop | None = None,
+    second: SecondNets | None = None,
+    decision: Decision | None = None,
+) -> Result:
+    """Add the image and its errors, and the time that they took, to what is known of a render.
+
+    The result shares ``moments`` and those of ``second`` nets with the caller.
+
+    Raises
+    ------
+    BrightImage
+        With the result, if float32 cannot hold the image.
+    """
+    begin = time.perf_counter()
+    image = as_float32(pixels.mean)
+    errors = standard_error(pixels)
+    brightest = max((look.brightest for look in looks), default=0.0)
+    error = stated_error(pixels, hidden, brightest=brightest).with_bias(bias)
+    stats = replace(stats, phases={**stats.phases, "estimate": time.perf_counter() - begin})
+    missed = {} if hidden is None else hidden.parts(*pixels.samples.shape)
+    result = Result(
+        image,
+        errors,
+        pixels.samples,
+        error,
+        stats,
+        stopped_by,
+        origin,
+        moments,
+        looks,
+        bias,
+        position,
+        missed,
+        stop,
+        degrees=pixels.degrees,
+        parts=parts,
+        common_doubt=pixels.common_doubt,
+        second=second,
+        decision=Decision() if decision is None else decision,
+        focus=Focus.none() if hidden is None else hidden.focus,
+    )
+    beyond = beyond_float32(pixels.mean, (origin.window.x, origin.window.y), origin.scene or "")
+    if beyond is not None:
+        raise beyond.with_result(result)
+    return result

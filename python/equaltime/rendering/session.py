@@ -1,0 +1,278 @@
+"""One render in the core: its renderer, its passes, and the result so far at any moment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.errors import BrightImage, ImageError, RenderError
+from equaltime.film.error import Estimate, PixelStatistics, pixel_statistics
+from equaltime.film.lamps import Lamps
+from equaltime.film.second_nets import second_nets, statistics, statistics_so_far
+from equaltime.film.unseen import Unseen, stated_error
+from equaltime.images.image_files import Window
+from equaltime.interrupts import held_back, put_off
+from equaltime.machine import resident_bytes
+from equaltime.rendering.budget import Limits
+from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.core import (
+    REPLICATES,
+    AdaptiveRenderer,
+    bad_sample,
+    build_info,
+    core_settings,
+    decision_of,
+    make_renderer,
+    nets,
+    second_net,
+)
+from equaltime.rendering.decision import Decision
+from equaltime.rendering.film_picture import FilmPicture
+from equaltime.rendering.job import Job
+from equaltime.rendering.passes import Passes
+from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.saving import Saving
+from equaltime.rendering.stopping import Stop, StoppedBy
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["Session", "origin_of"]
+
+_SECONDS_A_PIXEL = 1e-6
+"""What saving is taken to cost before it was done once."""
+
+
+class Session:
+    """A render that runs pass by pass and can be asked for its result between passes.
+
+    Raises
+    ------
+    SceneError
+        If the film is more than this machine can hold.
+    RenderError
+        If there is not enough memory, or the film is a single pixel and nothing but its error is to end the render.
+    ImageError
+        If the checkpoint belongs to another render.
+    """
+
+    def __init__(self, job: Job, progress: ProgressCallback | None = None) -> None:
+        self.job, scene, strategy, resumed = job, job.scene, job.strategy, job.resumed
+        self._stop = resumed.stop if job.stop is None and resumed is not None else job.stop
+        biased = strategy.biased or bool(job.without)
+        origin = origin_of(scene, strategy.name, biased, job.seed, REPLICATES, "core", job.without)
+        self._origin = replace(origin, nets=nets(scene, strategy), second_net=second_net(scene, strategy))
+        core = scene.core  # built now, if it was not before
+        self.bytes_before = resident_bytes()
+        """Of the process, with the scene, before there is a film."""
+        decided = strategy if resumed is None else resumed.decision.applied(strategy)
+        self._renderer = make_renderer(scene, decided, job.seed, job.threads, traps=job.traps)
+        self._resumed = Decision() if resumed is None else resumed.decision
+        self._before = 0.0 if resumed is None else resumed.seconds
+        if resumed is not None:
+            self._take_up(resumed)
+        _, height, width = self._renderer.moments.shape
+        limits = job.limits
+        if height * width == 1 and limits.error is not None and limits == Limits(error=limits.error):
+            raise RenderError("the error of a single pixel cannot be known of two replicates: give another limit too")
+        looks = () if resumed is None else resumed.looks
+        done = self._renderer.position[0]
+        self._unseen = Unseen.of(core, core_settings(scene, strategy), job.seed, job.threads)
+        self.passes = Passes(
+            self._renderer, height * width, limits, progress, samples=done, looks=looks, hidden=self._unseen
+        )
+
+    @property
+    def origin(self) -> Origin:
+        """What decides the bits of the render."""
+        return self._origin
+
+    def _take_up(self, resumed: Checkpoint) -> None:
+        _, height, width = self._renderer.moments.shape
+        window = self._origin.window
+        crop = [window.x, window.y, width, height]
+        resumed.check({"without": [], **self._origin.record, "crop": crop, "build": build_info()})
+        self._renderer.moments[...] = resumed.moments
+        if resumed.second is not None:
+            self._renderer.second_moments[...] = resumed.second.moments
+        try:
+            numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
+            self._renderer.take_up(**numbers, position=resumed.position)
+        except ValueError as error:
+            raise ImageError(f"{resumed.path}: cannot be taken up: {error}") from error
+
+    def run(
+        self,
+        path: Path | None = None,
+        every: float = 60.0,
+        pass_ended: Callable[[Session], object] | None = None,
+        unsaved: Callable[[str], object] | None = None,
+    ) -> Result:
+        """Run all passes, call ``pass_ended`` after each, and return the result.
+
+        If ``path`` is given, what is done so far is saved there every so many seconds, within passes too; ``unsaved``
+        is called with why, where that fails, once until it has been done again. After Ctrl-C the result is what was
+        finished; raises `KeyboardInterrupt` if that is nothing, `SampleError` or `BrightImage` with the result so far.
+        """
+        if path is not None:
+            takes = _SECONDS_A_PIXEL * self.passes.pixels
+            self.passes.saving = Saving(partial(self._save, path), every, takes, unsaved)
+        stopped_by = self._run_passes(pass_ended)
+        if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
+            raise KeyboardInterrupt
+        with held_back() as late:  # or an impatient one more: what is finished is finished
+            result = self.result(stopped_by)
+        return replace(result, stopped_by="interrupt") if late else result
+
+    def _run_passes(self, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
+        try:
+            for _ in self.passes:
+                if pass_ended is not None:
+                    pass_ended(self)
+        except KeyboardInterrupt:  # between two passes
+            return "interrupt"
+        assert self.passes.stopped_by is not None
+        return self.passes.stopped_by
+
+    def _save(self, path: Path) -> None:
+        with put_off():  # or Ctrl-C would leave half a picture
+            try:
+                self._snapshot("unfinished").save(path)  # a copy of the film would be the peak of memory
+            except BrightImage as error:
+                cast(Result, error.result).save(path)
+                raise
+
+    def error(self, lasting: bool = False) -> Estimate:
+        """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
+        pixels = statistics_so_far(self._renderer)
+        return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
+
+    def statistics(self) -> PixelStatistics:
+        """Return the image so far with its variance."""
+        return statistics_so_far(self._renderer)
+
+    def rates(self, samples: int) -> NDArray[np.float64]:
+        """Return each pixel's share of ``samples`` a pixel on average, (H, W): 1 everywhere where counts are even."""
+        renderer = self._renderer
+        if isinstance(renderer, AdaptiveRenderer):
+            return renderer.rates(samples)
+        return np.ones(renderer.moments.shape[1:])
+
+    @property
+    def lamps(self) -> Lamps:
+        """Lamps in sight that are smaller than a pixel."""
+        return self._unseen.lamps
+
+    @property
+    def decided(self) -> Strategy:
+        """The strategy, with what was decided so far."""
+        return self._decision.applied(self.job.strategy)
+
+    @property
+    def _decision(self) -> Decision:
+        """What was decided so far, by this render or by one that it took up."""
+        found, before = decision_of(self._renderer, self.job.strategy), self._resumed
+        return found if before == Decision() else replace(before, counts=found.counts or before.counts)
+
+    def image(self) -> NDArray[np.float64]:
+        """Return the image so far, (H, W, 3)."""
+        return pixel_statistics(self._renderer.moments).mean
+
+    @property
+    def stop(self) -> Stop | None:
+        """The rule by which it stops at an error, or was to stop; None if none was asked for."""
+        error = self.passes.limits.error
+        return self._stop if error is None else Stop("look", error)
+
+    def result(self, stopped_by: StoppedBy) -> Result:
+        """Return what is done so far; raises `SampleError` or `BrightImage` with it if something went wrong.
+
+        The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
+        """
+        shared = self._snapshot(stopped_by)
+        second = None if shared.second is None else shared.second.copy()
+        result = replace(shared, moments=self._renderer.moments.copy(), second=second)
+        self.check(result)
+        return result
+
+    def _snapshot(self, stopped_by: StoppedBy) -> Result:
+        """Return what is done so far, with the moments of the film itself."""
+        counters = self._renderer.counters
+        phases = {**self.job.scene.timings, "render": self._before + self.passes.total_seconds}
+        if self.passes.saving is not None and self.passes.saving.seconds:
+            phases["save"] = self.passes.saving.seconds
+        stop = self.stop
+        if stop is not None and stop.rule == "fixed":
+            phases["stop_pilot"] = stop.pilot_seconds
+            if stopped_by == "spp" and self.passes.limits.spp == stop.spp:
+                stopped_by = "count"
+        stats = Stats(
+            phases=phases,
+            paths=counters["paths"],
+            rays=counters["rays"],
+            shadow_rays=counters["shadow_rays"],
+            kernel=self._renderer.kernel,
+            threads=self._renderer.threads,
+            effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
+            build=build_info(),
+        )
+        moments, second = self._renderer.moments, second_nets(self._renderer)
+        try:
+            return make_result(
+                statistics(moments, second),
+                stats,
+                stopped_by,
+                self._origin,
+                moments,
+                self.passes.looks.made,
+                self.job.bias,
+                self._renderer.position,
+                self._unseen,
+                stop=stop,
+                second=second,
+                decision=self._decision,
+            )
+        except BrightImage as error:
+            found = cast(Result, error.result)
+            raise error.with_result(replace(found, moments=moments.copy())) from None
+
+    def check(self, result: Result | None = None) -> None:
+        """Raise `SampleError`, with the result so far if there is to be one, if a sample went wrong."""
+        if self._renderer.nonfinite or self._renderer.faulty:
+            origin = self._origin
+            raise bad_sample(self.job.scene, self.job.strategy, origin.seed, self._renderer, result, origin.without)
+
+
+def origin_of(
+    scene: Scene,
+    strategy: str,
+    biased: bool,
+    seed: int,
+    replicates: int,
+    backend: str,
+    without: tuple[str, ...] = (),
+) -> Origin:
+    """Return what decides the bits of a render of the scene."""
+    film = scene.model.sensor.film
+    return Origin(
+        scene=None if scene.source is None else os.path.abspath(scene.source),
+        digest=scene.digest,
+        window=Window(*film.crop[:2], *film.size),
+        substitutions=tuple(map(str, scene.substitutions)),
+        max_depth=scene.max_depth,
+        strategy=strategy,
+        biased=biased,
+        seed=int(seed),  # NumPy's integers cannot be written into records
+        replicates=replicates,
+        backend=backend,
+        without=without,
+        scene_max_depth=scene.own_max_depth,
+        picture=FilmPicture.of(film),
+    )

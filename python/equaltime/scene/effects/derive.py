@@ -1,0 +1,78 @@
+"""Scene → effects: what it calls for, and which element of which file does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from equaltime.scene import Scene
+from equaltime.scene.compile_media import sees_media
+from equaltime.scene.effects.kinds import KINDS, Kind, kind_of
+from equaltime.scene.inert import is_inert, shown
+from equaltime.scene.model import Plugin, ThinDielectric
+from equaltime.scene.motion import moves
+
+__all__ = ["Reason", "derive"]
+
+
+@dataclass(frozen=True)
+class Reason:
+    """An element that calls for an effect."""
+
+    place: str
+    """``file:line`` or ``file: key.path``; empty if the scene was made in memory and does not say."""
+    what: str
+    """The element, such as ``bsdf 'dielectric'``."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.what}" if self.place else self.what
+
+
+def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
+    """Return the effects that the scene calls for, by name, each with its reasons, one at least.
+
+    What does nothing calls for nothing: see `equaltime.scene.inert`. Raises SceneError if the core cannot use it.
+    """
+    nodes = list(_nodes(scene))
+    called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}
+    if scene.core.lights > 1:
+        called["many_lights"] = KINDS["many_lights"]
+    found = {name: tuple(_reasons(scene, kind, nodes)) for name, kind in called.items()}
+    if outputs := tuple(_reasons(scene, KINDS["outputs"], nodes)):
+        found["outputs"] = outputs
+    if scene.max_depth == -1 or scene.max_depth > 2:
+        limit = "without limit" if scene.max_depth == -1 else f"of up to {scene.max_depth} segments"
+        found["long_paths"] = (Reason(scene.place_of(scene.model.integrator), f"paths {limit}"),)
+    whole = Reason(str(scene.source or ""), "the scene as a whole")
+    ordered = [name for name in (*KINDS, *called) if name in found]
+    return {name: found[name] or (whole,) for name in dict.fromkeys(ordered)}
+
+
+def _nodes(scene: Scene) -> Iterator[Plugin]:
+    """Iterate over all that is built, each once."""
+    model, seen = scene.model, set[int]()
+    shapes = (model.shapes[number] for number in shown(model))
+    for part in (model.integrator, model.sensor, *shapes, *model.emitters):
+        yield from _within(part, seen)
+
+
+def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
+    """Iterate over a node and what is in it, but for what was seen before: groups and materials are shared."""
+    if id(node) in seen:
+        return
+    seen.add(id(node))
+    yield node
+    for name in type(node).model_fields:
+        value = getattr(node, name)
+        for item in value if isinstance(value, tuple) else (value,):
+            if isinstance(item, Plugin):
+                yield from _within(item, seen)
+
+
+def _reasons(scene: Scene, kind: Kind, nodes: list[Plugin]) -> Iterator[Reason]:
+    for node in nodes:
+        rests = kind.name == "motion" and not moves(node, scene.model.sensor)
+        if kind.name == "masks" and isinstance(node, ThinDielectric):  # which is a vertex unless media are looked for
+            rests = not sees_media(scene.model.integrator)
+        if kind.calls(node) and not rests and not is_inert(node, scene.assets):
+            yield Reason(scene.place_of(node), f"{node.kind} '{node.title}'")

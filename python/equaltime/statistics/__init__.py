@@ -1,0 +1,1 @@
+"""Statistics: intervals from repeats, error curves over time, and tests of agreement. Nothing here knows of images."""

@@ -1,0 +1,395 @@
+"""Error against time: how long to a wanted error, what at equal time, how steep.
+
+A strategy's curve is that of the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
+reference's noise is subtracted in relMSE, and averages away there even where single repeats fall below 0. Between
+checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors fall; noise may
+make them rise). Whatever is read off the curve is a smooth function of means over repeats, formed on the logarithm; its
+interval comes from the jackknife over repeats, which sees that checkpoints of one run share samples, and that two
+strategies' repeats share a machine that drifts. What the reference's noise does to all repeats alike no spread shows:
+everything is formed again with all of relMSE moved by its standard error, of two strategies by the same.
+
+Where a few events make most of the error (`Runs.tail`), the mean over repeats is that of the runs that had them, and no
+spread tells how often they come. Times are then those of typical runs: medians over repeats, each by its own curve,
+with the interval of the sign test, which holds for any distribution. Beyond its end every curve goes on by the slope of
+the median one, even where samples are independent: 1 / sqrt(time) is the law of the mean error, and a run that has not
+met the rare light lacks it as much after twice the time. Where tails are light, mean and median are the same number,
+and the mean is known better.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.statistics.intervals import (
+    FEWEST_REPEATS,
+    UNKNOWN,
+    Interval,
+    exp,
+    few,
+    jackknife,
+    join,
+    mean_interval,
+    median_interval,
+    signed_root,
+)
+
+__all__ = [
+    "TYPICAL",
+    "Runs",
+    "error_at",
+    "error_curve",
+    "interval_of",
+    "least_error_at",
+    "log_time",
+    "log_times",
+    "second_curve",
+    "slope",
+    "slope_doubt",
+    "time_to_error",
+    "typical_interval",
+]
+
+Floats = NDArray[np.float64]
+
+INDEPENDENT = -0.5
+"""Slope of error against time where samples are independent: variance falls as 1 / n."""
+TRUSTED_REACH = 10.0
+"""How far beyond the longest run a fitted slope is trusted, as a factor of time."""
+FARTHEST_REACH = 100.0
+"""And how far it is used at all."""
+_FARTHEST_ERROR = 2.0
+"""How far outside the runs an error is told, as a factor of time."""
+_NEAR_ENOUGH = 1.15
+"""And where no slope is known: runs may end a tenth of their time early."""
+_CLEAR = 4.0
+"""An error drowns where its square is not so many standard errors of the reference's part in it."""
+_TAIL_OCTAVES = 3.0
+_TELLING = 10.0
+"""A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
+_MOST_OF_ONE = 0.5
+"""Share of one repeat in the squared errors of all, beyond which it is no run like the others."""
+TYPICAL = "typical runs: the median of repeats"
+"""What is said of times that are not those of the mean error."""
+_Z95 = 1.959964
+_FEWEST_POINTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """All repeats of one strategy on one scene, at the same checkpoints."""
+
+    seconds: Floats
+    """(K, C): since the first sample; increasing."""
+    relmse: Floats
+    """(K, C): realised, with the reference's noise subtracted."""
+    independent: bool = False
+    """Whether samples are known to be independent, so that error falls as time to the power -1/2 for ever."""
+    biased: bool = False
+    """Whether the error may stop falling: then nothing is extrapolated."""
+    doubt: str = ""
+    """Why the mean over repeats is not that of typical runs, if the final images show it (see `tails`)."""
+    missing: str = ""
+    """Why later errors may be larger than any repeat shows, if so: upper ends of errors and times do not hold."""
+    unseen: float = 0.0
+    """By how much larger relMSE may be for what no repeat saw (relative)."""
+    shared: float = 0.0
+    """Standard error of relMSE that all repeats share: the reference's."""
+
+    @property
+    def repeats(self) -> int:
+        """K."""
+        return len(self.seconds)
+
+    @property
+    def tail(self) -> str:
+        """Why the mean over repeats is not that of typical runs: ``doubt``, or one repeat stands out; empty if not."""
+        sums = self.relmse.sum(axis=0)
+        clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)
+        share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
+        if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
+            return self.doubt
+        return f"one repeat of {self.repeats} makes {100.0 * share:.3g} % of their squared error"
+
+    @property
+    def law(self) -> bool:
+        """Whether errors fall as 1 / sqrt(time) for ever."""
+        return self.independent and not self.biased and not self.tail
+
+    def typical(self, kept: Floats) -> tuple[Floats, Floats]:
+        """Return the medians of log seconds and log error over the repeats that are kept, up to where they drown."""
+        chosen = kept > 0.0
+        seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
+        return self._clear(seconds, square)
+
+    def points(self, kept: Floats) -> tuple[Floats, Floats]:
+        """Return log seconds and log error of the mean over the repeats that are kept, up to where it drowns."""
+        return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
+
+    def _clear(self, seconds: Floats, square: Floats) -> tuple[Floats, Floats]:
+        sunk = np.flatnonzero(~(square > _CLEAR * self.shared))
+        end = int(sunk[0]) if sunk.size else square.size
+        return np.log(seconds[:end]), 0.5 * np.log(square[:end])
+
+    def moved(self, errors: float) -> Runs:
+        """Return the runs as the reference would show them that is off by so many of its standard errors."""
+        return replace(self, relmse=self.relmse + errors * self.shared)
+
+    def judged(self, error: Interval) -> Interval:
+        """Say of an error's interval how far its upper end can be trusted."""
+        if reason := join((self.tail, self.missing)):
+            return error.bounded("low", reason).telling(_TELLING)
+        return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
+
+    def judged_time(self, time: Interval) -> Interval:
+        """Say the same of a time's, which grows at most as relMSE does: errors fall at least as 1 / sqrt(time)."""
+        time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
+        return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
+
+
+def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
+    """Return the jackknife's interval of a statistic, with what the reference's noise leaves open.
+
+    ``statistic`` takes the weights of the repeats, and by how many of its standard errors the reference is off.
+    """
+    found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
+    everything = np.ones(repeats)
+    moved = 0.5 * abs(statistic(everything, 1.0) - statistic(everything, -1.0))
+    if moved == 0.0 or not math.isfinite(found.value):
+        return found
+    if not math.isfinite(moved):
+        return found.doubted("the noise of the reference leaves it open")
+    half = math.hypot(0.5 * (found.high - found.low), _Z95 * moved)
+    return replace(found, low=found.value - half, high=found.value + half)
+
+
+def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return the block means of the decreasing regression of y on x, by pooling adjacent violators (Ayer 1955)."""
+    blocks: list[tuple[float, float, int]] = []
+    for point in zip(x.tolist(), y.tolist(), strict=True):
+        at, level, count = *point, 1
+        while blocks and blocks[-1][1] <= level:
+            left_at, left_level, left_count = blocks.pop()
+            total = left_count + count
+            at, level = ((at * count + left_at * left_count) / total, (level * count + left_level * left_count) / total)
+            count = total
+        blocks.append((at, level, count))
+    table = np.array(blocks)
+    return table[:, 0], table[:, 1]
+
+
+def _steepness(x: Floats, y: Floats) -> float:
+    """Return the slope of the least squares line; NaN for fewer than two points."""
+    centred = x - x.mean() if x.size else x
+    square = float(centred @ centred)
+    return float(centred @ y) / square if square > 0.0 else math.nan
+
+
+def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
+    """Return the slope by which the curve goes on after its end (or before its beginning)."""
+    if runs.law:
+        return INDEPENDENT
+    near = np.abs(x - (x[-1] if late else x[0])) <= _TAIL_OCTAVES * math.log(2.0)
+    return _steepness(x[near], y[near]) if np.count_nonzero(near) >= _FEWEST_POINTS else math.nan
+
+
+def log_time(runs: Runs, target: float, kept: Floats) -> float:
+    """Return the log of the seconds at which the curve falls to the target; ``inf`` if it never does."""
+    curve = runs.points(kept)
+    return _crossing(runs, target, curve, curve)
+
+
+def log_times(runs: Runs, target: float) -> Floats:
+    """Return the same for the curve of each repeat, which beyond its ends goes on by the slope of the median one."""
+    typical = runs.typical(np.ones(runs.repeats))
+    return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
+
+
+def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: tuple[Floats, Floats]) -> float:
+    """Return the log of the seconds at which a curve falls to the target; beyond its ends by another's slope there."""
+    x, y = curve
+    if not x.size:
+        return math.nan
+    wanted = math.log(target)
+    level_x, level_y = falling(x, y)
+    if level_y[-1] <= wanted <= level_y[0]:
+        return float(np.interp(-wanted, -level_y, level_x))
+    late = bool(wanted < level_y[-1])
+    if late and runs.biased:
+        return math.inf
+    steep = _outside(runs, *slopes, late)
+    if not steep < 0.0:
+        return math.nan if math.isnan(steep) else math.inf
+    end = -1 if late else 0
+    return float(level_x[end] + (wanted - level_y[end]) / steep)
+
+
+def time_to_error(runs: Runs, target: float) -> Interval:
+    """Return the seconds to a relative error (0.02 is 2 %).
+
+    Beyond the runs' end the curve is continued, by slope -1/2 where samples are independent, else by the slope of its
+    last three octaves, and the note says so; not beyond 100 times the longest run by a fitted slope, nor at all for a
+    biased strategy: then the value is ``inf`` and ``low`` what is surely known, or 0. Where few events make the error,
+    the time is that of typical runs, and the note says so.
+    """
+    whole = np.ones(runs.repeats)
+    typical = bool(runs.tail)
+    x = (runs.typical(whole) if typical else runs.points(whole))[0]
+    if not x.size:
+        return UNKNOWN.doubted("the error is below what the reference can show")
+    begin, end = float(x[0]), float(x[-1])
+    if typical:
+        value = float(np.median(log_times(runs, target)))
+        found = typical_interval(lambda off: log_times(runs.moved(off), target), slope_doubt(runs, value))
+    else:
+        value = log_time(runs, target, whole)
+        found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats)
+    if math.isnan(value):
+        return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
+    far = not runs.law and value > end + math.log(FARTHEST_REACH)
+    if math.isinf(value) or far:
+        low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
+        why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
+        note = "not reached" + (why if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run")
+        return runs.judged_time(Interval(math.inf, low, math.inf).noted(note))
+    return runs.judged_time(_with_reach(found.map(exp), value, begin, end, runs.law))
+
+
+def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
+    """Return the median of logarithms over repeats, with what the reference's noise leaves open.
+
+    ``logs`` takes by how many of its standard errors the reference is off; ``more`` is the half width of what else is
+    not known, and has nothing to do with either.
+    """
+    found = median_interval(logs(0.0))
+    if not math.isfinite(found.value):
+        return found
+    moved = 0.5 * abs(float(np.median(logs(1.0)) - np.median(logs(-1.0))))
+    if not math.isfinite(moved):
+        return found.doubted("the noise of the reference leaves it open")
+    more = math.hypot(_Z95 * moved, more)
+    down, up = math.hypot(found.value - found.low, more), math.hypot(found.high - found.value, more)
+    return replace(found, low=found.value - down, high=found.value + up)
+
+
+def slope_doubt(runs: Runs, value: float) -> float:
+    """Return the half width that the slope of the median curve leaves to the log of a time, if it lies beyond its ends.
+
+    The jackknife's variance of a median is too large on average, and never tends to the right one.
+    """
+    x, _ = runs.typical(np.ones(runs.repeats))
+    beyond = max(value - x[-1], x[0] - value, 0.0)
+    if beyond == 0.0 or not math.isfinite(value) or runs.law:
+        return 0.0
+    late = bool(value > x[-1])
+    found = jackknife(lambda kept: _outside(runs, *runs.typical(kept), late), runs.repeats)
+    steep = _outside(runs, *runs.typical(np.ones(runs.repeats)), late)
+    half = 0.5 * (found.high - found.low)
+    return float(beyond * half / abs(steep)) if math.isfinite(half) else math.inf
+
+
+def _surely_until(runs: Runs, target: float, last: int) -> float:
+    """Return the time of a checkpoint if the error there is surely above the target, else 0."""
+    squares = runs.relmse[:, last]
+    error = median_interval(squares).map(signed_root) if runs.tail else _root_mean(squares, runs.shared)
+    return float(runs.seconds[:, last].mean()) if error.trusted and error.low > target else 0.0
+
+
+def _lower_end(log_time: Interval) -> float:
+    """Return the lower end of a time that is given by its logarithm, if it can be trusted, else 0."""
+    return exp(log_time.low) if log_time.trusted and not math.isnan(log_time.low) else 0.0
+
+
+def _with_reach(found: Interval, value: float, begin: float, end: float, law: bool) -> Interval:
+    """Say how far outside the runs the number lies, and doubt it where nothing vouches for the way there."""
+    reach = math.exp(max(value - end, begin - value, 0.0))
+    if reach <= 1.0 + 1e-9:
+        return found
+    side = "beyond the longest run" if value > end else "before the first checkpoint"
+    by = "by slope -1/2" if law else "by the fitted slope"
+    noted = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {side} {by}")
+    if law or reach <= (TRUSTED_REACH if value > end else 2.0):
+        return noted
+    return noted.doubted("a fitted slope may not hold so far")
+
+
+def error_at(runs: Runs, seconds: float) -> Interval:
+    """Return the relative error at a time; a little outside the runs (twice at most) by the slope there."""
+    wanted = math.log(seconds)
+
+    def log_error(kept: Floats, off: float) -> float:
+        x, y = runs.moved(off).points(kept)
+        if not x.size:
+            return math.nan
+        level_x, level_y = falling(x, y)
+        if level_x[0] <= wanted <= level_x[-1]:
+            return float(np.interp(wanted, level_x, level_y))
+        late = bool(wanted > level_x[-1])
+        end, steep = -1 if late else 0, _outside(runs, x, y, late)
+        beyond = max(wanted - x[-1], 0.0) if late else min(wanted - x[0], 0.0)  # blocks may end within the runs
+        if abs(beyond) > math.log(_NEAR_ENOUGH if math.isnan(steep) else _FARTHEST_ERROR):
+            return math.nan
+        return float(level_y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
+
+    found = interval_of(log_error, runs.repeats).map(exp)
+    if math.isnan(found.value):
+        return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
+    if runs.tail:
+        found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
+    return runs.judged(found)
+
+
+def _no_less(mean: Interval, median: Interval) -> Interval:
+    """Return an error whose lower end is that of typical runs, if it is higher: rare events can only add."""
+    return replace(mean, low=max(mean.low, min(median.low, mean.value))) if median.trusted else mean
+
+
+def least_error_at(runs: Runs, seconds: float) -> float:
+    """Return the relative error at a time; 0 where it ended below what the reference can show, NaN if none is known."""
+    found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
+    return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
+
+
+def slope(runs: Runs) -> Interval:
+    """Return the slope of log error against log time over all checkpoints: -0.5 for independent samples."""
+
+    def steepness(kept: Floats, off: float) -> float:
+        return _steepness(*runs.moved(off).points(kept))
+
+    found = interval_of(steepness, runs.repeats)
+    if math.isnan(found.value):
+        return UNKNOWN.doubted("too few checkpoints")
+    reason = join((runs.tail, runs.missing))
+    return found.doubted(reason) if reason else found
+
+
+def error_curve(runs: Runs) -> tuple[Interval, ...]:
+    """Return the relative error at each checkpoint: the root of the mean of relMSE over repeats."""
+    errors = [_root_mean(column, runs.shared) for column in runs.relmse.T]
+    if runs.tail:
+        medians = (median_interval(column).map(signed_root) for column in runs.relmse.T)
+        errors = list(map(_no_less, errors, medians))
+    return tuple(map(runs.judged, errors))
+
+
+def second_curve(runs: Runs) -> tuple[Interval, ...]:
+    """Return the mean time of each checkpoint."""
+    return tuple(mean_interval(column) for column in runs.seconds.T)
+
+
+def _root_mean(squares: Floats, shared: float) -> Interval:
+    mean = float(squares.mean())
+    if not mean > 0.0:
+        return mean_interval(squares).map(signed_root).doubted("below what the reference can show")
+
+    def log_root(kept: Floats, off: float) -> float:
+        square = float(kept @ squares) / float(kept.sum()) + off * shared
+        return 0.5 * math.log(square) if square > 0.0 else math.nan
+
+    if np.ptp(squares) == shared == 0.0:
+        return few(Interval(math.sqrt(mean), math.sqrt(mean), math.sqrt(mean)), squares.size)
+    return interval_of(log_root, squares.size).map(exp)

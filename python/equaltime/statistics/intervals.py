@@ -1,0 +1,265 @@
+"""Numbers with their 95 % intervals, from a few independent repeats.
+
+A repeat is a whole run with its own seed, so repeats are independent whatever a run does inside (low-discrepancy
+points, images that grow from checkpoint to checkpoint, pixels that share a denominator). Nothing here looks inside:
+every interval comes from the spread over K repeats, by Student's t with K - 1 degrees of freedom. That the numbers are
+near enough to normal is the one assumption left; it fails where a few rare events make up the error. `tails` looks
+for that, and what it finds is carried as ``trusted`` and ``note`` of the interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from equaltime.extras import optional
+
+__all__ = [
+    "FEWEST_REPEATS",
+    "UNKNOWN",
+    "Interval",
+    "exp",
+    "geometric_interval",
+    "jackknife",
+    "mean_interval",
+    "median_interval",
+    "product_mean",
+    "ratio_interval",
+    "signed_root",
+    "sound",
+    "sound_below",
+    "student",
+]
+
+Floats = NDArray[np.float64]
+
+FEWEST_REPEATS = 3
+"""With two, Student's interval is 12.7 standard errors wide, and nothing can be seen of the tails."""
+FEWEST_FOR_MEDIAN = 6
+"""The least and the largest of six hold their median between them in 1 - 2 / 2^6 = 97 % of cases; of five, in 94 %."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number with its 95 % interval."""
+
+    value: float
+    """NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
+    low: float
+    high: float
+    trusted: bool = True
+    """Whether the interval holds the truth in 95 % of cases; if not, ``note`` says why."""
+    note: str = ""
+    """What must be said beside the number: why it cannot be trusted, or that it is extrapolated."""
+    bound: Literal["", "low", "high"] = ""
+    """Of an interval that is not trusted: which end holds nevertheless, with 97.5 % confidence."""
+    reach: float = 1.0
+    """How many times farther than what was measured it lies: above 1 it is extrapolated."""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a number at all."""
+        return math.isfinite(self.value)
+
+    def doubted(self, reason: str) -> Interval:
+        """Return the same numbers, not to be trusted for this reason as well."""
+        return replace(self, trusted=False, bound="", note=join((self.note, reason)))
+
+    def bounded(self, end: Literal["low", "high"], reason: str) -> Interval:
+        """Return the same numbers, of which for this reason no more than one end can be trusted."""
+        kept = end if self.trusted or self.bound == end else ""
+        return replace(self.doubted(reason), bound=kept)
+
+    def telling(self, within: float) -> Interval:
+        """Return the same numbers without the end that holds, if that is farther than ``within`` times off the value.
+
+        An end so far off says nothing. If the value is infinite, every lower end above 0 says something.
+        """
+        if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
+            return self
+        return replace(self, bound="")
+
+    def deciding(self) -> Interval:
+        """Return the same ratio without the end that holds, if that leaves open which of the two is larger."""
+        lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
+        return replace(self, bound="") if lost else self
+
+    def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
+        """Return the interval of a positive number with one end farther out by the factor ``1 + more``."""
+        if end == "high":
+            return replace(self, high=self.high * (1.0 + more))
+        return replace(self, low=self.low / (1.0 + more))
+
+    def noted(self, note: str) -> Interval:
+        """Return the same numbers with one more thing to say."""
+        return replace(self, note=join((self.note, note)))
+
+    def map(self, function: Callable[[float], float]) -> Interval:
+        """Return the interval of an increasing or decreasing function of the number."""
+        ends = function(self.low), function(self.high)
+        turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
+        bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
+        return replace(self, value=function(self.value), low=min(ends), high=max(ends), bound=bound)
+
+
+UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
+
+
+@lru_cache
+def student(degrees: float, level: float = 0.95) -> float:
+    """Return the two-sided quantile of Student's t: 95 % of deviates are within plus and minus this."""
+    return float(optional("scipy.stats").t.ppf(0.5 + 0.5 * level, degrees))
+
+
+def mean_interval(values: ArrayLike) -> Interval:
+    """Return the mean of independent values with Student's interval.
+
+    One value has no interval (``low`` and ``high`` are infinite); fewer than `FEWEST_REPEATS` are not trusted.
+    """
+    numbers = np.asarray(values, np.float64)
+    if numbers.size == 0 or not np.isfinite(numbers).all():
+        return replace(UNKNOWN, note="no value" if numbers.size == 0 else "a value is not finite")
+    value = float(numbers.mean())
+    if numbers.size == 1:
+        return Interval(value, -math.inf, math.inf).doubted("one repeat has no spread")
+    half = student(numbers.size - 1) * float(numbers.std(ddof=1)) / math.sqrt(numbers.size)
+    return few(Interval(value, value - half, value + half), numbers.size)
+
+
+def few(interval: Interval, repeats: int) -> Interval:
+    """Doubt an interval that rests on too few repeats."""
+    if repeats >= FEWEST_REPEATS:
+        return interval
+    return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
+
+
+def geometric_interval(values: ArrayLike) -> Interval:
+    """Return the geometric mean of positive independent values with Student's interval of their logarithms."""
+    numbers = np.asarray(values, np.float64)
+    if (numbers <= 0.0).any():
+        return replace(UNKNOWN, note="a value is not positive")
+    return mean_interval(np.log(numbers)).map(exp)
+
+
+def median_interval(values: ArrayLike) -> Interval:
+    """Return the median of independent values with an interval that is right for any distribution.
+
+    The sign test's intervals reach from one of the ordered values to another; between the one that has more than 95 %
+    and the next narrower it is interpolated (Hettmansperger & Sheather 1986). With fewer than six values even the least
+    and the largest have not 95 % between them, and are not trusted. Values may be infinite, and so may be the ends.
+    """
+    numbers = np.sort(np.asarray(values, np.float64))
+    if numbers.size == 0 or np.isnan(numbers).any():
+        return replace(UNKNOWN, note="no value" if numbers.size == 0 else "a value is not known")
+    middle, count = float(np.median(numbers)), numbers.size
+    if count < FEWEST_FOR_MEDIAN:
+        reason = f"only {count} repeat{'s' * (count != 1)}, and {FEWEST_FOR_MEDIAN} are the least for a median"
+        return Interval(middle, float(numbers[0]), float(numbers[-1])).doubted(reason)
+    first, weight = _sign_test(count)
+    low, high = (_between(ends[first - 1], ends[first], weight) for ends in (numbers, numbers[::-1]))
+    return Interval(middle, low, high)
+
+
+@lru_cache
+def _sign_test(count: int) -> tuple[int, float]:
+    """Return the place of the wider interval's lower end, from 1, and how far it moves towards the next place."""
+    binomial = optional("scipy.stats").binom
+    first = int(binomial.ppf(0.025, count, 0.5))
+    wide, narrow = (1.0 - 2.0 * float(binomial.cdf(first - 1 + more, count, 0.5)) for more in (0, 1))
+    share = (wide - 0.95) / (wide - narrow)
+    return first, (count - first) * share / (first + (count - 2 * first) * share)
+
+
+def _between(outer: float, inner: float, weight: float) -> float:
+    """Return the outer of two numbers moved towards the inner one; an infinite one stays where it is."""
+    return float(outer + weight * (inner - outer)) if math.isfinite(outer) else float(outer)
+
+
+def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
+    """Return the ratio of the means of two paired sets of positive values, formed on the logarithm.
+
+    The pairs (one a repeat) may be correlated; the jackknife over pairs sees that. Means are compared, not the mean of
+    ratios, which is biased by the noise of the denominators.
+    """
+    top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
+
+    def log_ratio(kept: Floats) -> float:
+        above, below = float(top[_chosen(kept)].mean()), float(bottom[_chosen(kept)].mean())
+        return math.log(above / below) if above > 0.0 and below > 0.0 else math.nan
+
+    return jackknife(log_ratio, top.size).map(exp)
+
+
+def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
+    """Return the interval of a smooth function of the means over repeats (Tukey 1958; Efron & Tibshirani 1993, ch. 11).
+
+    Pseudo-values ``K s - (K - 1) s_r``, with s_r the statistic without repeat r, are treated as K independent values.
+    Their mean is the value returned: to first order free of the bias that comes of the function's curvature.
+
+    Parameters
+    ----------
+    statistic
+        Takes the weights of the repeats, (K,), each 0 or 1.
+    repeats
+        K.
+
+    """
+    everything = np.ones(repeats)
+    whole = statistic(everything)
+    if not math.isfinite(whole):
+        return Interval(whole, math.nan, math.nan, trusted=False)
+    if repeats < 2:
+        return Interval(whole, -math.inf, math.inf).doubted("one repeat has no spread")
+    left_out = np.array([statistic(np.where(np.arange(repeats) == r, 0.0, everything)) for r in range(repeats)])
+    if not np.isfinite(left_out).all():
+        return Interval(whole, -math.inf, math.inf).doubted("without one of the repeats there is no value")
+    return mean_interval(repeats * whole - (repeats - 1) * left_out)
+
+
+def join(reasons: Iterable[str]) -> str:
+    """Join what is to be said, each once."""
+    return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
+
+
+def _chosen(kept: Floats) -> NDArray[np.bool_]:
+    return kept > 0.0
+
+
+def exp(value: float) -> float:
+    """Return e to this power, or infinity where a number has no room for it; NaN of NaN."""
+    return math.inf if value >= 700.0 else math.exp(value)
+
+
+def sound(interval: Interval) -> bool:
+    """Tell whether an interval of a positive number can be trusted, and ends."""
+    return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
+
+
+def sound_below(interval: Interval) -> bool:
+    """Tell whether at least its lower end can be trusted."""
+    return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
+
+
+def product_mean(intervals: Sequence[Interval]) -> Interval:
+    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give.
+
+    If one of them has no more than a lower end that can be trusted, so has their mean.
+    """
+    logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
+    mean = sum(value for value, _, _ in logs) / len(logs)
+    below = math.sqrt(sum((value - low) ** 2 for value, low, _ in logs)) / len(logs)
+    above = math.sqrt(sum((high - value) ** 2 for value, _, high in logs)) / len(logs)
+    trusted = all(interval.trusted for interval in intervals)
+    bound: Literal["", "low"] = "low" if not trusted and all(map(sound_below, intervals)) else ""
+    return Interval(math.exp(mean), math.exp(mean - below), math.exp(mean + above), trusted, bound=bound)
+
+
+def signed_root(square: float) -> float:
+    """Return the square root, with the sign of its argument."""
+    return math.copysign(math.sqrt(abs(square)), square)
