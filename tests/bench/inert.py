@@ -1,6 +1,6 @@
 """Instructions in the path loop of scenes with an element that does nothing, against the same scenes without it.
 
-The scenes are those of `tests/unit/test_effects.py`. Counted by valgrind, in one process: the same each time.
+The scenes are those of `tests/unit/scene/test_effects.py`. Counted by valgrind, in one process: the same each time.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ import pytest
 from equaltime.experiments.report import page as page_module
 from equaltime.experiments.report import write_report
 
-from ..unit.fake_summary import summary
-from ..unit.test_films import TIMES, filmed
+from ..unit.experiments.fake_summary import summary
+from ..unit.experiments.test_films import TIMES, filmed
 
 Open = Callable[..., Any]
 DESK = {"width": 1280, "height": 900}

@@ -10,7 +10,7 @@ import pytest
 
 from equaltime.experiments.report.index import write_index
 
-from ..unit.test_collection import cards
+from ..unit.experiments.test_collection import cards
 
 Open = Callable[..., Any]
 

@@ -11,7 +11,7 @@ import pytest
 
 from equaltime.experiments.report import write_report
 
-from ..unit.fake_summary import CONSTANTS, doubted, summary
+from ..unit.experiments.fake_summary import CONSTANTS, doubted, summary
 
 LABELS = ["reference", *CONSTANTS]
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ..unit.gltf_files import COMPONENTS, TYPES, chunk, encoded
+from ..unit.scene.gltf_files import COMPONENTS, TYPES, chunk, encoded
 
 Array = NDArray[Any]
 Json = dict[str, Any]

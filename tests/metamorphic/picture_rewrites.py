@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from ..unit.picture_files import FILE_ORIENTATIONS, hdr, written
+from ..unit.scene.picture_files import FILE_ORIENTATIONS, hdr, written
 
 Array = NDArray[Any]
 LOSSLESS: Final = {

@@ -21,7 +21,7 @@ import equaltime as et
 from equaltime.scene import pictures
 from equaltime.scene.pictures import read_picture
 
-from ..unit.picture_files import FILE_ORIENTATIONS, hdr, scene, written
+from ..unit.scene.picture_files import FILE_ORIENTATIONS, hdr, scene, written
 from .picture_rewrites import Rewrite, bordered, bytes_, floats, radiance
 
 EVERYDAY, MANY = 200, 10_000

@@ -126,6 +126,12 @@ def test_a_room_of_the_package_imports_only_rooms_below_it() -> None:
     assert run.returncode == 0, run.stdout
 
 
+def test_the_tests_mirror_the_rooms() -> None:
+    rooms = {path.name for path in (ROOT / "python" / "equaltime").iterdir() if path.is_dir()} | {"bench", "data"}
+    folders = {path.name for path in (ROOT / "tests" / "unit").iterdir() if path.is_dir()} - {"__pycache__"}
+    assert folders <= rooms
+
+
 def test_no_room_imports_the_face() -> None:
     faced = [
         f"{place(path)}: {alias.name}"

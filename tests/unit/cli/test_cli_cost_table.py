@@ -1,0 +1,87 @@
+"""The table that ``equaltime cost`` prints in a terminal: nothing by half, nothing without its reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from equaltime.cli.cost_table import print_summary
+from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.sentences import facts
+from equaltime.experiments.report.tables import check_table, point_table
+from equaltime.statistics.intervals import UNKNOWN, Interval
+
+from ..experiments.fake_summary import summary
+
+HUGE = Interval(500.0, 400.0, 600.0, note="extrapolated 9 times", reach=9.0)
+
+
+def changed(found: Summary, label: str, change: Callable[[StrategyResult], StrategyResult]) -> Summary:
+    strategies = (change(one) if one.label == label else one for one in found.scenes[0].strategies)
+    return replace(found, scenes=(replace(found.scenes[0], strategies=tuple(strategies)),))
+
+
+def printed(found: Summary, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    print_summary(found, folder)
+    return capsys.readouterr().out.splitlines()
+
+
+def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
+    never = Interval(math.inf, 1.0, math.inf)
+    far = changed(far, "best", lambda one: replace(one, time_to={**one.time_to, 0.01: never}))
+    head, naive, cut, best, below = printed(far, tmp_path, capsys)[:5]
+    assert "time to 1 %" not in head  # one of them does not reach it
+    assert naive.rstrip().endswith("*")
+    assert "*" not in cut + best
+    assert below == "* extrapolated beyond the runs"
+
+
+def test_paths_that_are_not_those_of_the_scene_are_said_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = summary(tmp_path)
+    for asked, times in ((None, 0), (8, 0), (-1, 1)):
+        scene = replace(found.scenes[0], scene_max_depth=asked)
+        text = printed(replace(found, scenes=(scene,)), tmp_path, capsys)
+        said = "errors and times are of paths up to depth 8; the scene asks for all paths"
+        assert text.count(said) == times
+        assert facts(scene).count(", max_depth 8 (the scene asks for all paths); ") == times
+
+
+def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -> None:
+    (scene,) = summary(tmp_path).scenes
+    styles = looks([one.label for one in scene.strategies], scene.baseline)
+    for table, column in ((check_table("box", scene, styles), 2), (point_table("box", scene, styles), 3)):
+        own = [(row.label, cell.text, cell.note) for row in table.rows for cell in row.cells[column]]
+        assert {label for label, text, _ in own if text.startswith("noise ")} == {"cut"}
+        assert {label for label, _, note in own if note == "the strategy's bias is not in it"} == {"cut"}
+
+
+def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nothing = UNKNOWN.doubted("the error is below what the reference can show")
+    found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
+    below = printed(found, tmp_path, capsys)[4:]
+    assert below[0] == "best: the error is below what the reference can show"
+    assert below[1].startswith("wrote ")
+
+
+@pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
+def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, columns: str, times: int
+) -> None:
+    if columns:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+        monkeypatch.setenv("COLUMNS", columns)
+    head, row = printed(summary(tmp_path), tmp_path, capsys)[:2]
+    assert (head.count("time to"), row.count("["), row.count("]")) == (times, 1 + times, 1 + times)
+
+
+def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named = changed(summary(tmp_path), "best", lambda one: replace(one, label="best[bold] of[/x] all"))
+    assert printed(named, tmp_path, capsys)[3].startswith("best[bold] of[/x] all ")

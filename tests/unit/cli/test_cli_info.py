@@ -1,0 +1,89 @@
+"""``equaltime info`` tells what is in a scene."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from equaltime.cli import main
+from equaltime.images import image_files as images
+
+SCENES = Path(__file__).parents[3] / "scenes"
+
+TEXT = """
+[sensor]
+type = "thinlens"
+aperture_radius = 0.1
+film = { type = "hdrfilm", width = 8, height = 4, rfilter = { type = "box" } }
+[red]
+type = "diffuse"
+reflectance = [1, 0, 0]
+[paper]
+type = "twosided"
+bsdf = "red"
+[a]
+type = "sphere"
+bsdf = "red"
+[b]
+type = "cube"
+bsdf = "paper"
+[c]
+type = "sphere"
+[c.emitter]
+type = "area"
+"""
+
+
+def test_it_counts_plugins_and_what_is_shared_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(TEXT)
+    assert main(["info", str(file), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["sensor"], facts["filter"], facts["integrator"]) == ("thinlens", "box", "path")
+    assert facts["plugins"] == {
+        "shape": {"cube": 1, "sphere": 2},
+        "bsdf": {"diffuse": 1, "twosided": 1},
+        "texture": {},
+        "emitter": {"area": 1},
+        "medium": {},
+    }
+    assert facts["files"] == {}
+    assert main(["info", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "1 cube, 2 sphere" in told
+    assert "substitutions" not in told
+
+
+def test_it_tells_the_sizes_of_files(capsys: pytest.CaptureFixture[str]) -> None:
+    terrain = SCENES / "terrain"
+    assert main(["info", str(terrain / "terrain.toml"), "--json"]) == 0
+    files = {Path(name).name: size for name, size in json.loads(capsys.readouterr().out)["files"].items()}
+    assert files == {name: (terrain / name).stat().st_size for name in ("terrain.ply", "venice_sunset.exr")}
+
+
+@pytest.mark.parametrize("small", [False, True])
+def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.CaptureFixture[str], small: bool) -> None:
+    output = tmp_path / "a.exr"
+    options = ["--size", "8x6", "--spp", "4", "-q", *(["--small"] if small else [])]
+    assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options]) == 0
+    assert main(["info", str(output), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert (record["format"], record["size"], record["spp"]) == (2, [8, 6], 4)
+    assert main(["info", str(output)]) == 0
+    told = capsys.readouterr().out
+    assert "8x6" in told
+    assert ("no: saved small" if small else "yes") in told
+    assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options, "--resume"]) == 2 * small
+
+
+def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["info", str(Path(__file__).parents[1] / "data" / "format_1" / "merged.exr")]) == 0
+    assert "seed 0: 6 spp, seed 1: 4 spp" in capsys.readouterr().out
+    images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
+    assert main(["info", str(tmp_path / "a.exr")]) == 2
+    assert "was not rendered by equaltime" in capsys.readouterr().err

@@ -1,0 +1,131 @@
+"""What a command says of how it ended."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+
+SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
+
+
+def why(folder: Path, capsys: pytest.CaptureFixture[str], *options: str) -> str:
+    """Return why a render says that it stopped."""
+    assert main(["render", str(SCENE), "-o", str(folder / "a.exr"), "--seed", "1", *options]) == 0
+    return next(line for line in capsys.readouterr().out.splitlines() if line.startswith("stopped by "))
+
+
+def test_counts_that_differ_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = why(tmp_path, capsys, "--size", "32x32", "--spp", "32", "--strategy", "best,adaptive=error")
+    fewest, most = (int(word) for word in said.split() if word.isdigit())
+    assert said == f"stopped by spp: pixels have {fewest} to {most} samples"
+    assert fewest < 32 < most
+
+
+def test_what_the_strategy_left_to_the_render_is_said_if_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--size", "32x32", "--spp", "32", "--strategy", "best,roulette=automatic,adaptive=error"]
+    command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), *words]
+    decided = (
+        "paths are not split: small pictures, and the techniques uniform and mixture, get no pilot; "
+        "noisy parts have more samples"
+    )
+    assert main([*command, "-v"]) == 0
+    assert decided in capsys.readouterr().out.splitlines()
+    assert main(command) == 0
+    assert decided not in capsys.readouterr().out
+    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    assert "decision" in capsys.readouterr().out
+
+
+def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ("--size", "12x12", "--error", "60%")
+    met = "stopped by error: the upper limit of the error is where it was asked to be"
+    assert why(tmp_path, capsys, *options) == met
+    assert why(tmp_path, capsys, *options, "--without", "long_paths=3") == met
+    for cut in (("--strategy", "best,truncate=2"), ("--max-depth", "2")):
+        assert why(tmp_path, capsys, *options, *cut) == met.replace("error is", "noise is")
+
+
+@pytest.mark.parametrize(
+    ("options", "number", "end"),
+    [
+        (["--max-depth", "2"], ", noise ", " of paths up to depth 2; the scene asks for paths up to depth 30: "
+         "`--without long_paths=2` instead of `--max-depth 2` measures the difference"),
+        (["--max-depth", "40"], ", noise ", " of paths up to depth 40; the scene asks for paths up to depth 30"),
+        (["--strategy", "best,truncate=2"], ", noise ", " of paths up to depth 2, biased: best,truncate=2; the scene "
+         "asks for paths up to depth 30: `--without long_paths=2` measures the difference"),
+        (["--strategy", "best,adaptive=history"], ", noise ", ", biased: best,adaptive=history; the bias is not in the "
+         "noise: `equaltime compare` with a render by `best` measures it"),
+    ],
+)  # fmt: skip
+def test_the_noise_of_an_image_that_is_not_the_scene_s_is_not_called_its_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], number: str, end: str
+) -> None:
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--spp", "8", *options]) == 0
+    said = capsys.readouterr().out
+    assert number in said.splitlines()[0]
+    assert said.splitlines()[0].endswith(f"]{end}")
+    assert "unbiased" not in said
+    assert "spp, error" not in said
+
+
+def test_a_depth_that_the_scene_has_itself_leaves_the_number_its_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--max-depth", "30"]) == 0
+    said = capsys.readouterr().out.splitlines()[0]
+    assert ", error " in said
+    assert said.endswith("], unbiased")
+
+
+def test_the_record_and_the_quote_name_the_depth_and_the_scene_s_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--error", "60%"]
+    assert main([*command, "--max-depth", "2", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    for said in (record, record["quote"]):
+        assert (said["max_depth"], said["scene_max_depth"], said["strategy"], said["biased"]) == (2, 30, "best", False)
+    assert main([*command, "--max-depth", "2"]) == 0
+    quoted = capsys.readouterr().out.splitlines()[0]
+    assert quoted.startswith("quote: noise ")
+    assert " of paths up to depth 2 in " in quoted
+
+
+def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_module("equaltime.cli.quote"), "load_file", interrupted)
+    assert main(["quote", str(SCENE), "--error", "5%"]) == 130
+    assert capsys.readouterr().err == "error: interrupted\n"
+
+
+def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, save, elsewhere = tmp_path / "gone", et.Result.save, tmp_path / "kept"
+    folder.mkdir()
+    elsewhere.mkdir()
+
+    def late(result: et.Result, path: str | Path, small: bool = False) -> tuple[Path, ...]:
+        if folder.exists():
+            folder.rmdir()
+        return save(result, path, small)
+
+    monkeypatch.setattr(et.Result, "save", late)
+    monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
+    assert main(["render", str(SCENE), "-o", str(folder / "a.exr"), "--size", "8x8", "--spp", "4"]) == 1
+    place, said = capsys.readouterr().err.rstrip("\n").split("; the render is kept in ")
+    assert place == f"error: {folder / 'a.exr'}: the folder {folder} does not exist"
+    assert et.render(et.load(SCENE).with_(size=(8, 8)), spp=6, resume=said).spp == 6

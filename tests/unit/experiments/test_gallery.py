@@ -1,0 +1,25 @@
+"""Every plugin that changes a picture has one in the gallery, and the page shows it."""
+
+from pathlib import Path
+
+from equaltime.scene.model import PLUGINS
+
+GALLERY = Path(__file__).parents[3] / "scenes" / "gallery"
+KINDS = {"shape", "bsdf", "texture", "emitter", "volume", "medium", "phase", "sensor", "rfilter", "integrator"}
+SEEN_WITH_OTHERS = {"shapegroup", "volpath", "volpathmis", "moment"}
+"""In the picture of an instance; and integrators that make the same picture as `path`."""
+SPECTRA = {"blackbody", "d65", "irregular", "rawconstant", "regular", "srgb", "uniform"}
+"""Are colours."""
+
+
+def test_every_plugin_has_a_picture() -> None:
+    wanted = {name for name, plugin in PLUGINS.items() if plugin.kind in KINDS} - SEEN_WITH_OTHERS - SPECTRA
+    assert wanted <= {path.stem for path in GALLERY.glob("*.jpg")}
+
+
+def test_every_picture_is_on_the_page_and_all_are_small() -> None:
+    page = (GALLERY.parent / "README.md").read_text()
+    pictures = list(GALLERY.glob("*.jpg"))
+    assert [path.name for path in pictures if f'src="gallery/{path.name}"' not in page] == []
+    assert page.count('src="gallery/') == len(pictures)
+    assert sum(path.stat().st_size for path in pictures) < 1.5e6

@@ -1,0 +1,82 @@
+"""The price list of effects: what is told of each, of which part of the picture, and how it is printed."""
+
+import json
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+from equaltime.images import image_files as images
+from equaltime.quoting.pairs import Runs, Versus
+from equaltime.scene.effects.kinds import KINDS
+
+from ..scene.test_effects import CHECKED, ROOT, scene
+
+
+def test_the_price_list_tells_what_is_called_for_and_what_is_free(capsys: pytest.CaptureFixture[str]) -> None:
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    assert main(["effects", box, "--quick", "--size", "16x16", "--threads", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (paths,) = found["effects"]
+    assert paths["name"] == "long_paths"
+    assert paths["time"]["value"] < 1.0
+    assert paths["change"]["low"] > 0.2
+    assert set(found["free"]) == KINDS.keys() - {"long_paths"}
+    for shares in found["shares"].values():
+        assert sum(share["value"] for share in shares.values()) == pytest.approx(1.0)
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(import_module("equaltime.cli.effects"), "measure_effects", lambda *_: pytest.fail("measured"))
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    assert main(["effects", box, "-o", str(tmp_path / "file")]) == 2
+    assert "file: File exists" in capsys.readouterr().err
+
+
+def test_what_appears_where_all_was_black_is_a_change_of_unknown_size() -> None:
+    dark = Runs(np.zeros((4, 2, 2, 3)), np.ones(4), 0)
+    found = Versus.of(dark, Runs(np.ones((4, 2, 2, 3)), np.ones(4), 0)).change
+    assert np.isnan(found.value), "unknown"
+    assert (found.high, found.trusted) == (np.inf, False)
+    assert Versus.of(dark, dark).change.high == 0.0
+
+
+def test_the_prices_are_those_of_the_crop_window() -> None:
+    cut = scene(CHECKED).with_(crop=(3, 2, 7, 4))
+    (texture,) = (price for price in et.effects(cut, quick=True).prices if price.kind.name == "textures")
+    assert texture.difference is not None
+    assert texture.difference.shape == (4, 7, 3)
+
+
+def test_the_price_list_is_printed_and_pictures_show_what_changes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
+    text = capsys.readouterr().out
+    assert f"long_paths: light that was scattered more than once, for {box}:" in text
+    assert "free, since nothing calls for them: analytic_shapes, " in text
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "without-long_paths.exr",
+        "without-long_paths.png",
+    ]
+    assert images.read(tmp_path / "out" / "without-long_paths.exr").image.max() < 1e-6
+    assert "the scene asks for" not in text
+
+
+@pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])
+def test_the_price_list_says_of_which_paths_it_is(capsys: pytest.CaptureFixture[str], cut: list[str]) -> None:
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    command = ["effects", box, "--quick", "--size", "6x6", "--threads", "1", *cut]
+    assert main(command) == 0
+    said = "all of this is of paths up to depth 3; the scene asks for paths up to depth 30"
+    assert said in capsys.readouterr().out.splitlines()
+    assert main([*command, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["max_depth"], found["scene_max_depth"]) == (3, 30)

@@ -1,0 +1,221 @@
+"""Quotes: the law on errors that the test decides, and the command on a small scene."""
+
+import json
+import math
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+from equaltime.film.error import Estimate
+from equaltime.quoting.law import fit
+
+SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
+
+
+def observed(exponent: float, doubt: float, counts: tuple[int, ...] = (2, 4, 8)) -> dict[int, Estimate]:
+    factor = math.exp(1.96 * doubt)
+    return {n: Estimate(n**-exponent, n**-exponent / factor, n**-exponent * factor) for n in counts}
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.55, 0.6])
+def test_the_law_is_found_again(exponent: float) -> None:
+    counts = (2, 4, 8, 16, 32, 64)
+    law = fit(observed(exponent, 0.001, counts), {n: 0.1 * n for n in counts}, "sobol")
+    assert abs(law.exponent - exponent) < 0.05
+    low, high = law.error_at(1000).low, law.error_at(1000).high
+    assert low < 1000**-exponent < high
+    assert law.seconds_per_sample == pytest.approx(0.1)
+
+
+def test_a_rough_pilot_leaves_the_exponent_to_what_is_known_of_the_sampler() -> None:
+    law = fit(observed(0.9, 0.3), {2: 1.0, 4: 2.0, 8: 3.0}, "sobol")
+    assert 0.55 < law.exponent < 0.7
+
+
+def test_independent_samples_have_their_exponent_whatever_the_pilot_shows() -> None:
+    law = fit(observed(0.7, 0.05), {2: 1.0, 4: 2.0, 8: 3.0}, "independent")
+    assert law.exponent == pytest.approx(0.5, abs=0.01)
+
+
+def test_the_time_without_the_start_is_what_a_sample_costs() -> None:
+    counts = (2, 4, 8)
+    law = fit(observed(0.5, 0.05), {n: 3.0 + 0.5 * n for n in counts}, "sobol")
+    assert law.seconds_per_sample == pytest.approx(0.5)
+
+
+def test_the_farther_the_target_the_wider_the_interval() -> None:
+    law = fit(observed(0.55, 0.02, (2, 4, 8, 16)), {n: 0.1 * n for n in (2, 4, 8, 16)}, "sobol")
+    widths = [law.samples_until(error) for error in (0.1, 0.05, 0.01)]
+    ratios = [estimate.high / estimate.low for estimate in widths]
+    assert ratios == sorted(ratios)
+    assert all(estimate.low < estimate.value < estimate.high for estimate in widths)
+
+
+def test_a_quote_holds_what_the_render_then_takes() -> None:
+    scene = et.load(SCENE).with_(size=(96, 96))
+    quote = et.quote(scene, error=0.1)
+    result = et.render(scene, error=0.1)
+    assert quote.spp.low <= result.spp <= quote.spp.high
+    assert quote.error.low <= result.error.value <= quote.error.high
+
+
+def test_a_quote_of_a_caustic_says_that_it_is_in_doubt(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = SCENE.parent / "experiments" / "caustic.toml"
+    assert main(["quote", str(scene), "--error", "99%", "--size", "48x48"]) == 0
+    assert "small bright emitters reach the image through glass or mirrors" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_quote_of_a_time_says_the_error() -> None:
+    quote = et.quote(et.load(SCENE).with_(size=(48, 48)), time=2.0)
+    assert quote.seconds == Estimate(2.0, 2.0, 2.0, unit="s")
+    assert quote.error.low < quote.error.value < quote.error.high
+    assert quote.pilot_seconds < 2.0
+
+
+def test_an_error_that_is_asked_for_is_not_quoted_to_be_exceeded() -> None:
+    found = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.05, why=False).error
+    assert found.low < found.value < found.high <= 0.05
+
+
+@pytest.mark.parametrize("limit", [{"time": np.float32(0.1)}, {"time": Fraction(1, 10)}, {"error": np.float32(0.2)}])
+def test_quotes_of_any_kind_of_number_are_json(limit: dict[str, Any]) -> None:
+    found = et.quote(et.load(SCENE).with_(size=(8, 8)), why=False, **limit)
+    data = json.loads(json.dumps(found.as_dict()))
+    for name in ("seconds", "spp", "error", "memory"):
+        said = getattr(found, name)
+        assert Estimate.from_dict(data[name]) == said
+        assert str(Estimate.from_dict(data[name])) == str(said)
+    assert [Estimate.from_dict(price["seconds"]).unit for price in data["prices"]] == ["s"] * len(found.prices)
+
+
+def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
+    quote = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.3)
+    for estimate, scale, unit in (
+        (quote.seconds, 1.0, "s"),
+        (quote.prices[0.05], 1.0, "s"),
+        (quote.spp, 1.0, "spp"),
+        (quote.error, 100.0, "%"),
+        (quote.memory, 1e-6, "MB"),
+    ):
+        value, low, high = (f"{scale * number:.3g}" for number in (estimate.value, estimate.low, estimate.high))
+        assert str(estimate) == f"{value} {unit} [{low}, {high}]"
+
+
+def test_a_quote_takes_an_error_or_a_time() -> None:
+    with pytest.raises(ValueError, match="one of them"):
+        et.quote(et.load(SCENE))
+    with pytest.raises(ValueError, match="one of them"):
+        et.quote(et.load(SCENE), error=0.1, time=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("error", value) for value in (0.0, -1.0, math.nan, math.inf, "2%")),
+        *(("time", value) for value in (0.0, -1.0, math.nan, math.inf, "10s")),
+        *((name, value) for name in ("seed", "threads") for value in (-1, 1.5)),
+    ],
+)
+def test_an_argument_out_of_range_is_refused(name: str, value: Any) -> None:
+    target = {} if name == "time" else {"error": 0.1}
+    with pytest.raises(ValueError, match=f"{name} must be"):
+        et.quote(et.load(SCENE).with_(size=(8, 8)), **{**target, name: value})
+
+
+def test_per_cent_are_not_taken_for_a_fraction(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match=r"error=2 is 200 %.*: did you mean 0\.02, which is 2 %\?"):
+        et.quote(et.load(SCENE).with_(size=(8, 8)), error=2)
+    assert main(["quote", str(SCENE), "--error", "2"]) == 2
+    assert "'2' is 200 %; did you mean 2%?" in capsys.readouterr().err
+
+
+def test_a_scene_without_light_is_surely_black() -> None:
+    dark = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}
+    with pytest.raises(et.RenderError, match="surely black"):
+        et.quote(et.load_dict(dark).with_(size=(8, 8)), error=0.1)
+
+
+def test_a_single_pixel_cannot_be_quoted_nor_rendered_to_an_error_alone() -> None:
+    pixel = et.load(SCENE).with_(size=(1, 1))
+    with pytest.raises(et.RenderError, match="few pixels"):
+        et.quote(pixel, error=0.1)
+    for asked in (et.render, et.progressive):
+        with pytest.raises(et.RenderError, match="a single pixel cannot be known"):
+            asked(pixel, error=0.1)
+    assert et.render(pixel, spp=16, error=0.1).stopped_by == "spp"
+
+
+def test_a_scene_without_noise_says_so() -> None:
+    film = {"type": "hdrfilm", "rfilter": {"type": "box"}}
+    sky = {"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": {"type": "constant"}}
+    with pytest.raises(et.RenderError, match="saw no noise"):
+        et.quote(et.load_dict(sky).with_(size=(8, 8)), error=0.1)
+
+
+def test_the_nearest_limit_is_quoted() -> None:
+    quotes: list[et.Quote] = []
+    et.render(et.load(SCENE).with_(size=(24, 24)), spp=40, error=1e-4, observer=et.Observer.of(quoted=quotes.append))
+    assert quotes[0].spp.value == 40.0
+    assert quotes[0].error.value > 1e-3
+
+
+def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--why"]) == 0
+    printed = capsys.readouterr().out
+    assert " [" in printed
+    assert "\\" not in printed
+
+
+def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def record(*limits: str) -> Any:
+        assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "24x24", "--json", *limits]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    quoted, unquoted = record("--error", "40%"), record("--error", "40%", "--spp", "1")
+    assert quoted["quote"]["spp"]["low"] <= quoted["spp"]
+    assert "unquoted" not in quoted
+    assert "ended before" in unquoted["unquoted"]
+    assert "quote" not in unquoted
+
+
+def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {"seconds", "error", "spp", "memory", "law"} <= set(found)
+    assert found["seconds"]["low"] < found["seconds"]["value"] < found["seconds"]["high"]
+
+
+def test_the_command_says_of_which_paths_the_noise_is(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["quote", str(SCENE), "--error", "30%", "--size", "16x16", "--no-why"]
+    assert main(command) == 0
+    whole = capsys.readouterr().out
+    assert "\nerror " in whole
+    assert "the scene asks" not in whole
+    for option, words in (
+        (["--max-depth", "2"], "paths up to depth 2; the scene asks"),
+        (["--strategy", "best,truncate=2"], "paths up to depth 2; biased: best,truncate=2; the scene asks"),
+    ):
+        assert main([*command, *option]) == 0
+        cut = capsys.readouterr().out
+        assert "\nnoise " in cut
+        assert f"which is of {words} for paths up to depth 30: " in " ".join(cut.split())
+
+
+def test_the_command_wants_one_target(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE)]) == 2
+    assert "give --error or --time" in capsys.readouterr().err
+
+
+def test_a_render_to_an_error_quotes_it_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(tmp_path / "a.exr")
+    assert main(["render", str(SCENE), "-o", output, "--error", "25%", "--size", "32x32"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.startswith("quote: error")
+    assert "stopped by error" in printed.out

@@ -1,0 +1,287 @@
+"""Intervals and curves: what they say in cases that can be worked out by hand, and when they doubt themselves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.statistics.curves import (
+    Runs,
+    error_at,
+    error_curve,
+    falling,
+    least_error_at,
+    second_curve,
+    slope,
+    time_to_error,
+)
+from equaltime.statistics.intervals import (
+    Interval,
+    exp,
+    geometric_interval,
+    jackknife,
+    join,
+    mean_interval,
+    median_interval,
+    ratio_interval,
+    student,
+)
+
+from ..experiments.made_up_runs import SPP, close, power_law
+
+Array = NDArray[np.float64]
+
+
+def test_a_mean_has_student_s_interval() -> None:
+    found = mean_interval([1.0, 2.0, 3.0, 4.0])
+    half = 3.182446 * math.sqrt(5.0 / 3.0) / 2.0
+    assert found.value == 2.5
+    assert (found.low, found.high) == pytest.approx((2.5 - half, 2.5 + half), rel=1e-6)
+    assert found.trusted
+
+
+def test_student_s_quantile_tends_to_the_normal_one() -> None:
+    assert student(1) == pytest.approx(12.7062, rel=1e-5)
+    assert student(1e9) == pytest.approx(1.959964, rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_fewer_than_three_repeats_are_not_trusted(count: int) -> None:
+    found = mean_interval([1.0, 2.0][:count])
+    assert not found.trusted
+    assert "repeat" in found.note
+    assert not time_to_error(power_law(repeats=count), 0.2).trusted
+
+
+def test_three_are() -> None:
+    assert mean_interval([1.0, 2.0, 4.0]).trusted
+    assert time_to_error(power_law(repeats=3), 0.2).trusted
+
+
+def test_no_interval_comes_of_what_is_not_there() -> None:
+    for found in (mean_interval([]), mean_interval([1.0, math.nan, 2.0]), geometric_interval([1.0, 0.0, 2.0])):
+        assert not found.known
+        assert not found.trusted
+        assert found.note
+
+
+def test_a_geometric_mean_is_formed_on_the_logarithm() -> None:
+    found = geometric_interval([1.0, 2.0, 4.0])
+    assert found.value == pytest.approx(2.0)
+    assert found.low * found.high == pytest.approx(4.0)
+
+
+def test_the_jackknife_of_a_mean_is_student_s_interval() -> None:
+    values = np.array([1.0, 2.0, 5.0, 9.0])
+    found = jackknife(lambda kept: float(kept @ values / kept.sum()), 4)
+    expected = mean_interval(values)
+    assert (found.value, found.low, found.high) == pytest.approx((expected.value, expected.low, expected.high))
+
+
+def test_a_ratio_is_paired() -> None:
+    below = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    paired = ratio_interval(3.0 * below * [1.01, 0.99, 1.0, 1.02, 0.98], below)
+    mixed = ratio_interval(3.0 * below[::-1], below)
+    assert close(paired, 3.0, 0.1)
+    assert mixed.high / mixed.low > 5.0 * paired.high / paired.low
+
+
+def test_a_ratio_and_its_inverse_say_the_same() -> None:
+    above, below = np.array([3.0, 4.0, 5.0]), np.array([1.0, 1.5, 1.2])
+    one, other = ratio_interval(above, below), ratio_interval(below, above)
+    assert (one.low, one.value, one.high) == pytest.approx((1 / other.high, 1 / other.value, 1 / other.low))
+
+
+def test_intervals_keep_their_order_and_their_doubts_when_mapped() -> None:
+    found = Interval(2.0, 1.0, 4.0).doubted("first").noted("second").map(lambda x: 1.0 / x)
+    assert found == Interval(0.5, 0.25, 1.0, False, "first; second")
+    assert join(["a", "", "b", "a"]) == "a; b"
+
+
+def test_the_falling_curve_is_left_alone() -> None:
+    x, y = np.array([0.0, 1.0, 2.0]), np.array([3.0, 2.0, 1.0])
+    np.testing.assert_array_equal(falling(x, y), (x, y))
+
+
+def test_points_that_rise_are_pooled() -> None:
+    x, y = falling(np.array([0.0, 1.0, 2.0, 3.0]), np.array([3.0, 1.0, 2.0, 0.0]))
+    np.testing.assert_allclose(x, [0.0, 1.5, 3.0])
+    np.testing.assert_allclose(y, [3.0, 1.5, 0.0])
+
+
+@pytest.mark.parametrize("power", [-0.5, -0.75])
+@pytest.mark.parametrize("seconds", [3.0, 20.0, 50.0])
+def test_the_time_to_an_error_within_the_runs(power: float, seconds: float) -> None:
+    found = time_to_error(power_law(power=power), seconds**power)
+    assert close(found, seconds, 0.1)
+    assert found.trusted
+    assert found.note == ""
+
+
+def test_reference_noise_below_zero_averages_away() -> None:
+    """Single repeats may fall below zero; only their mean must not."""
+    runs = power_law(scatter=0.0)
+    wobble = 0.3 * runs.relmse[:, -1:] * np.array([1, -1, 6, -6, 1, -1, 5, -5])[:, None]
+    found = time_to_error(replace(runs, relmse=runs.relmse + wobble), 0.2)
+    assert (runs.relmse + wobble).min() < 0.0
+    assert found.value == pytest.approx(25.0, rel=0.05)
+
+
+def test_beyond_the_runs_the_time_is_extrapolated_and_says_so() -> None:
+    found = time_to_error(power_law(power=-0.75), 320.0**-0.75)
+    assert close(found, 320.0, 0.5)
+    assert found.trusted
+    assert "times beyond the longest run by the fitted slope" in found.note
+    assert found.reach == pytest.approx(5.0, rel=0.1)
+    assert time_to_error(power_law(power=-0.75), 32.0**-0.75).reach == 1.0
+
+
+def test_a_fitted_slope_is_doubted_far_out_and_refused_farther_out() -> None:
+    runs = power_law()
+    assert not time_to_error(runs, (64.0 * 30.0) ** -0.5).trusted
+    far = time_to_error(runs, (64.0 * 300.0) ** -0.5)
+    assert far.value == math.inf
+    assert far.low == pytest.approx(6400.0, rel=0.1)
+    assert "not reached in 100 times the longest run" in far.note
+
+
+def test_independent_samples_have_a_law_that_reaches_as_far_as_wanted() -> None:
+    found = time_to_error(replace(power_law(), independent=True), 64e4**-0.5)
+    assert close(found, 64e4, 0.1)
+    assert found.trusted
+    assert "by slope -1/2" in found.note
+
+
+def test_an_error_below_the_noise_of_the_reference_is_the_least_there_is() -> None:
+    """The strategy with the least error is what others are held against."""
+    runs = power_law(scatter=0.0)
+    end = float(runs.seconds[:, -1].mean())
+    assert least_error_at(runs, end) == error_at(runs, end).value > 0.0
+    below = replace(runs, relmse=runs.relmse - 2.0 * runs.relmse[:, -1:].max())
+    assert least_error_at(replace(below, relmse=np.minimum(below.relmse, -1e-9)), end) == 0.0
+
+
+def test_no_number_stays_none() -> None:
+    assert math.isnan(exp(math.nan))
+    assert exp(1e4) == math.inf
+
+
+def test_a_bias_is_not_extrapolated() -> None:
+    runs = power_law()
+    floor = replace(runs, relmse=runs.relmse + 0.1, biased=True)
+    found = time_to_error(floor, 0.2)
+    assert found.value == math.inf
+    assert found.low == pytest.approx(64.0, rel=0.1)
+    assert "biased" in found.note
+
+
+def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
+    seconds = np.tile([1.0, 2.0, 4.0, 8.0, 16.0], (4, 1))
+    runs = Runs(seconds, np.tile([1.0, 0.5, 0.6, 0.7, 0.8], (4, 1)) * np.array([[0.9], [1.0], [1.1], [1.0]]))
+    level = error_at(runs, 16.0).value
+    assert level == pytest.approx(math.sqrt(0.65), rel=0.02)  # the block's mean
+    assert error_at(runs, 20.0).known
+    independent = replace(runs, independent=True)
+    assert error_at(independent, 16.0).value == pytest.approx(level)
+    assert error_at(independent, 25.0).value == pytest.approx(0.8 * level)
+    assert not error_at(runs, 40.0).known
+    few = Runs(seconds[:, :2], runs.relmse[:, :2])
+    assert error_at(few, 2.2).known
+    assert not error_at(few, 2.6).known
+
+
+def test_an_error_that_no_longer_falls_is_never_smaller() -> None:
+    runs = power_law()
+    found = time_to_error(replace(runs, relmse=np.linspace(0.1, 0.11, len(SPP)) * np.ones((8, 1))), 0.01)
+    assert found.value == math.inf
+    assert "no longer falls" in found.note
+
+
+def test_what_was_reached_before_the_first_checkpoint_is_said_to_be() -> None:
+    near, far = (time_to_error(power_law(), seconds**-0.5) for seconds in (1.5, 0.1))
+    assert near.value == pytest.approx(1.5, rel=0.05)
+    assert near.trusted
+    assert not far.trusted
+    assert "before the first checkpoint" in far.note
+
+
+def test_two_checkpoints_are_too_few_to_extrapolate() -> None:
+    runs = power_law()
+    found = time_to_error(Runs(runs.seconds[:, :2], runs.relmse[:, :2]), 0.01)
+    assert not found.known
+    assert "too few checkpoints" in found.note
+
+
+def test_below_the_reference_s_noise_there_is_nothing_to_read() -> None:
+    runs = power_law()
+    drowned = replace(runs, relmse=-runs.relmse)
+    assert not time_to_error(drowned, 0.1).known
+    assert not error_at(drowned, 10.0).known
+    assert not slope(drowned).known
+    assert not any(point.trusted for point in error_curve(drowned))
+
+
+def test_a_speed_up_is_paired_over_repeats() -> None:
+    """A machine that drifts does so for both."""
+    fast, slow = power_law(speed=4.0, seed=1), power_law(speed=1.0)
+    drift = np.exp(0.5 * np.random.default_rng(3).standard_normal((8, 1)))
+    drifting = [replace(runs, seconds=runs.seconds * drift) for runs in (slow, fast)]
+    assert close(speed_up(*drifting, 0.2), 4.0, 0.1)
+    time = time_to_error(drifting[1], 0.2)
+    assert time.high / time.low > 1.5
+
+
+def test_a_speed_up_over_itself_is_one() -> None:
+    found = speed_up(power_law(), power_law(), 0.2)
+    assert (found.value, found.low, found.high) == pytest.approx((1.0, 1.0, 1.0))
+
+
+def test_a_speed_up_over_what_never_arrives_is_at_least_what_is_known() -> None:
+    fast = power_law()
+    stuck = replace(fast, relmse=fast.relmse + 0.1, biased=True)
+    found = speed_up(stuck, fast, 0.2)
+    assert found.value == math.inf
+    assert found.low == pytest.approx(64.0 / 25.0, rel=0.1)
+    other = speed_up(fast, stuck, 0.2)
+    assert other.value == 0.0
+    assert other.high == pytest.approx(25.0 / 64.0, rel=0.1)
+    neither = speed_up(stuck, stuck, 0.2)
+    assert not neither.known
+
+
+def test_repeats_that_only_one_has_are_left_out() -> None:
+    assert close(speed_up(power_law(repeats=8), power_law(repeats=5, speed=2.0), 0.2), 2.0, 0.2)
+
+
+def test_the_error_at_a_time() -> None:
+    runs = power_law()
+    assert close(error_at(runs, 20.0), 20.0**-0.5)
+    assert close(error_at(runs, 80.0), 80.0**-0.5, 0.1)
+    assert not error_at(runs, 1000.0).known
+
+
+@pytest.mark.parametrize("power", [-0.5, -0.75])
+def test_the_slope(power: float) -> None:
+    found = slope(power_law(power=power))
+    assert found.low < power < found.high
+    assert found.high - found.low < 0.02
+
+
+def test_curves_have_an_interval_at_every_checkpoint() -> None:
+    runs = power_law()
+    assert all(close(point, spp**-0.5) for point, spp in zip(error_curve(runs), SPP, strict=True))
+    assert all(close(point, spp, 0.1) for point, spp in zip(second_curve(runs), SPP, strict=True))
+
+
+def test_a_median_has_the_interval_of_the_sign_test() -> None:
+    values = np.arange(9.0)
+    found = median_interval(values)
+    assert (found.value, found.low + found.high) == (4.0, pytest.approx(8.0))
+    assert 1.0 < found.low < 2.0, "96.1 % from the second to the eighth, 82 % from the third to the seventh"
+    assert not median_interval(values[:5]).trusted
+    assert not median_interval([]).known
