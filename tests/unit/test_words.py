@@ -21,7 +21,8 @@ LONGEST_SENTENCE = 30
 def docstrings(path: Path) -> Iterator[tuple[int, str]]:
     """Yield line and text of each docstring, those of constants and fields too."""
     for node in ast.walk(ast.parse(path.read_text())):
-        for child in getattr(node, "body", ()) if not isinstance(node, ast.Lambda | ast.IfExp) else ():
+        body = getattr(node, "body", ())
+        for child in body if isinstance(body, list) else ():
             if (
                 isinstance(child, ast.Expr)
                 and isinstance(child.value, ast.Constant)
