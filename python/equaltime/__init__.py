@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from equaltime.rendering.replay import replay as replay
     from equaltime.rendering.result import Result as Result
     from equaltime.rendering.result import Stats as Stats
+    from equaltime.rendering.saved import read as read
     from equaltime.rendering.tev import Viewer as Viewer
     from equaltime.scene import Scene as Scene
     from equaltime.scene import load as load
@@ -105,6 +106,7 @@ __all__ = [
     "merge",
     "progressive",
     "quote",
+    "read",
     "render",
     "replay",
     "selftest",
@@ -143,6 +145,7 @@ _ROOMS = {
     "equaltime.rendering.progressive": ("Progressive", "progressive"),
     "equaltime.rendering.replay": ("Replay", "replay"),
     "equaltime.rendering.result": ("Result", "Stats"),
+    "equaltime.rendering.saved": ("read",),
     "equaltime.rendering.tev": ("Viewer",),
     "equaltime.scene": ("Scene", "load", "load_dict"),
     "equaltime.statistics.intervals": ("Interval",),

@@ -21,11 +21,11 @@ from equaltime.quoting.watch import QuoteWatch
 from equaltime.rendering.arguments import Backend, as_scene, check_arguments
 from equaltime.rendering.black_picture import warn_if_black
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.checkpoint import Checkpoint
 from equaltime.rendering.job import Job, Traps
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
 from equaltime.rendering.run import Checkpoints, run
+from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Session
 from equaltime.rendering.stopping import StopRule
 from equaltime.rendering.tev import Viewer
@@ -50,7 +50,7 @@ def render(
     seed: int = 0,
     threads: int = 0,
     observer: Observer | None = None,
-    resume: str | os.PathLike[str] | None = None,
+    resume: Render | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
     without: Sequence[str] = (),
@@ -89,7 +89,8 @@ def render(
     error
         Relative error to reach (0.02 is 2 %), as ``stop`` says.
     resume
-        A file that `Result.save` wrote: the render goes on from there, to the same bits as if it had not stopped.
+        A result, or a file that `Result.save` wrote: the render goes on from there, to the bits of one that did not
+        stop.
     checkpoint, checkpoint_every
         File (EXR) where the render so far is saved, and how often, in seconds; less often where saving would take more
         than half of the time.
@@ -164,7 +165,7 @@ def render(
         return warn_if_black(_cross_checked(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:
         check_spares({Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of it")
-    resumed = None if resume is None else Checkpoint.read(resume)
+    resumed = None if resume is None else as_checkpoint(resume)
     if show is not None:
         show.connect()  # before any clock runs: it may have to be waited for
     job = Job(scene=loaded, strategy=chosen, limits=limits, seed=seed, threads=threads, traps=traps, resumed=resumed)

@@ -149,6 +149,7 @@ class _Case:
 
 def measure(
     scenes: Sequence[Scene],
+    *,
     threads: Sequence[int] = (0,),
     repeats: int = 9,
     spp: int | None = None,

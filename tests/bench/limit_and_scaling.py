@@ -24,7 +24,9 @@ def main() -> None:
     threads = (options.threads,) if options.threads else (1, 2)
     with tempfile.TemporaryDirectory() as folder:
         paths = (*SHIPPED, write_terrain(Path(folder), options.triangles))
-        report = measure([et.load(path) for path in paths], threads, options.repeats, strategy=options.strategy)
+        report = measure(
+            [et.load(path) for path in paths], threads=threads, repeats=options.repeats, strategy=options.strategy
+        )
     for row in report.scenes:
         print(
             f"{Path(row.name).name:18} {row.threads} threads: limit ratio {text(row.limit_ratio)}, "

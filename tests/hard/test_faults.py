@@ -65,7 +65,7 @@ def test_a_sample_that_overflows_is_named_with_its_fault() -> None:
     assert isinstance(caught.value.result, et.Result)
     assert caught.value.result.stopped_by == "faulty"
     assert caught.value.command[:2] == ("equaltime", "replay")
-    path = et.replay(mirror(), caught.value.pixel, caught.value.index)
+    path = et.replay(mirror(), pixel=caught.value.pixel, sample=caught.value.index)
     assert {vertex["faults"] for vertex in path.vertices} == {"", "overflow"}
 
 

@@ -44,7 +44,7 @@ def bad(monkeypatch: pytest.MonkeyPatch) -> et.Scene:
         return [math.nan] * 3 if np.allclose(found, MARKED) else found
 
     monkeypatch.setattr("equaltime.scene.compile_bsdfs.color", color)
-    first = et.replay(et.load_dict(GROUND), PIXEL, SAMPLE, seed=SEED).vertices[0]
+    first = et.replay(et.load_dict(GROUND), pixel=PIXEL, sample=SAMPLE, seed=SEED).vertices[0]
     return patched(first["surface"]["point"])
 
 
@@ -54,7 +54,7 @@ def only_that_one_is_left_out(found: Moments, clean: Moments) -> bool:
     own = right[SAMPLE % len(right), PIXEL[1], PIXEL[0]]
     kept = [index for index in range(SPP) if index % len(right) == SAMPLE % len(right) and index != SAMPLE]
     (other,) = kept  # of two samples, one is its own mean and has no spread
-    own["count"], own["mean"] = 1, et.replay(et.load_dict(GROUND), PIXEL, other, seed=SEED).radiance
+    own["count"], own["mean"] = 1, et.replay(et.load_dict(GROUND), pixel=PIXEL, sample=other, seed=SEED).radiance
     own["deviation"] = 0.0
     return found.tobytes() == right.tobytes()
 
@@ -79,7 +79,7 @@ def test_E04_one_sample_that_is_no_number_is_flagged_and_leaves_all_others_as_th
 
 
 def test_E04_the_sample_that_is_no_number_can_be_played_again_and_no_other_is_one(bad: et.Scene) -> None:  # noqa: N802
-    replays = [et.replay(bad, PIXEL, index, seed=SEED) for index in range(SPP)]
+    replays = [et.replay(bad, pixel=PIXEL, sample=index, seed=SEED) for index in range(SPP)]
     assert [index for index, path in enumerate(replays) if path.first_nonfinite] == [SAMPLE]
     path = replays[SAMPLE]
     assert all(math.isnan(value) for value in path.radiance)

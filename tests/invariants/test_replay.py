@@ -48,7 +48,7 @@ def test_what_moves_is_called_by_its_name() -> None:
             "stands": {"type": "instance", "shapegroup": part, "to_world": [{"translate": [3.5, 0, 0]}]},
         }
     )
-    middle = [et.replay(scene, (x, 5), 0).vertices[0]["surface"]["name"] for x in (2, 15, 27)]
+    middle = [et.replay(scene, pixel=(x, 5), sample=0).vertices[0]["surface"]["name"] for x in (2, 15, 27)]
     assert middle == [
         "'rolls' (sphere, rolls)",
         "sphere, group.part, seen as 'flies' (instance, flies)",
@@ -81,7 +81,7 @@ def test_replays_of_all_samples_of_a_pixel_are_the_pixel(file: str, strategy: st
     renderer = make_renderer(scene, chosen, SEED, threads=2)
     renderer.advance(SAMPLES)
     for x, y in PIXELS:
-        paths = [et.replay(scene, (x, y), i, strategy=chosen, seed=SEED) for i in range(SAMPLES)]
+        paths = [et.replay(scene, pixel=(x, y), sample=i, strategy=chosen, seed=SEED) for i in range(SAMPLES)]
         assert all(path.sum == path.radiance and path.first_nonfinite is None for path in paths)
         for replicate in range(2):
             pixel = renderer.moments[replicate, y, x]
@@ -91,30 +91,30 @@ def test_replays_of_all_samples_of_a_pixel_are_the_pixel(file: str, strategy: st
 
 def test_another_sample_and_another_seed_are_other_paths() -> None:
     scene = shipped("cornell-box.toml")
-    first = et.replay(scene, (12, 8), 0)
-    assert first.vertices != et.replay(scene, (12, 8), 1).vertices
-    assert first.vertices != et.replay(scene, (12, 8), 0, seed=1).vertices
-    assert first.vertices == et.replay(scene, (12, 8), 0).vertices
+    first = et.replay(scene, pixel=(12, 8), sample=0)
+    assert first.vertices != et.replay(scene, pixel=(12, 8), sample=1).vertices
+    assert first.vertices != et.replay(scene, pixel=(12, 8), sample=0, seed=1).vertices
+    assert first.vertices == et.replay(scene, pixel=(12, 8), sample=0).vertices
 
 
 def test_a_path_can_be_replayed_without_effects() -> None:
     scene = shipped("cornell-box.toml")
-    cut = et.replay(scene, (12, 8), 0, without=["long_paths=2"])
+    cut = et.replay(scene, pixel=(12, 8), sample=0, without=["long_paths=2"])
     assert (cut.strategy, len(cut.vertices)) == ("best,truncate=2", 2)
-    assert cut.vertices[0]["light"] == et.replay(scene, (12, 8), 0).vertices[0]["light"]
+    assert cut.vertices[0]["light"] == et.replay(scene, pixel=(12, 8), sample=0).vertices[0]["light"]
 
 
 def test_pixels_are_those_of_the_whole_film_and_only_its_crop_has_any() -> None:
     whole, crop = shipped("cornell-box.toml"), shipped("cornell-box.toml", crop=(10, 5, 6, 6))
-    assert et.replay(crop, (12, 8), 3).vertices == et.replay(whole, (12, 8), 3).vertices
+    assert et.replay(crop, pixel=(12, 8), sample=3).vertices == et.replay(whole, pixel=(12, 8), sample=3).vertices
     with pytest.raises(ValueError, match="pixel 9,8 is not on the film, 6x6 from 10,5"):
-        et.replay(crop, (9, 8), 0)
+        et.replay(crop, pixel=(9, 8), sample=0)
 
 
 @pytest.mark.parametrize(("pixel", "sample"), [("12,8", 0), ((12,), 0), ((12.5, 8), 0), (12, 0), ((12, 8), -1)])
 def test_an_argument_of_another_type_or_out_of_range_is_refused(pixel: Any, sample: Any) -> None:
     with pytest.raises(ValueError, match="must be"):
-        et.replay(shipped("cornell-box.toml"), pixel, sample)
+        et.replay(shipped("cornell-box.toml"), pixel=pixel, sample=sample)
 
 
 def test_a_path_is_told_in_the_units_and_names_of_the_scene() -> None:
@@ -132,7 +132,7 @@ def test_a_path_is_told_in_the_units_and_names_of_the_scene() -> None:
             "bulb": {"type": "point", "position": [0, 0, 10.0], "intensity": 200.0},
         }
     )
-    path = et.replay(scene, (1, 1), 0)
+    path = et.replay(scene, pixel=(1, 1), sample=0)
     first = path.vertices[0]
     assert first["surface"]["name"].startswith("'paper' (rectangle")
     assert first["surface"]["front"]
@@ -159,7 +159,7 @@ def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.Capture
     assert "scatters by diffuse" in text
     assert main([*words, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    path = et.replay(et.load(file).with_(size=(24, 16)), (12, 8), 3, seed=5)
+    path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), sample=3, seed=5)
     assert data["radiance"] == list(path.radiance) == data["sum"]
     assert len(data["vertices"]) == len(path.vertices) == text.count("throughput")
 

@@ -51,7 +51,7 @@ def test_values_that_are_equal_have_one_hash() -> None:
     again = dataclasses.replace(result.stats, phases=dict(result.stats.phases))
     assert {result.stats, again} == {result.stats}
     assert result.stats != dataclasses.replace(result.stats, phases={"render": 1.0})
-    path = et.replay(scene, (1, 1), 0)
+    path = et.replay(scene, pixel=(1, 1), sample=0)
     quote = et.quote(scene, error=0.5, why=True)
     values = {result.origin, path, quote, result.error, result}
     assert len(values) == 5

@@ -90,7 +90,7 @@ def bench(
     for scene in loaded:
         print_warnings(scene)
     with share_bar() as progress:
-        report = measure(loaded, threads, repeats, spp, chosen, progress)
+        report = measure(loaded, threads=threads, repeats=repeats, spp=spp, strategy=chosen, progress=progress)
     if as_json:
         print(json_text(report.as_dict(), indent=2))
     else:

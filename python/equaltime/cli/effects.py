@@ -75,7 +75,9 @@ def effects(
     print_warnings(loaded)
     loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
     with share_bar() as progress:
-        found = measure_effects(loaded, quick, size, strategy, seed, threads, progress)
+        found = measure_effects(
+            loaded, quick=quick, size=size, strategy=strategy, seed=seed, threads=threads, progress=progress
+        )
     if as_json:
         print(json_text(found.as_dict(), indent=2))
     else:

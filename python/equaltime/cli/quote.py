@@ -83,7 +83,16 @@ def quote(
     changes = {"size": size, "crop": crop, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     with progress_bar(as_json) as progress:
-        found = quote_scene(loaded, error, time, strategy, seed, threads, progress, why)
+        found = quote_scene(
+            loaded,
+            error=error,
+            time=time,
+            strategy=strategy,
+            seed=seed,
+            threads=threads,
+            progress=progress,
+            why=why,
+        )
     if as_json:
         print(json_text(found.as_dict(), indent=2))
     else:

@@ -58,7 +58,7 @@ def replay(
     changes = {"size": size, "max_depth": max_depth}
     loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
     try:
-        path = replay_sample(loaded, pixel, sample, strategy=chosen, seed=seed, without=without or ())
+        path = replay_sample(loaded, pixel=pixel, sample=sample, strategy=chosen, seed=seed, without=without or ())
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
     print(json_text(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))

@@ -47,7 +47,7 @@ def selftest(
         raise typer.BadParameter(f"unknown renderer '{peer}'; known is {', '.join(get_args(PeerName))}")
     try:
         with share_bar() as progress:
-            report = run(tuple(only or ()), peer, threads, progress)  # type: ignore[arg-type]  # looked at above
+            report = run(only=tuple(only or ()), peer=peer, threads=threads, progress=progress)  # type: ignore[arg-type]  # looked at above
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     if as_json:

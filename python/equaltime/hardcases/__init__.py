@@ -67,6 +67,7 @@ class SelfTest:
 
 
 def selftest(
+    *,
     only: Sequence[str] = (),
     peer: PeerName | None = None,
     threads: int = 0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from equaltime.pricing.output_costs import ALL, measure_outputs
 from equaltime.quoting.light_parts import KINDS_OF_PARTS, Parts, measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
+from equaltime.rendering.arguments import as_scene, check_arguments
 from equaltime.rendering.stated import shorter
 from equaltime.scene import Scene
 from equaltime.scene.effects.derive import Reason, derive
@@ -118,7 +120,8 @@ def as_data(interval: Interval) -> dict[str, float | None]:
 
 
 def effects(
-    scene: Scene,
+    scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    *,
     quick: bool = False,
     size: tuple[int, int] | None = None,
     strategy: Strategy | str = "best",
@@ -135,7 +138,7 @@ def effects(
     Parameters
     ----------
     scene
-        A loaded scene.
+        A loaded scene, the path of a scene file, or a dict in Mitsuba's words.
     quick
         A first look: a small film, few samples, few repeats.
     size
@@ -152,7 +155,8 @@ def effects(
     NonFiniteSample
         If a sample was not a number.
     """
-    chosen = Strategy.of(strategy)
+    check_arguments(seed=seed, threads=threads)
+    chosen, scene = Strategy.of(strategy), as_scene(scene)
     most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
     small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - repeats)
     reasons = derive(small)

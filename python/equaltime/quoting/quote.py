@@ -29,6 +29,7 @@ _SHARE_FOR_LIGHT = 0.1
 
 def quote(
     scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    *,
     error: float | None = None,
     time: float | None = None,
     strategy: Strategy | str = "best",

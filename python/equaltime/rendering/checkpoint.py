@@ -22,7 +22,7 @@ from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.render_file import RenderFile
 from equaltime.rendering.stopping import Stop
 
-__all__ = ["Checkpoint", "differences"]
+__all__ = ["Checkpoint", "differences", "looks_of"]
 
 _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
 """What renders that are parts of one have in common, beside the scene: keys of a record."""
@@ -52,6 +52,11 @@ class Checkpoint:
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
         """Read a file that `Result.save` wrote; raises `ImageError` if it is none, damaged, or without moments."""
         file = RenderFile.read(path)
+        return cls.of(file, Path(path))
+
+    @classmethod
+    def of(cls, file: RenderFile, path: Path) -> Checkpoint:
+        """Return the content of a saved render, checked; ``path`` stands in errors. Raises as `read` does."""
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
             raise ImageError(
@@ -66,7 +71,7 @@ class Checkpoint:
             raise ImageError(f"{path}: pixel {wrong[0]},{wrong[1]} has moments that are not finite")
         if parts is not None and not MergedFilm(moments, parts).consistent:
             raise ImageError(f"{path}: the sums over what was merged do not belong to its samples")
-        return cls(Path(path), file.record, moments, missed, parts, file.alpha, file.second)
+        return cls(path, file.record, moments, missed, parts, file.alpha, file.second)
 
     @property
     def film(self) -> MergedFilm:
@@ -86,10 +91,7 @@ class Checkpoint:
     @property
     def looks(self) -> tuple[Look, ...]:
         """What it saw when it looked at its error."""
-        return tuple(
-            Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
-            for samples, value, high, brightest in self.record["looks"]
-        )
+        return looks_of(self.record)
 
     @property
     def decision(self) -> Decision:
@@ -120,6 +122,14 @@ class Checkpoint:
             )
         if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
             raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+
+
+def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
+    """Return the looks at the error that a checked record tells of."""
+    return tuple(
+        Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
+        for samples, value, high, brightest in record["looks"]
+    )
 
 
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:

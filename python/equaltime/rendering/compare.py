@@ -8,7 +8,6 @@ equaltime's do) say more. The noise of the reference is subtracted, and what it 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
@@ -25,7 +24,7 @@ from equaltime.images.image_files import Picture
 from equaltime.images.metrics import METRICS, Measured, Reference, contributions, measure
 from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
-from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.saved import Render, as_picture, name_of
 from equaltime.rendering.stated import different_problems
 from equaltime.statistics.agreement import BlockMeans
 from equaltime.statistics.agreement import compare as compare_blocks
@@ -34,7 +33,6 @@ from equaltime.statistics.intervals import Interval, exp, signed_root
 __all__ = ["Compared", "Comparison", "compare"]
 
 Floats = NDArray[np.float64]
-File = str | os.PathLike[str]
 
 _BLOCK = 8
 """Side of the blocks whose means are tested for equal expectations, in pixels."""
@@ -105,20 +103,20 @@ class Comparison:
         }
 
 
-def compare(a: File, b: File, reference: File | None = None) -> Comparison:
+def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison:
     """Measure image A against image B, or both against a reference.
 
     Parameters
     ----------
     a, b, reference
-        Image files of the same size with channels R, G and B, in linear light.
+        Results, or image files of any renderer with channels R, G and B in linear light, all of one size.
 
     Raises
     ------
     ImageError
         If a file cannot be read, lacks a channel, has a pixel that is not finite, or is of another size.
     """
-    files = [_File.read(path) for path in ((a, b) if reference is None else (a, b, reference))]
+    files = [_File.read(render) for render in ((a, b) if reference is None else (a, b, reference))]
     _check_sizes(files)
     truth = files[-1]
     subjects = files[:-1]
@@ -143,8 +141,8 @@ class _File:
     picture: Picture
 
     @classmethod
-    def read(cls, path: File) -> _File:
-        picture = read_picture(path)
+    def read(cls, render: Render) -> _File:
+        path, (picture, film) = name_of(render), as_picture(render)
         try:
             image = picture.image.astype(np.float64)
             stated = picture.standard_error
@@ -156,7 +154,7 @@ class _File:
             raise ImageError(f"{path}: pixel {x},{y} is not finite: {'RGB'[channel]} is {value}")
         known = stated is not None and bool(np.isfinite(stated).all() and (stated >= 0.0).all())
         errors = stated.astype(np.float64) if stated is not None and known else None
-        return cls(Path(path), image, errors, Noise.read(path, picture), picture)
+        return cls(path, image, errors, Noise.of_render(picture, film), picture)
 
     @property
     def doubt(self) -> str:

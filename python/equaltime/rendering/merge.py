@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
@@ -17,17 +16,17 @@ from equaltime.film.error import Estimate
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
-from equaltime.images.image_files import Window
 from equaltime.rendering.checkpoint import Checkpoint, differences
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.stopping import Stop
 from equaltime.strategy import Strategy
 
 __all__ = ["merge"]
 
 
-def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
+def merge(renders: Sequence[Render]) -> Result:
     """Join renders of the same scene by the same strategy whose samples are different ones.
 
     Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
@@ -37,8 +36,8 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
 
     Parameters
     ----------
-    paths
-        Two or more files that `Result.save` wrote.
+    renders
+        Two or more results, or files that `Result.save` wrote.
 
     Raises
     ------
@@ -46,9 +45,9 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
         If a file cannot be read or holds no moments, if two belong to different images, or have samples in common, or
         if their sample counts follow from a pixel's own samples.
     """
-    if len(paths) < 2:
-        raise ImageError("merging takes two files or more")
-    parts = [Checkpoint.read(path) for path in paths]
+    if len(renders) < 2:
+        raise ImageError("merging takes two renders or more")
+    parts = [as_checkpoint(render) for render in renders]
     first = parts[0]
     for part in parts:
         _check_counts(part)
@@ -158,24 +157,9 @@ def _stats(parts: Sequence[Checkpoint]) -> Stats:
 
 
 def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
-    record = first.record
-    return Origin(
-        scene=record["scene"],
-        digest=record["digest"],
-        window=Window(*record["crop"][:2], *record["size"]),
-        max_depth=record["max_depth"],
-        strategy=record["strategy"],
-        biased=record["biased"],
-        seed=record["seed"],
-        replicates=record["replicates"],
-        nets=record["nets"],
-        backend=record["backend"],
-        without=tuple(record["without"]),
-        substitutions=tuple(record["substitutions"]),
-        sources=tuple(source for part in parts for source in _sources(part)),
-        scene_max_depth=_scene_max_depth(parts),
-        picture=first.picture,
-    )
+    sources = tuple(source for part in parts for source in _sources(part))
+    origin = Origin.from_record(first.record)
+    return replace(origin, second_net=0, sources=sources, scene_max_depth=_scene_max_depth(parts))
 
 
 def _scene_max_depth(parts: Sequence[Checkpoint]) -> int | None:

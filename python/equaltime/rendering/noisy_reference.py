@@ -20,7 +20,6 @@ of the squared differences, and its noise lies where they are large, that factor
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +31,7 @@ from equaltime.film.parts_of_merge import statistics_of
 from equaltime.film.sums import box_sum
 from equaltime.images.image_files import Picture
 from equaltime.images.metrics import Measured, divided
-from equaltime.rendering.render_file import read_film
+from equaltime.rendering.render_file import SavedFilm
 from equaltime.statistics.intervals import student
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
@@ -55,9 +54,9 @@ class Noise:
     """Whether each variance is a mean over the 7x7 neighbourhood."""
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str], picture: Picture) -> Noise | None:
-        """Return what an image file, read as this picture, tells; raises `ImageError` if it is damaged."""
-        moments, parts, second = read_film(path) if picture.record else (None, None, None)
+    def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
+        """Return what a picture and the samples behind it tell, if they do."""
+        moments, parts, second = film
         if moments is None:
             return cls.of(picture, None)
         return cls.of(

@@ -20,9 +20,9 @@ from typing import Any
 
 from equaltime.rendering.arguments import as_scene, check_arguments
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.checkpoint import Checkpoint
 from equaltime.rendering.job import Job
 from equaltime.rendering.result import Result
+from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
@@ -73,13 +73,14 @@ class Progressive:
 
 def progressive(
     scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    *,
     spp: int | None = None,
     time: float | None = None,
     error: float | None = None,
     strategy: Strategy | str = "best",
     seed: int = 0,
     threads: int = 0,
-    resume: str | os.PathLike[str] | None = None,
+    resume: Render | None = None,
 ) -> Progressive:
     """Begin a render whose passes the caller runs.
 
@@ -95,7 +96,7 @@ def progressive(
     """
     check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)
-    resumed = None if resume is None else Checkpoint.read(resume)
+    resumed = None if resume is None else as_checkpoint(resume)
     limits = Limits(spp, time, error)
     job = Job(scene=as_scene(scene), strategy=chosen, limits=limits, seed=seed, threads=threads, resumed=resumed)
     return Progressive(Session(job))

@@ -80,7 +80,16 @@ from equaltime.rendering.render_record import checked
 from equaltime.scene.known import shortened
 from equaltime.strict_json import json_text
 
-__all__ = ["FORMAT", "RenderFile", "holds_film", "read_film", "read_picture", "read_record"]
+__all__ = [
+    "FORMAT",
+    "RenderFile",
+    "SavedFilm",
+    "holds_film",
+    "read_film",
+    "read_outputs",
+    "read_picture",
+    "read_record",
+]
 
 FORMAT: Final = 2
 _RECORD, _SHA256 = "equaltime:record", "equaltime:sha256"
@@ -222,6 +231,12 @@ def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
     with suppress(ImageError):
         return _json(images.read_attributes(path).get(_RECORD, "{}"), _RECORD, path)
     return {}
+
+
+def read_outputs(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
+    """Read the outputs beside the image, (H, W) by the name of the channel; none if the file has none."""
+    found = read_part(path, "aovs", "float")
+    return {} if found is None else {name: found[1][..., i].copy() for i, name in enumerate(found[0])}
 
 
 class SavedFilm(NamedTuple):

@@ -109,6 +109,8 @@ class _Record(_Facts):
     picture: _Picture | None = None
     samples: dict[str, int]
     stopped_by: StoppedBy
+    error: _Interval | None = None
+    degrees: Annotated[float, Field(gt=0.0)] | None = None
     bias: _Interval | None = None
     stop: _Stop | None = None
     decision: _Decision | None = None
@@ -117,6 +119,7 @@ class _Record(_Facts):
     focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
     seconds: Seconds
+    phases: dict[str, Seconds] | None = None
     paths: Count
     rays: Count
     shadow_rays: Count

@@ -78,9 +78,9 @@ class Replay:
 
 def replay(
     scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+    *,
     pixel: tuple[int, int],
     sample: int,
-    *,
     strategy: Strategy | str = "best",
     seed: int = 0,
     without: Sequence[str] = (),

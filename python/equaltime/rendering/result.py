@@ -117,6 +117,28 @@ class Origin:
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """The form in which the film asks for the picture: no bit of the render depends on it."""
 
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Origin:
+        """Return the origin that a checked record (`equaltime.rendering.render_record.checked`) tells of."""
+        return cls(
+            scene=record["scene"],
+            digest=record["digest"],
+            window=Window(*record["crop"][:2], *record["size"]),
+            max_depth=record["max_depth"],
+            strategy=record["strategy"],
+            biased=record["biased"],
+            seed=record["seed"],
+            replicates=record["replicates"],
+            backend=record["backend"],
+            without=tuple(record["without"]),
+            substitutions=tuple(record["substitutions"]),
+            sources=tuple(record["sources"]),
+            nets=record["nets"],
+            second_net=record["second_net"],
+            scene_max_depth=record["scene_max_depth"],
+            picture=FilmPicture.from_dict(record["picture"]),
+        )
+
     @property
     def record(self) -> dict[str, Any]:
         """The origin as JSON data, as it stands in the record of a result."""
@@ -279,14 +301,15 @@ class Result:
         kept = None
         if path != picture:
             kept = keep_work(path, self.record)
-            self._file.write(path, description, small)
+            self.file.write(path, description, small)
         alpha = self.alpha if self.origin.picture.alpha else None
         preview.write_png(picture, self.image, description, self.origin.scene, alpha)
         written = (path, picture) if path != picture else (picture,)
         return written if kept is None else (*written, kept)
 
     @property
-    def _file(self) -> RenderFile:
+    def file(self) -> RenderFile:
+        """The content of the file that `save` writes."""
         return RenderFile(
             self.image,
             self.standard_error,

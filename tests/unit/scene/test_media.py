@@ -198,7 +198,7 @@ def test_blends_are_written_and_read_again(suffix: str, tmp_path: Path) -> None:
 def test_a_replay_tells_what_a_medium_leaves_and_where_it_scatters() -> None:
     scene, scattered = ball(fog(sigma_t=[1.0, 2.0, 3.0], albedo=0.9)), 0
     for sample in range(20):
-        path = et.replay(scene, (1, 2), sample, seed=5)
+        path = et.replay(scene, pixel=(1, 2), sample=sample, seed=5)
         assert path.sum == path.radiance
         particles = [vertex for vertex in path.vertices if vertex["particle"] is not None]
         scattered += len(particles)

@@ -31,7 +31,7 @@ from equaltime.images.metrics import Reference
 from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.core import bad_sample, make_renderer
 from equaltime.rendering.noisy_reference import Noise
-from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.saved import as_picture
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 from equaltime.strict_json import json_text
@@ -250,11 +250,11 @@ def _from_file(path: Path, scene: Scene) -> KnownReference:
 def _pictured(path: Path) -> KnownReference:
     """Return the picture of a file, with its standard errors if it has them, and what is known of its writer."""
     try:
-        picture = read_picture(path)
+        picture, film = as_picture(path)
     except ImageError as error:
         raise ExperimentError((Problem("reference.file", str(error)),)) from error
     try:
-        noise, mean = Noise.read(path, picture), picture.image.astype(np.float64)
+        noise, mean = Noise.of_render(picture, film), picture.image.astype(np.float64)
     except ImageError as error:
         raise ExperimentError((Problem("reference.file", f"{path}: {error}"),)) from error
     reference = Reference(mean, np.zeros_like(mean) if noise is None else noise.variance)

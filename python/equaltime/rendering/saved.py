@@ -1,0 +1,118 @@
+"""Saved renders as results: `read` gives back what `Result.save` wrote, and results serve wherever files do."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from equaltime.film.error import UNKNOWN, Estimate, standard_error
+from equaltime.film.focus import Focus
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.images.image_files import RGB, SOFTWARE, Picture
+from equaltime.rendering.checkpoint import Checkpoint, looks_of
+from equaltime.rendering.decision import Decision
+from equaltime.rendering.film_picture import ALPHA
+from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
+from equaltime.rendering.render_record import checked
+from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.rendering.stopping import Stop
+from equaltime.strict_json import json_text
+
+__all__ = ["Render", "as_checkpoint", "as_picture", "name_of", "read"]
+
+Render = Result | str | os.PathLike[str]
+"""A result, or the path of the file that it was saved to."""
+
+
+def read(path: str | os.PathLike[str]) -> Result:
+    """Read a render that `Result.save` wrote.
+
+    The result can be shown, compared, merged, saved again and, as ``resume=`` of `equaltime.render`, go on. A file that
+    was saved with ``small=True`` has the rounded image and no moments: it can be shown and compared.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, is not a render of equaltime, is damaged, or was written by a later version.
+
+    Examples
+    --------
+    >>> result = et.read("cornell.exr")
+    >>> print(result.error, result.spp)
+    """
+    file = RenderFile.read(path)
+    record, errors, degrees = file.record, file.standard_error, file.record["degrees"]
+    if file.moments is not None:
+        Checkpoint.of(file, Path(path))  # whose checks hold here too
+        pixels = statistics_of(file.moments, file.parts, file.second)
+        errors, degrees = standard_error(pixels), pixels.degrees  # the file has them rounded
+    error = UNKNOWN if record["error"] is None else Estimate.from_dict(record["error"])
+    alpha = {} if file.alpha is None else {ALPHA: file.alpha}
+    return Result(
+        image=file.image,
+        standard_error=errors,
+        samples=file.samples,
+        error=error,
+        stats=_stats(record),
+        stopped_by=record["stopped_by"],
+        origin=Origin.from_record(record),
+        moments=file.moments,
+        looks=looks_of(record),
+        bias=None if record["bias"] is None else Estimate.from_dict(record["bias"]),
+        position=record["position"],
+        missed=file.missed,
+        stop=None if record["stop"] is None else Stop.from_dict(record["stop"]),
+        aovs={**alpha, **read_outputs(path)},
+        degrees=record["replicates"] - 1.0 if degrees is None else degrees,
+        parts=file.parts,
+        common_doubt=record["common_doubt"],
+        second=file.second,
+        decision=Decision.from_dict(record["decision"]),
+        focus=Focus.from_dict(record["focus"]),
+    )
+
+
+def _stats(record: Mapping[str, Any]) -> Stats:
+    return Stats(
+        phases=record["phases"] or {"render": record["seconds"]},
+        paths=record["paths"],
+        rays=record["rays"],
+        shadow_rays=record["shadow_rays"],
+        kernel=record["kernel"],
+        threads=record["threads"],
+        effects=tuple(record["effects"]),
+        build=record["build"],
+    )
+
+
+def as_checkpoint(render: Render) -> Checkpoint:
+    """Return what resuming and merging need; raises `ImageError` if the render does not have it."""
+    if not isinstance(render, Result):
+        return Checkpoint.read(render)
+    file, name = render.file, name_of(render)
+    record = checked(json.loads(json_text(dict(file.record))), name)
+    return Checkpoint.of(replace(file, record=record), name)
+
+
+def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
+    """Return the image with its standard errors and counts, and the samples behind it, each None if there are none."""
+    if not isinstance(render, Result):
+        picture = read_picture(render)
+        return picture, read_film(render) if picture.record else SavedFilm(None, None, None)
+    planes = {name: render.image[..., i] for i, name in enumerate(RGB)}
+    planes |= {f"stderr.{name}": render.standard_error[..., i] for i, name in enumerate(RGB)}
+    planes["samples"] = render.samples.astype(np.float32)
+    record = json.loads(json_text(render.record))
+    picture = Picture(planes, render.origin.window, SOFTWARE, record=record)
+    return picture, SavedFilm(render.moments, render.parts, render.second)
+
+
+def name_of(render: Render) -> Path:
+    """Return the path of a file, or the words that stand in its place for a result."""
+    return Path(f"the render with seed {render.origin.seed}") if isinstance(render, Result) else Path(render)
