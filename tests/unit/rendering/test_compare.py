@@ -265,7 +265,7 @@ def test_moments_of_another_image_are_not_the_noise_of_this_one(tmp_path: Path) 
     picture, moments = read_picture(path), read_film(path).moments
     assert moments is not None
     changed = {name: 2.0 * plane for name, plane in picture.channels.items()}  # as a denoiser, or anyone, would
-    own, other = (Noise.read(path, one) for one in (picture, replace(picture, channels=changed)))
+    own, other = (Noise.of_render(one, read_film(path)) for one in (picture, replace(picture, channels=changed)))
     assert own is not None
     assert other is not None
     assert (own.pooled, other.pooled) == (False, True)
@@ -279,7 +279,7 @@ def test_the_noise_of_a_merged_file_comes_from_all_its_parts(tmp_path: Path) -> 
         et.render(scene, spp=3, seed=seed).save(path)
     merged = et.merge(paths)
     merged.save(tmp_path / "all.exr")
-    noise = Noise.read(tmp_path / "all.exr", read_picture(tmp_path / "all.exr"))
+    noise = Noise.of_render(read_picture(tmp_path / "all.exr"), read_film(tmp_path / "all.exr"))
     assert noise is not None
     assert not noise.pooled
     moments, parts, _ = read_film(tmp_path / "all.exr")

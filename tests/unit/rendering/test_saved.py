@@ -81,7 +81,7 @@ def test_results_serve_wherever_files_do(tmp_path: Path) -> None:
     longer = et.render(scene(), spp=16, seed=1)
     np.testing.assert_array_equal(et.render(scene(), spp=16, seed=1, resume=read).image, longer.image)
     found, wanted = (et.compare(*pair) for pair in ((read, second), (tmp_path / "a.exr", tmp_path / "b.exr")))
-    assert found.images[0].metrics["error"] == wanted.images[0].metrics["error"]
+    assert repr(found.images[0].metrics) == repr(wanted.images[0].metrics)  # NaN where B is too noisy to tell
     assert str(found.against) == "the render with seed 2"
 
 
