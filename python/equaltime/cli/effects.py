@@ -13,7 +13,7 @@ from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.bench import share_bar
-from equaltime.cli.messages import WAYS, percent, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_warnings
 from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
 from equaltime.errors import ImageError
 from equaltime.images import image_files as images
@@ -25,6 +25,7 @@ from equaltime.rendering.stated import other_depth
 from equaltime.scene import load_file
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
+from equaltime.words import percent
 
 __all__ = ["effects"]
 

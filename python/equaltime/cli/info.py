@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.messages import duration, plain_console, print_warnings
+from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import Substitute
 from equaltime.errors import ImageError
 from equaltime.film.error import Estimate
@@ -17,6 +17,7 @@ from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
 from equaltime.strict_json import json_text
+from equaltime.words import duration
 
 __all__ = ["info"]
 

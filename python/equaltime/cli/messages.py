@@ -11,11 +11,10 @@ from rich.console import Console
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.stated import stated
 from equaltime.scene import Scene
+from equaltime.words import duration, percent
 
 __all__ = [
     "WAYS",
-    "duration",
-    "percent",
     "plain_console",
     "print_error",
     "print_lines",
@@ -30,14 +29,6 @@ T = TypeVar("T")
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
 """How light is found, in words."""
-_UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
-"""Of time: name, seconds, and the seconds from which the next serves better."""
-
-
-def duration(seconds: float) -> str:
-    """Write a time for people: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h``, ``456 days``."""
-    unit, size = next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
-    return f"{seconds / size:.3g} {unit}"
 
 
 def plain_console() -> Console:
@@ -66,11 +57,6 @@ def print_lines(lines: Sequence[str]) -> None:
     """Print lines as they come."""
     for line in lines:
         print(_visible(line), flush=True)
-
-
-def percent(error: float) -> str:
-    """Write an error for people: ``2.5 %``."""
-    return f"{100.0 * error:.3g} %"
 
 
 def print_quote(quote: Quote) -> None:

@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.messages import WAYS, duration, percent, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_warnings
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -33,6 +33,7 @@ from equaltime.quoting.quote import quote as quote_scene
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import load_file
 from equaltime.strict_json import json_text
+from equaltime.words import duration, percent
 
 __all__ = ["quote"]
 

@@ -15,7 +15,6 @@ from equaltime.api import render as render_scene
 from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
-    duration,
     print_error,
     print_lines,
     print_no_quote,
@@ -59,6 +58,7 @@ from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 from equaltime.strict_json import json_text
+from equaltime.words import duration
 
 __all__ = ["render"]
 

@@ -17,6 +17,7 @@ from equaltime.hardcases.judge import LEVEL, Outcome
 from equaltime.hardcases.subjects import MitsubaSubject, OurSubject, PeerName
 from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
+from equaltime.words import Shown, duration
 
 __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
 
@@ -37,8 +38,8 @@ class CaseReport:
         return {"id": case.id, "name": case.name, "stresses": case.stresses, "scene": case.scene, **found, **peer}
 
 
-@dataclass(frozen=True)
-class SelfTest:
+@dataclass(frozen=True, repr=False)
+class SelfTest(Shown):
     """A whole self-test: its cases, how long it took, and the machine and the build that it holds for."""
 
     cases: tuple[CaseReport, ...]
@@ -47,6 +48,11 @@ class SelfTest:
     """Name and version of the peer, if there was one."""
     machine: Mapping[str, Any] = field(hash=False)
     build: Mapping[str, Any] = field(hash=False)
+
+    def __str__(self) -> str:
+        failed = [case.case.id for case in self.cases if not case.ours.passed]
+        count = f"{len(self.cases) - len(failed)} of {len(self.cases)} cases passed in {duration(self.seconds)}"
+        return "\n".join([count, *([f"failed: {', '.join(failed)}"] if failed else [])])
 
     @property
     def passed(self) -> bool:

@@ -23,6 +23,7 @@ from equaltime.scene.effects.leaving import can_leave_out
 from equaltime.scene.smaller import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
+from equaltime.words import Shown, percent
 
 __all__ = ["Price", "PriceList", "effects"]
 
@@ -65,8 +66,8 @@ class Price:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class PriceList:
+@dataclass(frozen=True, eq=False, repr=False)
+class PriceList(Shown):
     """What a scene's effects cost."""
 
     prices: tuple[Price, ...]
@@ -93,6 +94,15 @@ class PriceList:
     scene_max_depth: int
     """The ``max_depth`` that the scene's file asks for."""
 
+    def __str__(self) -> str:
+        called = ", ".join(price.kind.name for price in self.prices) or "no effect"
+        lines = [f"the scene calls for {called}; {len(self.free)} other effects cost nothing"]
+        for price in self.prices:
+            if price.time is not None and price.change is not None:
+                time, change = _in_percent(price.time), _in_percent(price.change)
+                lines.append(f"{price.kind.name}: {time} of the time; without it the image is {change} off")
+        return "\n".join(lines)
+
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON data."""
         return {
@@ -111,6 +121,10 @@ class PriceList:
             "max_depth": self.max_depth,
             "scene_max_depth": self.scene_max_depth,
         }
+
+
+def _in_percent(interval: Interval) -> str:
+    return f"{percent(interval.value)} [{percent(interval.low)}, {percent(interval.high)}]"
 
 
 def as_data(interval: Interval) -> dict[str, float | None]:

@@ -29,8 +29,10 @@ from equaltime.rendering.budget import FIRST_LOOK, Limits
 from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.rendering.result import Origin
 from equaltime.rendering.session import Session
+from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
+from equaltime.words import Shown, percent
 
 if TYPE_CHECKING:
     from equaltime.quoting.noise_light import NoiseLight
@@ -52,8 +54,8 @@ _PROBE_SHARE = 0.9
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 
-@dataclass(frozen=True)
-class Quote:
+@dataclass(frozen=True, repr=False)
+class Quote(Shown):
     """What a render will cost, or bring."""
 
     seconds: Estimate
@@ -76,6 +78,14 @@ class Quote:
     """Where on the picture the error is; None where a render quotes itself."""
     light: NoiseLight | None = None
     """Which light makes the noise; None if that was not asked for, or there was no room for it in the pilot."""
+
+    def __str__(self) -> str:
+        number = stated(self.origin)
+        lines = [f"{number.noun} {self.error}{number.of_paths} in {self.seconds} at {self.spp}"]
+        if self.error.doubt:
+            lines.append(f"in doubt: {self.error.doubt}")
+        lines += [f"{percent(error)} in {seconds}" for error, seconds in self.prices.items()]
+        return "\n".join([*lines, f"peak memory {self.memory}"])
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""

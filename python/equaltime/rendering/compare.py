@@ -29,6 +29,7 @@ from equaltime.rendering.stated import different_problems
 from equaltime.statistics.agreement import BlockMeans
 from equaltime.statistics.agreement import compare as compare_blocks
 from equaltime.statistics.intervals import Interval, exp, signed_root
+from equaltime.words import Shown, percent
 
 __all__ = ["Compared", "Comparison", "compare"]
 
@@ -62,8 +63,8 @@ class Compared:
     """What it took to render, if the file says so."""
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Shown):
     """What `compare` found."""
 
     size: tuple[int, int]
@@ -80,6 +81,20 @@ class Comparison:
     if there is no ratio, or a file does not say its time."""
     notes: tuple[str, ...]
     """What must be known to read the numbers."""
+
+    def __str__(self) -> str:
+        lines = []
+        for image in self.images:
+            error = image.metrics["error"]
+            known = f"{percent(error.value)} [{percent(error.low or 0.0)}, {percent(error.high or math.inf)}]"
+            said = known if math.isfinite(error.value) else "not known, the other image is too noisy"
+            lines.append(f"{image.path.name}: error {said}, against {self.against.name}")
+        if self.ratio is not None and len(self.images) > 1:
+            first, second = (image.path.name for image in self.images)
+            ratio = self.ratio
+            span = f" [{ratio.low:.3g}, {ratio.high:.3g}]" if math.isfinite(ratio.low) else ""
+            lines.insert(0, f"{first} has {ratio.value:.3g}{span} times the error of {second}")
+        return "\n".join([*lines, *self.notes])
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as JSON data: what is unknown or not finite is None."""

@@ -21,14 +21,15 @@ from equaltime.scene.effects.leaving import leave_out
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.scene.naming import Names
 from equaltime.strategy import Strategy
+from equaltime.words import Shown
 
 __all__ = ["Replay", "replay"]
 
 Color = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Replay:
+@dataclass(frozen=True, repr=False)
+class Replay(Shown):
     """The path of one sample. Lengths and radiance are in the scene's units, densities per solid angle."""
 
     pixel: tuple[int, int]
@@ -48,6 +49,11 @@ class Replay:
     medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
     ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the
     ``light`` that was sampled, and the ``scattering``; and the floating-point ``faults`` that it raised, in words."""
+
+    def __str__(self) -> str:
+        color = ", ".join(f"{channel:.4g}" for channel in self.radiance)
+        lines = [f"pixel {self.pixel[0]},{self.pixel[1]}, sample {self.sample}: radiance ({color})"]
+        return "\n".join([*lines, f"{len(self.vertices)} vertices; the path ends: {self.end}"])
 
     @property
     def sum(self) -> Color:

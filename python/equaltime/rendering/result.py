@@ -29,6 +29,7 @@ from equaltime.rendering.output_files import keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.rendering.stopping import Stop, StoppedBy
+from equaltime.words import Shown, duration
 
 __all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
 
@@ -50,8 +51,8 @@ def uninterrupted(result: Result) -> Result:
     return result
 
 
-@dataclass(frozen=True)
-class Stats:
+@dataclass(frozen=True, repr=False)
+class Stats(Shown):
     """Cost of a render, and the code that did it."""
 
     phases: Mapping[str, float] = field(hash=False)
@@ -71,6 +72,12 @@ class Stats:
     """Effects that the scene uses."""
     build: Mapping[str, Any] | None = field(default=None, hash=False)
     """How the core was built, and with which Embree."""
+
+    def __str__(self) -> str:
+        rate = f"{self.rays_per_second / 1e6:.3g} M rays/s"
+        threads = f"{self.threads} thread{'s' if self.threads > 1 else ''}"
+        lines = [f"{self.paths} paths in {duration(self.seconds)}, {rate} on {threads}, kernel '{self.kernel}'"]
+        return "\n".join([*lines, ", ".join(f"{phase} {duration(took)}" for phase, took in self.phases.items())])
 
     @property
     def seconds(self) -> float:

@@ -38,6 +38,7 @@ from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import Object, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.xml_reader import read_xml
+from equaltime.words import Shown
 
 __all__ = ["Scene", "load", "load_dict", "load_file"]
 
@@ -58,8 +59,8 @@ READERS: Final[dict[str, Reader]] = {
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene(Shown):
     """A valid scene that is ready to render."""
 
     model: SceneModel
@@ -77,6 +78,12 @@ class Scene:
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """`own_max_depth`, once `with_` has changed the path length."""
+
+    def __str__(self) -> str:
+        width, height = self.size
+        shapes = len(self.model.shapes)
+        depth = "paths of any length" if self.max_depth < 0 else f"paths up to depth {self.max_depth}"
+        return f"{self.source or 'made in memory'}: {width}x{height}, {shapes} shapes, {depth}"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy or another process gets: all but the core's scene, which is built anew there."""

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from equaltime.cli.messages import duration, print_error, while_heard
-from equaltime.words import seconds_of
+from equaltime.cli.messages import print_error, while_heard
+from equaltime.words import duration, seconds_of
 
 
 @pytest.mark.parametrize(

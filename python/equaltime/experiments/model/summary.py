@@ -6,14 +6,19 @@ wall clock from a run's first sample, and every number that was estimated is an 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from equaltime.experiments.model.theirs import Quantity, Theirs
+from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.words import Shown
+
+if TYPE_CHECKING:
+    import pandas
 
 __all__ = ["Beside", "Curve", "Question", "SceneResult", "StrategyResult", "Summary"]
 
@@ -131,8 +136,8 @@ class Beside:
     """The error to which a time is given."""
 
 
-@dataclass(frozen=True)
-class Summary:
+@dataclass(frozen=True, repr=False)
+class Summary(Shown):
     """What an experiment found on all its scenes."""
 
     title: str
@@ -153,3 +158,32 @@ class Summary:
     """Our numbers beside theirs."""
     directions: Path | None = None
     """Where sampling sends rays, for `equaltime.experiments.run.directions.read_directions`."""
+
+    def __str__(self) -> str:
+        return self.verdict
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Return the error curves as a table for pandas: a row for each checkpoint of each strategy on each scene.
+
+        Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
+        ``_low`` and ``_high`` (95 %). Times in seconds, errors relative. Raises `EqualtimeError` without pandas.
+        """
+        rows = [
+            {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}
+            for scene in self.scenes
+            for strategy in scene.strategies
+            for spp, point in zip(strategy.curve.spp, _points(strategy.curve), strict=True)
+        ]
+        frame: pandas.DataFrame = optional("pandas", "frames").DataFrame(rows)
+        return frame
+
+
+def _points(curve: Curve) -> Iterator[dict[str, float]]:
+    """Give the intervals of each checkpoint, by column."""
+    names = ("seconds", "error", "own_estimate")
+    for intervals in zip(*(getattr(curve, name) for name in names), strict=True):
+        yield {
+            f"{name}{end}": value
+            for name, interval in zip(names, intervals, strict=True)
+            for end, value in (("", interval.value), ("_low", interval.low), ("_high", interval.high))
+        }
