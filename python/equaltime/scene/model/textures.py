@@ -94,7 +94,7 @@ class Bitmap(OnUv):
 class Checkerboard(OnUv):
     """Two colours in squares of half a unit of u and v.
 
-    For a parameter of one number (weight, opacity, roughness, ...), the colours trade places, as in Mitsuba 3.
+    For a parameter of one number (such as weight, opacity or roughness), the colours trade places, as in Mitsuba 3.
     """
 
     type: Literal["checkerboard"] = "checkerboard"
