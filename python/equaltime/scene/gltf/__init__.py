@@ -1,8 +1,7 @@
-"""glTF 2.0 (``.gltf``, ``.glb``) as a scene of Mitsuba's plugins: what each part of a file becomes.
+"""glTF 2.0 (``.gltf``, ``.glb``) as Mitsuba's plugins: what each part of a file becomes, and where that is not exact.
 
 Meshes and bitmaps stay in the file. The model names them, and `Assets` asks here for their data when it is needed:
 ``model.glb#/meshes/0/primitives/1`` (shape `gltf`) and ``model.glb#/materials/2/roughness`` (`bitmap`).
-Differences from the specification are in italics.
 
 =========================  ===========================================================================================
 in the file                here

@@ -98,7 +98,7 @@ class Clip:
 
 
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
-    """Return the animation of that number; raises `Malformed` if it cannot be played."""
+    """Return the animation with this number over the shutter's time; raises `Malformed` if it cannot be played."""
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}
     for i, channel in enumerate(animation.channels):

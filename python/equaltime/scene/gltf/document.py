@@ -141,7 +141,7 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     """Return the document in the `content` of the ``.gltf`` or ``.glb`` file `name`; raises `Malformed`."""
     from equaltime.scene.gltf.typed import (
         typed,
-    )  # imported late: pygltflib takes a tenth of a second
+    )  # pygltflib takes a tenth of a second to import, and other scenes do not need it
 
     text, binary, unread = _chunks(content)
     checked, above, twice = _checked(text)

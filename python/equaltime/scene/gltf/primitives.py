@@ -57,7 +57,7 @@ def triangles(
     """Return a primitive with the texture coordinates of one set; raises `Malformed`.
 
     Morph targets are added by `weights`, or by the weights of the mesh if none are given. Without normals the
-    specification wants flat faces; the shape says so.
+    specification wants flat faces, which the shape sets.
     """
     if weights is None:
         weights = document.gltf.meshes[mesh].weights or ()

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 FLATTEST: Final = 1e-12
 MANY_INDICES: Final = 100_000
-"""Indices in additional copies of a mesh from which the copies become instances."""
+"""Number of indices in additional copies of a mesh from which all its copies become instances."""
 
 
 @dataclass(frozen=True, slots=True)

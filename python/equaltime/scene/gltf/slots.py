@@ -137,7 +137,7 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
 
 
 def faded(light: Slot, opacity: Slot) -> Slot | None:
-    """Return the emission of a surface with this opacity; None if the two have different textures."""
+    """Return the emission of a surface with this opacity; None if `light` and `opacity` have different textures."""
     cutoff, (alpha,) = opacity.cutoff, opacity.factor
 
     def seen(values: Array) -> Array:

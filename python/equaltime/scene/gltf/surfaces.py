@@ -235,7 +235,7 @@ def _strongest(color: NDArray[Any]) -> NDArray[Any]:
 
 
 def _anisotropy(reading: _Reading) -> None:
-    """Read stretched highlights; principled's two alphas can be at most sqrt(10) from their geometric mean."""
+    """Read stretched highlights; principled's alphas lie within a factor of sqrt(10) of their geometric mean."""
     given = reading.extension("anisotropy")
     strength = (given or {}).get("anisotropyStrength", 0.0)
     if given is None or not strength:

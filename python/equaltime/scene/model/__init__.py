@@ -1,4 +1,4 @@
-"""The scene as validated, frozen values in Mitsuba 3's words: one class per plugin, one module per family."""
+"""The scene as validated, frozen values in Mitsuba 3's terms: one class per plugin, one module per family."""
 
 from __future__ import annotations
 
