@@ -92,7 +92,7 @@ class Direct(IntegratorPlugin):
 
     type: Literal["direct"] = "direct"
     shading_samples: PositiveInt | None = None
-    """A sampling hint of Mitsuba, not used; like the next two parameters."""
+    """A sampling hint of Mitsuba, not used, like ``emitter_samples`` and ``bsdf_samples``."""
     emitter_samples: Annotated[int, Field(ge=0)] | None = None
     bsdf_samples: Annotated[int, Field(ge=0)] | None = None
 

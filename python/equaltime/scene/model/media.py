@@ -68,7 +68,7 @@ class Homogeneous(Plugin):
     """Factor on the extinction."""
     phase: Phase = Isotropic()
     sample_emitters: bool = True
-    """A sampling hint of Mitsuba, not used; like the next parameter."""
+    """A sampling hint of Mitsuba, not used, like ``has_spectral_extinction``."""
     has_spectral_extinction: bool = True
 
     @model_validator(mode="before")

@@ -36,7 +36,7 @@ class Principled(BsdfPlugin):
     clearcoat: UnitTexture = 0.0
     clearcoat_gloss: UnitTexture = 0.0
     diffuse_reflectance_sampling_rate: NonNegativeFloat = 1.0
-    """A sampling hint of Mitsuba, not used; like the next two parameters."""
+    """A sampling hint of Mitsuba, not used, like the other two sampling rates."""
     main_specular_sampling_rate: NonNegativeFloat = 1.0
     clearcoat_sampling_rate: NonNegativeFloat = 1.0
 
