@@ -1,1 +1,1 @@
-"""Effects: what a scene calls for, the reason for each, and the scene without some of them."""
+"""Effects that a scene uses, the elements that use them, and the scene without some of them."""

@@ -1,4 +1,4 @@
-"""Scene → effects: what it calls for, and which element of which file does."""
+"""Finds the effects that a scene uses, and the elements of its files that use them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ __all__ = ["Reason", "derive"]
 
 @dataclass(frozen=True)
 class Reason:
-    """An element that calls for an effect."""
+    """An element that uses an effect."""
 
     place: str
-    """``file:line`` or ``file: key.path``; empty if the scene was made in memory and does not say."""
+    """``file:line`` or ``file: key.path``; empty if the scene was made in memory without places."""
     what: str
     """The element, such as ``bsdf 'dielectric'``."""
 
@@ -29,9 +29,10 @@ class Reason:
 
 
 def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
-    """Return the effects that the scene calls for, by name, each with its reasons, one at least.
+    """Return the effects that the scene uses, by name, each with at least one reason.
 
-    What does nothing calls for nothing: see `equaltime.scene.inert`. Raises SceneError if the core cannot use it.
+    Elements that do nothing are no reasons; see `equaltime.scene.inert`. Raises SceneError if the core cannot use the
+    scene.
     """
     nodes = list(_nodes(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}
@@ -49,7 +50,7 @@ def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
 
 
 def _nodes(scene: Scene) -> Iterator[Plugin]:
-    """Iterate over all that is built, each once."""
+    """Iterate over all nodes that are built, each once."""
     model, seen = scene.model, set[int]()
     shapes = (model.shapes[number] for number in shown(model))
     for part in (model.integrator, model.sensor, *shapes, *model.emitters):
@@ -57,7 +58,7 @@ def _nodes(scene: Scene) -> Iterator[Plugin]:
 
 
 def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
-    """Iterate over a node and what is in it, but for what was seen before: groups and materials are shared."""
+    """Iterate over a node and the nodes in it, without those seen before: groups and materials are shared."""
     if id(node) in seen:
         return
     seen.add(id(node))
@@ -72,7 +73,7 @@ def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
 def _reasons(scene: Scene, kind: Kind, nodes: list[Plugin]) -> Iterator[Reason]:
     for node in nodes:
         rests = kind.name == "motion" and not moves(node, scene.model.sensor)
-        if kind.name == "masks" and isinstance(node, ThinDielectric):  # which is a vertex unless media are looked for
+        if kind.name == "masks" and isinstance(node, ThinDielectric):  # a vertex of the path, unless media are seen
             rests = not sees_media(scene.model.integrator)
         if kind.calls(node) and not rests and not is_inert(node, scene.assets):
             yield Reason(scene.place_of(node), f"{node.kind} '{node.title}'")

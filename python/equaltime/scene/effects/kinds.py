@@ -1,7 +1,7 @@
-"""The effects by name: what each is, which element of a scene calls for it, and what stands for it if it is left out.
+"""The effects by name: each with a title, the elements of a scene that use it, and its stand-in if it is left out.
 
-The names that the core knows (`_core.Scene.effects`) are what kernels are chosen by; whether a scene calls for one of
-them is the core's word. Others, which have no code of their own in a kernel, are told by the description alone.
+The core chooses kernels by the names that it knows (`_core.Scene.effects`), and it decides whether a scene uses one of
+these effects. The other effects have no code of their own in a kernel; `derive` finds them.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ __all__ = ["KINDS", "Kind", "kind_of"]
 
 @dataclass(frozen=True)
 class Kind:
-    """What is to be known of an effect whatever the scene."""
+    """Description of an effect, independent of any scene."""
 
     name: str
     title: str
     calls: Callable[[Plugin], bool]
-    """Whether a node of a scene calls for it, unless it is inert."""
+    """Tells whether a node of a scene uses the effect, unless the node is inert."""
     instead: str | None = None
-    """What stands for it where it is left out; None if it cannot be."""
+    """Stand-in for the effect if it is left out, such as ``vacuum``; None if it cannot be left out."""
     bsdfs: tuple[str, ...] = ()
-    """The BSDFs, in the core's words, whose light is the effect's."""
+    """BSDFs and phase functions, by the core's names, whose light counts as the effect's."""
 
 
 def _is_anisotropic(node: Plugin) -> bool:

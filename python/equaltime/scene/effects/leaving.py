@@ -1,9 +1,10 @@
-"""Leaving an effect out: the same scene with something plainer in its place. That is another image: biased, and named.
+"""Leaves effects out: makes the same scene with something plainer in their place.
 
-Textures become their means, normal and bump maps nothing, masks opaque, the environment black, a lens a pinhole, media
-a vacuum, what moves stands where it is at the shutter's centre, hidden lights are in sight, and long paths are cut
-(`Strategy.truncate`).
-Everything else has no plainer stand-in.
+The image is then biased, and its record names the effects left out.
+
+Textures become their means. Normal and bump maps are dropped. Masks become opaque, the environment black, a lens a
+pinhole, and media a vacuum. Moving objects stand where they are at the shutter's centre. Hidden lights become visible.
+Long paths are cut (`Strategy.truncate`). All other effects have no stand-in.
 """
 
 from __future__ import annotations
@@ -41,21 +42,24 @@ from equaltime.strategy import Strategy
 __all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 
 SHORTEST: Final = 2
-"""Where paths are cut if nothing else is said: after direct light."""
+"""Longest path, in segments, if ``long_paths`` names no depth: emitted and direct light only."""
 LUMINANCE: Final = (0.212671, 0.715160, 0.072169)
 KEPT: Final = ((NormalMap, "normalmap"), (BumpMap, "texture"), (Mask, "opacity"))
-"""Textures that belong to another effect."""
+"""Texture parameters, as (plugin, field), that belong to another effect and are kept."""
 NUMBERS: Final = frozenset(
     {"alpha", "alpha_u", "alpha_v", "weight", "roughness", "anisotropic", "metallic", "spec_trans", "spec_tint"}
     | {"sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss"}
 )
-"""Parameters that are one number."""
+"""Parameters that are one number and not a colour."""
 
 Change = Callable[[Plugin], Plugin]
 
 
 def parse_names(names: Iterable[str]) -> dict[str, int | None]:
-    """Read names of effects, and ``long_paths=K``, where to cut; raises `EffectError` for what cannot be left out."""
+    """Return the depth of ``long_paths=K``, and None for each other effect, by name.
+
+    ``long_paths`` without a depth gets `SHORTEST`. Raises `EffectError` for an effect that cannot be left out.
+    """
     read: dict[str, int | None] = {}
     for text in names:
         name, equals, depth = text.partition("=")
@@ -73,12 +77,12 @@ def parse_names(names: Iterable[str]) -> dict[str, int | None]:
 
 
 def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[Scene, Strategy]:
-    """Return the scene and the strategy without these effects; the scene itself if it does not have them.
+    """Return scene and strategy without the named effects; the scene itself if it uses none of them.
 
     Raises
     ------
     EffectError
-        If one does not exist or cannot be left out.
+        If an effect does not exist or cannot be left out.
     """
     model = scene.model
     for name, depth in parse_names(names).items():
@@ -100,7 +104,7 @@ def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
 
 
 class _Rewriter:
-    """Applies a change to every node, the innermost first; nodes that are shared stay shared."""
+    """Applies a change to every node, innermost first; shared nodes stay shared."""
 
     def __init__(self, change: Change) -> None:
         self._change = change
@@ -152,14 +156,14 @@ def _without_textures(model: SceneModel, assets: Assets) -> SceneModel:
             )
         try:
             return node.replace(**changes)
-        except ValidationError:  # texels beyond what a constant may be
+        except ValidationError:  # a mean outside the range of the constant
             return node.replace(**{name: _within_bounds(value) for name, value in changes.items()})
 
     return _rewritten(model, flat)
 
 
 def _mean(texture: Bitmap | Checkerboard, assets: Assets, number: bool) -> Any:
-    """Return the mean of a texture, linear: a colour, or the number that the core takes for it."""
+    """Return the mean of a texture in linear sRGB: a colour, or the one number that the core would use."""
     if isinstance(texture, Checkerboard):
         colors = [constant(color) for color in (texture.color0, texture.color1)]
         color = np.mean(np.asarray(colors, np.float64), axis=0)

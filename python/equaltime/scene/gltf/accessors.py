@@ -14,7 +14,7 @@ __all__ = ["floats", "integers"]
 COMPONENTS: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 MOST_ZEROS: Final = 1 << 19
-"""Elements that an accessor without data may have: its zeros stand nowhere in the file, but they take memory."""
+"""Largest number of elements of an accessor without data: its zeros take memory, but no bytes of the file."""
 
 
 def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
@@ -24,7 +24,7 @@ def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
     """
     accessor = document.gltf.accessors[index]
     values = _values(document, index, types)
-    with np.errstate(invalid="ignore"):  # of numbers that are none, which are looked for where they are used
+    with np.errstate(invalid="ignore"):  # NaNs are checked where the values are used
         result = values.astype(np.float64)
     if accessor.normalized and values.dtype.kind in "iu":
         result = np.maximum(result / np.iinfo(values.dtype).max, -1.0)
@@ -63,7 +63,7 @@ def _array(
     stride: int,
     place: str,
 ) -> NDArray[Any]:
-    """Return the array of this shape in a buffer view, without a copy; `where` has its byteOffset."""
+    """Return the array of this shape in a buffer view, without a copy; `where` holds its byteOffset."""
     data, begin = document.view(view), int(where.byteOffset or 0)
     count, width = shape
     stride = stride or width * dtype.itemsize
@@ -77,7 +77,7 @@ def _array(
 
 
 def _corrected(document: Document, accessor: Any, values: NDArray[Any], place: str) -> NDArray[Any]:
-    """Return the values with the sparse ones put in."""
+    """Return the values with the sparse corrections put in."""
     sparse, place = accessor.sparse, f"{place}.sparse"
     count = int(sparse.count)
     if count > len(values):

@@ -1,7 +1,7 @@
-"""The account of a glTF file: every property of its JSON is used, says nothing about the picture, or is told.
+"""Accounts for every property of a glTF file: it is used, does not affect the picture, or is noted as not used.
 
-The schema lists what is read. Whatever else stands in the file is found by walking through it along the schema; what
-stands in a list and nothing refers to, by the indices that the walk meets.
+The schema lists the properties that are read. A walk through the file along the schema finds all other properties. The
+indices that the walk meets show which items of lists nothing refers to.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DESCRIPTIONS: Final = frozenset(
         *("skins[].skeleton", "images[].mimeType", "samplers[].minFilter"),
     }
 )
-"""Properties that change no picture: minFilter neither, as the samples of a pixel average its texels."""
+"""Properties that change no picture. One is minFilter, because the samples of a pixel average its texels."""
 USED: Final = frozenset({"POSITION", "NORMAL", "COLOR_0"})
 """Attributes that every material uses."""
 MORPHED: Final = frozenset({"POSITION", "NORMAL"})
@@ -36,7 +36,7 @@ LISTS: Final = (
 
 
 def check_account(document: Document) -> None:
-    """Note of a document what nobody reads: properties, attributes, parts, one line a kind."""
+    """Note which properties, attributes and parts of a document are not used, one line a kind."""
     referred: set[tuple[str, int]] = set()
     for rule, value, place in walk(DOCUMENT, document.json):
         if rule is None:
@@ -67,7 +67,7 @@ def _note_extension(document: Document, name: str, place: str) -> None:
 
 
 def _attributes(document: Document) -> Iterator[tuple[str, str]]:
-    """Yield the attributes of primitives that nobody looks at, with the places of the primitives."""
+    """Yield the attributes of primitives that are not used, with the places of the primitives."""
     gltf = document.gltf
     skinned = {node.mesh for node in gltf.nodes if node.skin is not None}
     for m, mesh in enumerate(gltf.meshes):
@@ -87,7 +87,7 @@ def _given(attributes: Any) -> list[str]:
 
 
 def _note_spare(document: Document, referred: set[tuple[str, int]]) -> None:
-    """Note the parts that nothing refers to; nodes are all there if the file has no scenes."""
+    """Note the parts that nothing refers to; without scenes in the file, all nodes are shown."""
     for name in LISTS:
         if name == "nodes" and not document.gltf.scenes:
             continue

@@ -1,4 +1,4 @@
-"""Animations of a glTF file: where its nodes are while a shutter is open, and how their meshes are bent."""
+"""Animations of a glTF file: transforms of its nodes and deformations of its meshes while a shutter is open."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["Clip", "played"]
 Array = NDArray[np.float64]
 
 PARTS: Final = 16
-"""Of the shutter's time: between keys this many are baked, since nodes in nodes do not move along straight lines."""
+"""Equal parts of the shutter's time, at whose ends keys are baked: nested nodes do not move along straight lines."""
 MOST_KEYS: Final = 512
 WIDTHS: Final = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 PATHS: Final = (*WIDTHS, "weights")
 JUST: Final = 1e-6
-"""How long a step takes, in shutters."""
+"""Duration of a step, as a share of the shutter's time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +33,7 @@ class _Channel:
     """(times, components), or with CUBICSPLINE (times, 3, components): tangent in, value, tangent out"""
     interpolation: str
     turns: bool
-    """The values are quaternions."""
+    """Whether the values are quaternions."""
 
     def at(self, time: float) -> Array:
         after = int(np.searchsorted(self.times, time, side="right"))
@@ -45,7 +45,7 @@ class _Channel:
         span = self.times[after] - self.times[after - 1]
         u = (time - self.times[after - 1]) / span
         a, b = keys[after - 1], keys[after]
-        if cubic:  # Hermite's, as the specification has it
+        if cubic:  # Hermite spline of the specification
             out, into = span * self.values[after - 1, 2], span * self.values[after, 0]
             u2, u3 = u**2, u**3
             curve: Array = (
@@ -72,22 +72,22 @@ class Clip:
     """An animation while a shutter is open."""
 
     times: tuple[float, ...]
-    """When everything is to be looked at, from opening to closing."""
+    """Times at which everything is evaluated, from opening to closing of the shutter."""
     number: int
-    """Of the animation in its file."""
+    """Number of the animation in its file."""
     _channels: dict[tuple[int, str], _Channel]
 
     def fields(self, node: int, time: float) -> dict[str, Array]:
-        """Return translation, rotation, scale and weights of a node, as far as they are animated."""
+        """Return translation, rotation, scale and weights of a node at a time, as far as they are animated."""
         return {path: self._channels[node, path].at(time) for path in PATHS if (node, path) in self._channels}
 
     @property
     def even(self) -> tuple[float, ...]:
-        """When meshes that bend are to be looked at: evenly spaced, as the core has it."""
+        """Evenly spaced times at which deforming meshes are evaluated, as the core needs them."""
         return tuple(np.linspace(self.times[0], self.times[-1], PARTS + 1).tolist())
 
     def morphing(self, node: int) -> tuple[float, ...]:
-        """Return when to look at the mesh of a node for its morph targets: once if their weights stay, or never."""
+        """Return when to evaluate the morph targets of a node: one time if their weights stay, none if not animated."""
         channel, begin, end = self._channels.get((node, "weights")), self.times[0], self.times[-1]
         if channel is None:
             return ()
@@ -98,7 +98,7 @@ class Clip:
 
 
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
-    """Return the animation of that number; raises `Malformed` if it cannot be played."""
+    """Return the animation with this number over the shutter's time; raises `Malformed` if it cannot be played."""
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}
     for i, channel in enumerate(animation.channels):
@@ -126,7 +126,7 @@ def _targets(document: Document, node: int) -> int:
 def _channel(document: Document, sampler: Any, path: str, targets: int, place: str) -> _Channel:
     times = floats(document, sampler.input, "SCALAR")[:, 0]
     values = floats(document, sampler.output, WIDTHS.get(path, "SCALAR"))
-    width = targets if path == "weights" else 1  # of one value, in elements
+    width = targets if path == "weights" else 1  # elements of the accessor for one value
     interpolation = sampler.interpolation or "LINEAR"
     keys = (3 * len(times) if interpolation == "CUBICSPLINE" else len(times)) * width
     if not len(times) or len(values) != keys or not np.isfinite(values).all():
@@ -138,7 +138,7 @@ def _channel(document: Document, sampler: Any, path: str, targets: int, place: s
 
 
 def _moments(channels: list[_Channel], shutter: tuple[float, float]) -> tuple[float, ...]:
-    """Return the times to look at: evenly spaced ones, all keys, and those just before a step."""
+    """Return the times to evaluate: evenly spaced ones, all keys, and the times just before a step."""
     begin, end = shutter
     moments = [np.linspace(begin, end, PARTS + 1)]
     for channel in channels:

@@ -1,4 +1,4 @@
-"""Gives out the meshes and bitmaps of glTF files by their names, ``file#/what/it/is``."""
+"""Returns the meshes and bitmaps of glTF files by name, such as ``model.glb#/meshes/0/primitives/1``."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
 def split(filename: str) -> tuple[str, str | None]:
-    """Return a file's name and what is meant in it, or the name and None if that is the whole file."""
+    """Return a file's name and the part after ``#``, or the name and None if the whole file is meant."""
     match = _NAME.fullmatch(filename)
     return (match[1], match[2]) if match else (filename, None)
 
 
 class Contents:
-    """One glTF file that is named by a scene."""
+    """One glTF file that a scene names."""
 
     def __init__(self, path: Path, locate: Callable[[str], Path]) -> None:
-        """Read `path`; `locate` returns where files are that it names. Raises ValueError."""
+        """Read `path`; `locate` returns the paths of files that the document names. Raises ValueError."""
         self._path = path
         with self._told():
             self._document: Document = parse(path.name, path.read_bytes(), locate)
@@ -50,7 +50,7 @@ class Contents:
 
     @property
     def extensions(self) -> dict[str, str]:
-        """What becomes of the extensions that the file uses."""
+        """Fate of each extension that the file uses."""
         return self._document.extensions
 
     def sha256(self, fragment: str) -> str:
@@ -69,9 +69,9 @@ class Contents:
         return content.hexdigest()
 
     def mesh(self, fragment: str) -> Triangles:
-        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if a node bends it; raises ValueError.
+        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if a node deforms it; raises ValueError.
 
-        ``/animations/A/T`` before it means at the time T of an animation.
+        ``/animations/A/T`` in front selects the time T of animation A.
         """
         with self._told():
             return self._mesh(fragment)
@@ -83,7 +83,7 @@ class Contents:
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Add the file's name to what is wrong with it."""
+        """Add the file's name to errors in the file."""
         try:
             yield
         except Malformed as error:
@@ -96,7 +96,7 @@ class Contents:
         return found
 
     def _primitive(self, fragment: str) -> tuple[Triangles, str | None]:
-        """Return the whole primitive that a name is about, and the end of the name."""
+        """Return the whole primitive that a name is about, and the last part of the name."""
         match, found = _PRIMITIVE.fullmatch(fragment), None
         if match is not None:
             owner: Literal["nodes", "meshes"] = "nodes" if match["owner"] == "nodes" else "meshes"
@@ -107,7 +107,7 @@ class Contents:
         return found, match["part"]
 
     def _pose(self, animation: str | None, time: str | None) -> Pose:
-        """Return how everything stands at a time of an animation, or in the file."""
+        """Return the pose at a time of an animation, or the pose in the file."""
         key = (animation or "", time or "")
         if key not in self._poses:
             still = animation is None or time is None

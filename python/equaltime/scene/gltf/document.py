@@ -1,7 +1,7 @@
-"""A glTF file that has been checked: its JSON through pygltflib, and the bytes that it refers to.
+"""A checked glTF file: its JSON through pygltflib, and the bytes that it refers to.
 
-Both containers are read (``.gltf`` with data URIs or files beside it, ``.glb``). Nothing is trusted: sizes are compared
-with what is there before anything is made of them, and no file outside the folder of the document is opened.
+Both containers are read: ``.glb``, and ``.gltf`` with data URIs or files beside it. Nothing in the file is trusted:
+declared sizes are compared with the data before use. No file outside the folder of the document is opened.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from equaltime.scene.known import shortened, suggestion
 __all__ = ["NOT_USED", "Document", "Malformed", "parse"]
 
 NOT_USED: Final = "not used"
-"""What becomes of an extension that a file uses, does not require, and that is not read here."""
+"""Fate of an extension that a file uses but does not require, and that is not read here."""
 MAGIC: Final = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MOST_PROBLEMS: Final = 20
-"""As many are told; a file that has more is broken all over."""
+"""Largest number of problems that are reported; a file with more is broken throughout."""
 
 
 class Malformed(ValueError):
-    """A glTF file is wrong; ``problems`` are pairs of the place inside the file and what is the matter."""
+    """Error in a glTF file; ``problems`` are pairs of a place inside the file and a message."""
 
     def __init__(self, *problems: tuple[str, str]) -> None:
         self.problems = problems
@@ -52,25 +52,25 @@ class Document:
     name: str
     """The file's own name, without its folder."""
     locate: Callable[[str], Path]
-    """Returns where a file is that is named relative to the document; raises ValueError if there is none."""
+    """Returns the path of a file that is named relative to the document; raises ValueError if there is none."""
     binary: memoryview | None
     """The binary chunk of a ``.glb``."""
     size: int
-    """Of the file, in bytes."""
+    """Size of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
-    """What the file asks for and does not get, in the order of being found, with the places that ask."""
+    """Notes on what the file asks for and does not get, in the order found, each with the places that ask."""
     uses: dict[int, dict[str, int]] = field(default_factory=dict)
-    """By the number of an image: the parameters of materials that were made of it, with their texels."""
+    """For each image, by index: the parameters of materials made of it, with their numbers of texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property
     def extensions(self) -> dict[str, str]:
-        """What becomes of the extensions that the file uses."""
+        """Fate of each extension that the file uses."""
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
         return {name: MAPPING.get(name, NOT_USED) for name in used}
 
     def note(self, message: str, place: str) -> None:
-        """Remember to tell `message`, once for all places."""
+        """Add a note; equal messages are shown once, with all their places."""
         self.notes.setdefault(message, {})[place] = None
 
     def view(self, index: int) -> memoryview:
@@ -110,7 +110,7 @@ class Document:
             raise Malformed((place, str(error))) from error
 
     def size_of(self, uri: str) -> int:
-        """Return the size of a file beside the document; 0 if it cannot be read, which is told where it is."""
+        """Return the size in bytes of a file beside the document, or 0 if it cannot be read."""
         try:
             return self.locate(self.relative(uri, "")).stat().st_size
         except (OSError, ValueError):
@@ -141,7 +141,7 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     """Return the document in the `content` of the ``.gltf`` or ``.glb`` file `name`; raises `Malformed`."""
     from equaltime.scene.gltf.typed import (
         typed,
-    )  # pygltflib takes a tenth of a second, which other scenes need not wait
+    )  # pygltflib takes a tenth of a second to import, and other scenes do not need it
 
     text, binary, unread = _chunks(content)
     checked, above, twice = _checked(text)
@@ -156,7 +156,7 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
 
 
 def _chunks(content: bytes) -> tuple[bytes, memoryview | None, list[str]]:
-    """Return the JSON and the binary chunk of a file, and what of it is not read.
+    """Return the JSON and the binary chunk of a file, and notes on parts of it that are not read.
 
     A file that does not begin as a GLB is all JSON.
     """
@@ -189,9 +189,9 @@ def _chunks(content: bytes) -> tuple[bytes, memoryview | None, list[str]]:
 
 
 def _checked(text: bytes) -> tuple[dict[str, Any], list[str], list[str]]:
-    """Return the JSON object in `text`, which follows the schema and asks for nothing that cannot be read.
+    """Return the JSON object in `text`, which follows the schema and requires nothing that cannot be read.
 
-    Also the places of factors that were above one, and the keys that an object has more than once.
+    Also returns the places of factors that were above 1, and the keys that an object has more than once.
     """
     twice: list[str] = []
 
@@ -210,7 +210,7 @@ def _checked(text: bytes) -> tuple[dict[str, Any], list[str], list[str]]:
         raise Malformed((place, f"not well-formed: {error.msg}")) from error
     except RecursionError as error:
         raise Malformed(("", "not well-formed JSON: nested too deep")) from error
-    except ValueError as error:  # the one thing that json leaves to Python
+    except ValueError as error:  # int() limits the number of digits
         raise Malformed(("", "a number has more digits than can be read")) from error
     if not isinstance(document, dict):
         raise Malformed(("", f"expected a JSON object, found {shortened(document, 40)}"))
@@ -237,7 +237,7 @@ def _version(document: Mapping[str, Any]) -> Problems:
 
 
 def _unreadable(document: Mapping[str, Any]) -> Problems:
-    """Yield the extensions that are required and not supported, and the data that is stored in ways not read."""
+    """Yield required extensions that are not supported, and data in compressed forms that are not read."""
     for i, name in enumerate(document.get("extensionsRequired", [])):
         if name not in MAPPING:
             hint = f": {UNREADABLE[name]}" if name in UNREADABLE else suggestion(name, MAPPING)
@@ -249,7 +249,7 @@ def _unreadable(document: Mapping[str, Any]) -> Problems:
 
 
 def _compressed(document: Mapping[str, Any]) -> Problems:
-    """Yield place and extension of the data that has no form but a compressed one."""
+    """Yield place and extension of data that exists in a compressed form only."""
     for m, mesh in enumerate(document.get("meshes", [])):
         for p, primitive in enumerate(mesh["primitives"]):
             draco = "KHR_draco_mesh_compression" in primitive.get("extensions", {})

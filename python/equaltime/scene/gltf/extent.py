@@ -1,4 +1,4 @@
-"""How much a glTF file is when all that its parts share is written out, held against what the file has."""
+"""Limits on the size of a glTF file with all shared parts written out, relative to the size of the file."""
 
 from __future__ import annotations
 
@@ -11,25 +11,27 @@ __all__ = ["check_extent", "check_texels"]
 
 FREE_ELEMENTS: Final = 1 << 19
 USES_OF_A_BYTE: Final = 16
-"""Elements of accessors that all primitives may have together: so many, and so many for each byte of the file."""
+"""Elements of accessors that all primitives together may use, per byte of the file, beyond `FREE_ELEMENTS`."""
 ZEROS_OF_A_BYTE: Final = 8
-"""The same of accessors without data, whose zeros stand nowhere: sparse morph targets have some for each vertex."""
+"""Elements of accessors without data that primitives may use, per byte of the file, beyond `FREE_ELEMENTS`. Their zeros
+take no bytes of the file, and sparse morph targets have some for each vertex."""
 FREE_COPIES: Final = 1024
 FREE_TEXELS: Final = 1 << 24
 TEXELS_OF_A_BYTE: Final = 64
-"""Texels that materials may have beside those of each image's first use: so many, and so many for a byte."""
+"""Texels that materials may have beyond each image's first use, per byte of the file, beyond `FREE_TEXELS`."""
 BYTES_OF_A_COPY: Final = 4
-"""Copies that EXT_mesh_gpu_instancing may make in all: so many, and one for so many bytes, as a rotation may take."""
+"""Bytes of the file per copy that EXT_mesh_gpu_instancing may make, beyond `FREE_COPIES`; a rotation may take this
+few."""
 
 
 def check_extent(document: Document) -> None:
-    """Raise `Malformed` if the primitives, or the copies of nodes, are more than a file of this size could mean."""
+    """Raise `Malformed` if primitives or copies of nodes exceed the limits for a file of this size."""
     size = _bytes(document)
     elements = zeros = copies = 0
     for place, index in _of_primitives(document.gltf):
         accessor = document.gltf.accessors[index]
         count, free = int(accessor.count), accessor.bufferView is None
-        elements += count if free else min(count, size)  # data that is too short is told where it is read
+        elements += count if free else min(count, size)  # too short data is reported where it is read
         zeros += count if free else 0
         _check(elements, FREE_ELEMENTS + USES_OF_A_BYTE * size, "elements that primitives use", place)
         _check(zeros, FREE_ELEMENTS + ZEROS_OF_A_BYTE * size, "elements without data that primitives use", place)
@@ -39,7 +41,7 @@ def check_extent(document: Document) -> None:
 
 
 def check_texels(document: Document, image: int, use: str, count: int) -> None:
-    """Raise `Malformed` if all uses of images so far, each of which is decoded, are more than the file could mean."""
+    """Raise `Malformed` if all uses of images so far, each decoded by itself, exceed the limit for the file."""
     document.uses.setdefault(image, {})[use] = count
     shared = sum((len(uses) - 1) * max(uses.values()) for uses in document.uses.values())
     _check(shared, FREE_TEXELS + TEXELS_OF_A_BYTE * _bytes(document), "texels of images that are used again", use)
@@ -51,13 +53,13 @@ def _check(found: int, most: int, what: str, place: str) -> None:
 
 
 def _bytes(document: Document) -> int:
-    """Return the size of the file and of those beside it that it names, as far as they are there."""
+    """Return the size in bytes of the file and of the files that it names, as far as they exist."""
     beside = {part.uri for part in (*document.gltf.buffers, *document.gltf.images) if part.uri is not None}
     return document.size + sum(document.size_of(uri) for uri in beside if not uri.startswith("data:"))
 
 
 def _of_primitives(gltf: Any) -> Iterator[tuple[str, int]]:
-    """Yield the accessors that primitives use, as often as they do, each with the place of the primitive."""
+    """Yield the accessors that primitives use, once for each use, with the place of the primitive."""
     for number, mesh in enumerate(gltf.meshes):
         for p, primitive in enumerate(mesh.primitives):
             place = f"meshes[{number}].primitives[{p}]"
@@ -66,7 +68,7 @@ def _of_primitives(gltf: Any) -> Iterator[tuple[str, int]]:
 
 
 def _of_copies(gltf: Any) -> Iterator[tuple[str, int]]:
-    """Yield an accessor for each node that stands in many copies, with the node's place."""
+    """Yield one accessor for each node that is instanced, with the place of the node."""
     for number, node in enumerate(gltf.nodes):
         extension = (node.extensions or {}).get("EXT_mesh_gpu_instancing")
         if extension is not None:

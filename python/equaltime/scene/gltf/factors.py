@@ -1,4 +1,4 @@
-"""Factors of materials above one: exporters round them up, or mean light, and viewers take them for one."""
+"""Caps factors of materials at 1: exporters exceed 1 by rounding or to mean light, and viewers read 1."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ UNIT_FACTORS = frozenset(
         *("transmissionFactor", "attenuationColor", "anisotropyStrength", "strength"),
     }
 )
-"""What the specification keeps within 0 and 1."""
+"""Factors that the specification keeps in [0, 1]."""
 _DEEPEST = 3
-"""A texture of an extension of a material."""
+"""Levels below a material that are searched: down to a texture of an extension."""
 
 
 def capped(document: Mapping[str, Any]) -> list[str]:
-    """Put 1 for factors of materials that are greater, in place, and return where that was."""
+    """Set factors of materials above 1 to 1, in place, and return their places."""
     materials = document.get("materials")
     if not isinstance(materials, list):
         return []
@@ -40,6 +40,6 @@ def _capped(node: Any, place: str, depth: int) -> Iterator[str]:
 
 
 def _exceeds(value: Any) -> bool:
-    """Tell whether the value is a number, or numbers, above 1."""
+    """Tell whether the value is a number above 1, or a list of numbers with one above 1."""
     values = value if isinstance(value, list) else [value]
     return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values) and any(v > 1.0 for v in values)

@@ -30,10 +30,10 @@ Check = Callable[[int], object]
 
 
 def decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Return the pixels (H, W, 4) of an image, not multiplied by its opacity: uint8, uint16 or float32, as it has them.
+    """Return the pixels (H, W, 4) of an image, not multiplied by its opacity, as uint8, uint16 or float32.
 
-    Also what of its file is not used. Raises `Malformed`, as ``check`` may that is told their number before they are
-    read.
+    Also returns notes on parts of the file that are not used. ``check`` is given the number of pixels before they are
+    read. Raises `Malformed`, which ``check`` may raise too.
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:
@@ -52,7 +52,7 @@ def decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], 
 
 
 def _from_bytes(content: bytes, place: str, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Decode what is in memory: OpenImageIO's Python module reads files only, so that it goes through a private one."""
+    """Decode bytes through a private file, because OpenImageIO's Python module reads files only."""
     suffix = next((suffix for magic, suffix in SUFFIXES.items() if content.startswith(magic)), None)
     if suffix is None:
         raise Malformed((place, "is no PNG, JPEG or WebP image"))
@@ -73,7 +73,7 @@ def _from_file(path: Path, place: str, check: Check) -> tuple[NDArray[Any], tupl
     try:
         stored = read_stored(path, ("uint8", "uint16"), checked)
     except ImageError as error:
-        message = str(error).removeprefix(f"{path}: ").replace(str(path), path.name)  # which may be a private file
+        message = str(error).removeprefix(f"{path}: ").replace(str(path), path.name)  # the path may be a private file
         raise Malformed((place, f"cannot be read as an image: {message}")) from error
     for name in IGNORED:
         stored.account.attribute(name)

@@ -18,7 +18,7 @@ PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
 )
 OF_VERTICES: Final = {"base_color": "vertex_color", "alpha": "vertex_alpha"}
-"""Attributes of meshes that have a parameter of their material in them."""
+"""Attributes of meshes that hold a parameter of their material."""
 BLACK: Final = (0.0, 0.0, 0.0)
 COLORED: Final = "_colored"
 FADED: Final = "_faded"
@@ -26,14 +26,14 @@ FADED: Final = "_faded"
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What of a mesh its BSDF depends on."""
+    """Properties of a mesh that its BSDF depends on."""
 
     colored: bool
-    """Its vertices have colours."""
+    """Whether its vertices have colours."""
     faded: bool
-    """Its vertices have opacities, which the material uses."""
+    """Whether its vertices have opacities, which the material uses."""
     mirrored: bool
-    """It shows its textures in a mirror, which turns normal maps over."""
+    """Whether its textures are seen mirrored, which inverts normal maps."""
 
 
 class Materials:
@@ -48,16 +48,16 @@ class Materials:
 
     @property
     def bsdfs(self) -> list[Object]:
-        """All that were made so far."""
+        """The BSDFs made so far."""
         return list(self._bsdfs.values())
 
     @property
     def media(self) -> list[Object]:
-        """All that were made so far, of what is inside surfaces."""
+        """The interior media made so far."""
         return list(self._media.values())
 
     def medium(self, material: int | None) -> str | None:
-        """Return the id of what is inside a material, if that takes light."""
+        """Return the id of the medium inside a material, or None if the inside absorbs nothing."""
         sigma_t = self.look(material).sigma_t
         if material is None or not any(sigma_t):
             return None
@@ -69,7 +69,7 @@ class Materials:
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return what a material is made of."""
+        """Return the parameters of a material."""
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
         return self._looks[material]
@@ -86,7 +86,7 @@ class Materials:
         return "radiance" in self.look(material).slots
 
     def emitter(self, material: int | None, variant: Variant) -> Object | None:
-        """Return the area light that a material is, if it shines; unlit vertices shine in their colours."""
+        """Return a material's area light, or None if it does not emit; unlit vertices emit their colours."""
         seen = self.look(material)
         slot = seen.slots.get("radiance")
         if material is None or slot is None:
@@ -119,7 +119,7 @@ class Materials:
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 
     def _layers(self, seen: SurfaceLook, material: int | None, variant: Variant, place: Place) -> Object:
-        """Return the BSDF with what is wrapped around it."""
+        """Return the BSDF with the BSDFs that are wrapped around it."""
         slots = seen.slots
         if seen.unlit:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
@@ -153,20 +153,20 @@ class Materials:
         return result
 
     def _base_color(self, material: int | None, slot: Slot, colored: bool, place: Place) -> object:
-        """Return the base colour; a constant one is in the colours of the vertices (`meshes.read`)."""
+        """Return the base colour; a constant base colour is part of the vertex colours (`meshes.read`)."""
         if not colored:
             return self._color(material, "base_color", slot)
         return self._of_vertices(material, "base_color", slot, place)
 
     def _of_vertices(self, material: int | None, name: str, slot: Slot, place: Place) -> Object:
-        """Return what the vertices have of a parameter, times its texture if it has one."""
+        """Return the vertex attribute of a parameter, times the parameter's texture if it has one."""
         result = plant("texture", "mesh_attribute", place, name=OF_VERTICES[name])
         if slot.texture is not None:
             add(result, "times", self._texture(material, name, slot))
         return result
 
     def _thin(self, seen: SurfaceLook, material: int | None, colored: bool, bsdf: Object, place: Place) -> Object:
-        """Return what lets a part of the light pass straight on, dyed by the base colour."""
+        """Return a BSDF that lets a part of the light pass straight on, dyed by the base colour."""
         color = self._base_color(material, seen.slots["base_color"], colored, place)
         glass = plant("bsdf", "thindielectric", place, int_ior=seen.eta, ext_ior=1.0, specular_transmittance=color)
         weight = self._number(material, "transmission", seen.slots["transmission"])

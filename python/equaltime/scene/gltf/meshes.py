@@ -1,4 +1,4 @@
-"""The primitives of a document as their shapes need them: with their material's texture coordinates, bent."""
+"""Primitives of a document as shapes need them: deformed, and with the texture coordinates of their material."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ __all__ = ["Source", "box", "read"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a primitive comes from: a mesh, or a node that bends it.
+    """Origin of a primitive: a mesh, or a node that deforms the mesh.
 
-    It is in its own coordinates, but for one of a node with a skin, which is in the world.
+    The vertices are in the coordinates of the mesh, or in world space if the node has a skin.
     """
 
     owner: Literal["meshes", "nodes"]
@@ -33,10 +33,10 @@ class Source:
 
 
 def read(pose: Pose, source: Source) -> Triangles | None:
-    """Return a primitive as it is in a pose, or None if there is none; raises `Malformed`.
+    """Return a primitive in a pose, or None if it does not exist; raises `Malformed`.
 
-    Colours of vertices are multiplied by the base colour of the material, unless that is a texture, which has it; their
-    opacities by its opacity likewise.
+    Vertex colours are multiplied by the material's base colour, and vertex opacities by its opacity. Where a texture
+    gives the base colour or the opacity, the texture has the factor already.
     """
     document, mesh = pose.document, _mesh(pose.document, source)
     gltf = document.gltf
@@ -53,7 +53,7 @@ def read(pose: Pose, source: Source) -> Triangles | None:
 
 
 def _colored(found: Triangles, colors: NDArray[np.float64], seen: SurfaceLook) -> Triangles:
-    """Return a primitive with its colours (N, 4) times what is constant of a material, and the light that it sends."""
+    """Return a primitive with its colours (N, 4) times the material's constant factors, and with its emission."""
     base, alpha, light = (seen.slots.get(name) for name in ("base_color", "alpha", "radiance"))
     color = base.factor if base is not None and base.texture is None else (1.0, 1.0, 1.0)
     opacity = alpha.factor if alpha is not None and alpha.texture is None else (1.0,)
@@ -77,10 +77,10 @@ def _mesh(document: Document, source: Source) -> int | None:
 
 
 def box(document: Document, source: Source) -> NDArray[np.float64] | None:
-    """Return the corners (8, 3) of the box around a primitive's triangles, or None if it cannot be told."""
+    """Return the corners (8, 3) of the box around a primitive's triangles, or None if they are unknown."""
     try:
         found = read(Pose(document), source)
-    except ValueError:  # told where the mesh itself is read
+    except ValueError:  # reported where the mesh itself is read
         return None
     vertices = np.empty((0, 3)) if found is None else found.vertices[np.unique(found.faces)]
     vertices = vertices[np.isfinite(vertices).all(axis=1)]

@@ -1,4 +1,4 @@
-"""The node hierarchy of a glTF file: what stands where in the world."""
+"""The node hierarchy of a glTF file: the nodes' transforms to the world."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ __all__ = ["Placed", "instances", "placed", "product", "rigid"]
 Array = NDArray[np.float64]
 
 THINNEST: Final = 1e-8
-"""Scale that stands for 0 along one axis, relative to the largest of the three, so that flat things have normals."""
+"""Scale that replaces 0 along one axis, relative to the largest of the three, so that flat meshes have normals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A node in the world."""
+    """A node placed in the world."""
 
     index: int
     node: Any
     to_world: Array
-    """(4, 4), of column vectors."""
+    """Transform (4, 4) of column vectors."""
     moving: tuple[Array, ...] = ()
-    """The same at each time of a clip, if it is not the same at all of them."""
+    """`to_world` at each time of a clip; empty if the node does not move."""
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
     """Iterate over the nodes of a scene, each before its children; raises `Malformed` if they are no forest.
 
-    Without a scene, all nodes that are no one's children are its roots. With a clip, they are where it puts them first.
-    Those that are hidden are left out, unless asked for.
+    Without a scene, the roots are all nodes that have no parent. With a clip, `to_world` is the transform at its first
+    time. Hidden nodes are left out, unless `hidden` is true.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))
@@ -47,7 +47,7 @@ def placed(document: Document, scene: int | None, clip: Clip | None = None, hidd
         index, around = waiting.pop()
         node = nodes[index]
         if not hidden and (node.extensions or {}).get("KHR_node_visibility", {}).get("visible", True) is False:
-            continue  # nor are its children visible
+            continue  # its children are not visible either
         to_world = product(around, np.array([_local(node, clip, index, time) for time in times]))
         still = (to_world == to_world[0]).all()
         yield Placed(index, node, to_world[0], () if still else tuple(to_world))
@@ -55,12 +55,12 @@ def placed(document: Document, scene: int | None, clip: Clip | None = None, hidd
 
 
 def _roots(document: Document, scene: int | None, parents: dict[int, int]) -> list[int]:
-    """Return the roots of a scene; a node that it lists and that another of its roots has as well is told of."""
+    """Return the roots of a scene; a node that is listed but hangs below another root is noted."""
     free = [i for i in range(len(document.gltf.nodes)) if i not in parents]
     if scene is None:
         return free
     listed, place = dict.fromkeys(document.gltf.scenes[scene].nodes), f"scenes[{scene}].nodes"
-    nested: dict[int, bool] = {}  # whether a node that is listed is above it
+    nested: dict[int, bool] = {}  # whether a listed node is an ancestor
     waiting = [(node, False) for node in free]
     while waiting:
         node, below = waiting.pop()
@@ -102,7 +102,7 @@ def _local(node: Any, clip: Clip | None, index: int, time: float) -> Array:
 
 
 def _thickened(matrix: Array) -> Array:
-    """Return the transform (4, 4), which flattens along no axis if it flattened along one."""
+    """Return the transform (4, 4); where it flattens exactly one axis, that axis gets a scale above 0."""
     columns = matrix[:3, :3].T
     flat = np.flatnonzero(~columns.any(axis=1))
     if len(flat) != 1:
@@ -116,7 +116,7 @@ def _thickened(matrix: Array) -> Array:
 def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
     """Return the transforms (N, 4, 4) that scale, then rotate by unit quaternions (x, y, z, w), then translate.
 
-    A scale that is 0 along one axis flattens, but not to nothing.
+    A scale of 0 along exactly one axis becomes `THINNEST` times the largest scale.
     """
     flat = (scales == 0.0) & ((scales == 0.0).sum(axis=1, keepdims=True) == 1)
     scales = np.where(flat, THINNEST * np.abs(scales).max(axis=1, keepdims=True, initial=0.0), scales)
@@ -145,7 +145,7 @@ def product(a: Array, b: Array) -> Array:
 
 
 def instances(document: Document, at: Placed) -> list[Array] | None:
-    """Return the transforms of the copies of a node that EXT_mesh_gpu_instancing makes, or None if it makes none."""
+    """Return the world transforms of a node's copies by EXT_mesh_gpu_instancing, or None without that extension."""
     extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
     if extension is None:
         return None
@@ -168,9 +168,10 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
 
 
 def rigid(to_world: Array) -> Array:
-    """Return the transform without its scale and shear: cameras and lights have a place and a direction only.
+    """Return the transform without its scale and shear, for cameras and lights.
 
-    The axis z is kept, then y as far as it is perpendicular; x follows, so that nothing is mirrored.
+    The z axis is kept, and y as far as it is perpendicular to z. The x axis follows from both, so that nothing is
+    mirrored.
     """
     result = np.eye(4)
     result[:3, 3] = to_world[:3, 3]

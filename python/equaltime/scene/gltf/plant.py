@@ -17,7 +17,7 @@ def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields
 
 
 def add(parent: Object, name: str | None, value: object) -> None:
-    """Add a parameter to `parent`, or an object without a name."""
+    """Add a parameter, or an object without a name, to `parent`; None adds nothing."""
     if value is None:
         return
     node = value if isinstance(value, Object | Reference | Value) else Value(parent.place, value)

@@ -1,4 +1,4 @@
-"""How the nodes of a glTF file stand and its meshes are bent: as the file has them, or at a time of an animation."""
+"""Poses of a glTF file: transforms of nodes and deformations of meshes, in the file or at a time of an animation."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ __all__ = ["Pose", "at_time"]
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """One moment of a file."""
+    """The pose of a file at one moment."""
 
     document: Document
     clip: Clip | None = None
-    """An animation of one time; None: all stands as in the file."""
+    """An animation at a single time; None for the pose in the file."""
 
     @cached_property
     def worlds(self) -> dict[int, NDArray[np.float64]]:
-        """Where each node is (4, 4)."""
+        """World transform (4, 4) of each node, by index."""
         return {at.index: at.to_world for at in placed(self.document, None, self.clip, hidden=True)}
 
     def weights(self, mesh: int, node: int | None) -> Any:
-        """Return the weights of the morph targets of a mesh, in a node that may have its own."""
+        """Return the weights of the morph targets of a mesh, in a node that may have weights of its own."""
         nodes = self.document.gltf.nodes
         own = None if node is None else nodes[node].weights
         if node is not None and self.clip is not None:
@@ -40,7 +40,7 @@ class Pose:
 
 
 def at_time(document: Document, animation: int, time: float) -> Pose:
-    """Return the pose at a time, in seconds, of an animation; raises `Malformed` if there is none."""
+    """Return the pose of an animation at a time, in seconds; raises `Malformed` if either does not exist."""
     if animation >= len(document.gltf.animations) or not math.isfinite(time):
         raise Malformed((f"animations[{animation}]", f"there is no such animation, or no time {time}"))
     return Pose(document, played(document, animation, (time, time)))

@@ -20,12 +20,12 @@ FLOAT: Final = 5126
 """The component type of float32."""
 NAMES: Final = ("points", "lines", "line loop", "line strip", "triangles", "triangle strip", "triangle fan")
 TRIANGLES: Final = frozenset({4, 5, 6})
-"""The modes that have a surface."""
+"""Modes of primitives that have a surface."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangles:
-    """A mesh in its own coordinates; see `equaltime._core.MeshData`, whose fields these are."""
+    """A mesh in its own coordinates, with the fields of `equaltime._core.MeshData`."""
 
     vertices: Array
     """(N, 3)"""
@@ -39,11 +39,11 @@ class Triangles:
     """(N, 4) linear RGB and opacity: COLOR_0"""
     warnings: list[str]
     light: Array | None = None
-    """(N, 3) radiance that vertices with colours of their own send, where no texture gives it"""
+    """(N, 3) radiance of vertices with colours of their own, if no texture gives it"""
 
     @property
     def attributes(self) -> dict[str, Array]:
-        """The colours (N, 3) by Mitsuba's name, opacities (N, 1) where not all are 1, and radiances (N, 3)."""
+        """Colours (N, 3), opacities (N, 1) unless all are 1, and radiances (N, 3), by Mitsuba's names of attributes."""
         if self.colors is None:
             return {}
         alpha = {"vertex_alpha": self.colors[:, 3:]} if (self.colors[:, 3] != 1.0).any() else {}
@@ -56,8 +56,8 @@ def triangles(
 ) -> Triangles:
     """Return a primitive with the texture coordinates of one set; raises `Malformed`.
 
-    Its morph targets count by the weights, those of the mesh if none are given. Without normals the specification wants
-    flat faces, which is for the shape to say.
+    Morph targets are added by `weights`, or by the weights of the mesh if none are given. Without normals the
+    specification wants flat faces, which the shape sets.
     """
     if weights is None:
         weights = document.gltf.meshes[mesh].weights or ()
@@ -96,7 +96,7 @@ def triangles(
 
 
 def _finite(values: Array, message: str, warnings: list[str]) -> Array:
-    """Return the values (N, K) with zeros in place of those that are not finite, which are counted in a warning."""
+    """Return the values (N, K) with zeros in rows that are not finite; a warning counts these rows."""
     wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if not wrong.size:
         return values
@@ -116,9 +116,9 @@ def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[
 
 
 def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
-    """Tell of each triangle (M,) whether its texture is seen in a mirror from the front.
+    """Tell for each triangle (M,) whether its texture is seen mirrored from the front.
 
-    With v downwards, texture coordinates run clockwise round a triangle whose texture reads as it should.
+    With v downwards, the texture coordinates of a triangle that is not mirrored run clockwise in the (u, v) plane.
     """
     if mesh.uvs is None:
         return np.zeros(len(mesh.faces), np.bool_)
@@ -129,9 +129,9 @@ def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
 
 
 def color(document: Document, primitive: Any, warnings: list[str], place: str) -> Array | None:
-    """Return the vertex colours (N, 4) of a primitive, if it has any; opacity is 1 where there is none.
+    """Return the vertex colours (N, 4) of a primitive, or None; opacity is 1 if the file has none.
 
-    Whole numbers are refused that are not normalised: nothing says which of them is white.
+    Integers that are not normalised are refused: nothing says which integer is white.
     """
     index = vars(primitive.attributes).get("COLOR_0")
     if index is None:

@@ -23,15 +23,15 @@ from equaltime.scene.tree import Child, Object, Place, Report
 __all__ = ["read_gltf"]
 
 DEFINITIONS: Final = ("animation", "camera", "scene", "shutter", "sky", "sun")
-"""What ``-D`` may choose: animation, camera and scene by name or number, when a shutter opens and closes, in seconds of
-the animation, the radiance of a sky, the irradiance of a sun."""
+"""Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
+opening and closing, in seconds of the animation. The sky is a radiance, the sun an irradiance."""
 PLACES_SHOWN: Final = 3
 
 
 def read_gltf(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene in the `content` of `file`; problems go to `report`, None if there is no scene at all."""
+    """Return the scene in the `content` of `file`, or None if it has none; problems go to `report`."""
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
         report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
@@ -51,7 +51,7 @@ def read_gltf(
 
 
 def _told(message: str, places: list[str]) -> str:
-    """Return a note with where it applies."""
+    """Return a note with the places where it applies."""
     named = [place for place in places if place]
     shown = named[:PLACES_SHOWN]
     more = f" and {len(named) - len(shown)} more" if len(named) > len(shown) else ""
@@ -59,7 +59,7 @@ def _told(message: str, places: list[str]) -> str:
 
 
 class _Scene:
-    """A document on its way to be a scene."""
+    """A document that is being made into a scene."""
 
     def __init__(self, document: Document, place: Place, defines: Mapping[str, object]) -> None:
         self._document = document
@@ -95,7 +95,7 @@ class _Scene:
         return (self._gltf.scene or 0) if scenes else None
 
     def _choice(self, what: str, names: list[str | None]) -> int:
-        """Return the index that a definition chooses among things with these names, by name or by number."""
+        """Return the index that a definition chooses, by name or by number, among things with these names."""
         wanted = str(self._defines[what])
         if wanted in names:
             return names.index(wanted)
@@ -105,7 +105,7 @@ class _Scene:
         raise Malformed(("", f"the file has no {what} {shortened(wanted, 40)}{suggestion(wanted, known)}"))
 
     def _camera(self, nodes: list[Placed]) -> Object:
-        """Return the camera that is asked for, or the first, or one that has everything in view."""
+        """Return the requested camera, or the first, or one that has everything in view."""
         cameras = [at for at in nodes if at.node.camera is not None]
         times = () if self._clip is None else self._clip.times
         names = [at.node.name or self._gltf.cameras[at.node.camera].name for at in cameras]
@@ -122,9 +122,9 @@ class _Scene:
         return default_camera(self._shapes.corners(), self._place)
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
-        """Return the sky and the sun that are asked for, or some of both if there are no lights.
+        """Return the requested sky and sun, or default ones if the file has no lights.
 
-        Surfaces that glow are not lights in glTF: what shows such files elsewhere lights them too.
+        Glowing surfaces are not lights in glTF: other viewers light such files too.
         """
         if {"sky", "sun"} & set(self._defines):
             radiance, irradiance = self._strength("sky"), self._strength("sun")
@@ -139,7 +139,7 @@ class _Scene:
         return [light for light in (sky(radiance, self._place), sun(irradiance, self._place)) if light is not None]
 
     def _strength(self, name: str) -> float:
-        """Return the strength of a light that a definition adds, 0 if there is none."""
+        """Return the strength of the light that a definition adds; 0 without the definition."""
         given = self._defines.get(name, 0.0)
         try:
             strength = float(str(given))
@@ -150,7 +150,7 @@ class _Scene:
         return strength
 
     def _played(self) -> Clip | None:
-        """Return the animation that is asked for, or the first, while the shutter is open; None if it never is."""
+        """Return the requested or first animation over the shutter's time; None without shutter or animations."""
         given = self._defines.get("shutter")
         if given is None or not self._gltf.animations:
             return None

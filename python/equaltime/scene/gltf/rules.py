@@ -1,7 +1,7 @@
-"""What a JSON document must look like, put together from small rules; each finds what is wrong and says where.
+"""Rules for a JSON document, composed of small rules that find errors and their places.
 
 A rule takes a value, its place (``materials[2].alphaCutoff``) and the whole document, and yields the problems. `walk`
-goes through a value along its rule: what no rule lists is found there.
+goes through a value along its rule and finds the properties that no rule lists.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = [
 Problems = Iterator[tuple[str, str]]
 """Pairs of place and message."""
 LARGEST = 3.4028235e38
-"""Of float32, which is what glTF's numbers are."""
+"""Largest float32; glTF's numbers are float32."""
 Rule = Callable[[Any, str, Mapping[str, Any]], Problems]
 
 
@@ -52,7 +52,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Rule:
 
 
 def integer(low: int = 0) -> Rule:
-    """Return the rule of an integer of at least `low`; 3.0 is one."""
+    """Return the rule of an integer of at least `low`; 3.0 counts as an integer."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not _is_number(value, low, 2**53) or value != int(value):
@@ -79,7 +79,7 @@ class Index:
     """The keys that lead to the list."""
 
     def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        """Yield what is wrong with `value`."""
+        """Yield a problem if `value` is no index into the list."""
         items: Any = document
         for step in self.path:
             items = items.get(step, []) if isinstance(items, Mapping) else []
@@ -104,13 +104,13 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield what is wrong with `value` if it is no string."""
+    """Yield a problem if `value` is no string."""
     if not isinstance(value, str):
         yield place, _expected("a string", value)
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield what is wrong with `value` if it is not true or false."""
+    """Yield a problem if `value` is neither true nor false."""
     if not isinstance(value, bool):
         yield place, _expected("true or false", value)
 
@@ -157,24 +157,24 @@ class _Table:
 
 
 def every(item: Rule) -> Rule:
-    """Return the rule of a list of which each item follows `item`."""
+    """Return the rule of a list whose items follow `item`."""
     return _Every(item)
 
 
 def mapping(item: Rule) -> Rule:
-    """Return the rule of an object with any names, of which each value follows `item`."""
+    """Return the rule of an object with any names, whose values follow `item`."""
     return _Mapping(item)
 
 
 def table(needs: str = "", /, **fields: Rule) -> Rule:
-    """Return the rule of an object with these fields, of which those in `needs` must be there; others are let pass."""
+    """Return the rule of an object with these fields, of which `needs` are required; others are allowed."""
     return _Table(tuple(needs.split()), fields)
 
 
 def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
-    """Iterate over all that is in a value which follows `rule`: the rule, the value and the place of each leaf.
+    """Iterate over the leaves of a value that follows `rule`: the rule, the value and the place of each leaf.
 
-    The rule is None for what no table lists.
+    The rule is None for a property that no table lists.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

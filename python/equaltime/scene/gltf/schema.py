@@ -1,8 +1,8 @@
-"""The parts of glTF 2.0 and its extensions that are read here, as rules: see the specification's JSON schema.
+"""Rules for the parts of glTF 2.0 and its extensions that are read here; see the specification's JSON schema.
 
-A document that passes has every field of the right type and range and every index within its list; whatever reads it
-afterwards need not look again. Properties that are not listed are let pass, as the specification asks, and told to be
-not used (`equaltime.scene.gltf.account`): what is listed here is used, or told by its reader.
+In a document that passes, every field has the right type and range, and every index is within its list. Code that reads
+it afterwards need not check again. Properties that are not listed are allowed, as the specification asks, and noted as
+not used (`equaltime.scene.gltf.account`). Listed properties are used, or noted by the code that reads them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ UNREADABLE = {
     "KHR_meshopt_compression": "decode it first, for example with gltf-transform copy",
     "KHR_texture_basisu": "convert the textures to PNG or JPEG",
 }
-"""Extensions that change how data is stored, with what a user can do about it; refused wherever data needs them."""
+"""Extensions that change how data is stored, with advice for the user; refused wherever data needs them."""
 
 _unit, _positive, _color = number(0.0, 1.0), number(0.0), numbers(3, 0.0, 1.0)
 _strong_color = numbers(3, 0.0)

@@ -29,31 +29,31 @@ Array = NDArray[np.float64]
 
 FLATTEST: Final = 1e-12
 MANY_INDICES: Final = 100_000
-"""As many more in copies of a mesh make instances of them."""
+"""Number of indices in additional copies of a mesh from which all its copies become instances."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A primitive, or some of it."""
+    """A primitive, or a part of one."""
 
     suffix: str
-    """After its name in the file."""
+    """Text after the primitive's name in the file."""
     variant: Variant
-    """Of its material, as long as its node mirrors nothing."""
+    """Variant of its material, if its node does not mirror."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Copy:
-    """A mesh somewhere in the world."""
+    """A mesh placed in the world."""
 
     mesh: int
     to_world: Array
     bent: int | None = None
-    """The node that bends it, by a skin or by weights of its own, if any."""
+    """The node that deforms the mesh, by a skin or by weights of its own, if any."""
     moving: tuple[Array, ...] = ()
-    """The same as `to_world` at each time of a clip, if it moves."""
+    """`to_world` at each time of a clip, if the mesh moves."""
     poses: tuple[float, ...] = ()
-    """When to look at how it is bent, if that changes."""
+    """Times at which the deformation is evaluated; empty for the deformation in the file."""
 
 
 class Shapes:
@@ -69,7 +69,7 @@ class Shapes:
         self._groups: dict[tuple[int, bool], Object] = {}
 
     def of(self, nodes: list[Placed]) -> list[Object]:
-        """Return the shapes of all nodes, one for each primitive and copy; many copies of much share a group."""
+        """Return the shapes of all nodes, one per primitive and copy; many copies of large meshes share a group."""
         copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
         counts = Counter(copy.mesh for copy in copies if copy.bent is None)
         grouped = {mesh for mesh, count in counts.items() if self._is_worth_a_group(mesh, count)}
@@ -92,7 +92,7 @@ class Shapes:
         return np.concatenate(standing) if standing else np.zeros((0, 3))
 
     def _split(self, mesh: int, p: int) -> list[_Part]:
-        """Return what becomes one shape each of a primitive: two parts if only some of it mirrors its normal map."""
+        """Return the parts of a primitive that become a shape each: two if only a part mirrors its normal map."""
         if (mesh, p) not in self._parts:
             self._parts[mesh, p] = list(self._split_now(mesh, p))
         return self._parts[mesh, p]
@@ -105,7 +105,7 @@ class Shapes:
             colors = colors if given is None else given
             if "normal" in seen.slots:
                 mirrored = mirrored_uvs(triangles(self._document, mesh, p, seen.uv_set))
-        except Malformed:  # told where the mesh itself is read
+        except Malformed:  # reported where the mesh itself is read
             pass
         colored = bool((colors[:, :3] != 1.0).any())
         faded = "alpha" in seen.slots and bool((colors[:, 3] != 1.0).any())
@@ -116,7 +116,7 @@ class Shapes:
             yield _Part("", Variant(colored, faded, bool(mirrored.any())))
 
     def _copies(self, at: Placed) -> Iterator[_Copy]:
-        """Yield the copies of a node's mesh, but for those that have no volume left."""
+        """Yield the copies of a node's mesh, except copies without volume."""
         if at.node.skin is not None:
             yield _Copy(at.node.mesh, np.eye(4), at.index, poses=self._bending(at))
             return
@@ -135,7 +135,7 @@ class Shapes:
                 yield _Copy(at.node.mesh, to_world, bent, poses=poses)
 
     def _bending(self, at: Placed) -> tuple[float, ...]:
-        """Return when to look at how the mesh of a node is bent: once if that stays, never if it is as in the file."""
+        """Return when to evaluate a node's deformation: one time if it stays, none if it is as in the file."""
         if self._clip is None:
             return ()
         skin = None if at.node.skin is None else self._document.gltf.skins[at.node.skin]
@@ -146,7 +146,7 @@ class Shapes:
 
     @cached_property
     def _restless(self) -> frozenset[int]:
-        """The nodes that move, whatever scene they are in."""
+        """The nodes that move, in any scene of the file."""
         return frozenset(at.index for at in placed(self._document, None, self._clip, hidden=True) if at.moving)
 
     def _drawn(self, mesh: int) -> Iterator[tuple[int, Any]]:
@@ -161,7 +161,7 @@ class Shapes:
         return self._place.key("meshes").key(mesh).key("primitives").key(p)
 
     def _is_worth_a_group(self, mesh: int, count: int) -> bool:
-        """Tell whether copies of a mesh are better instances: slower to hit, without memory; none may shine."""
+        """Tell whether to make copies of a mesh instances: slower to hit, but without memory; emitters cannot be."""
         drawn = list(self._drawn(mesh))
         if count < 2 or not drawn or any(self._materials.shines(primitive.material) for _, primitive in drawn):
             return False
@@ -171,7 +171,7 @@ class Shapes:
         return (count - 1) * points >= MANY_INDICES
 
     def _instance(self, copy: _Copy) -> Object:
-        """Return another copy of a mesh whose shapes stand in a group; those of mirrored normal maps in another."""
+        """Return an instance of the mesh's group; mirrored copies with normal maps have a group of their own."""
         drawn = list(self._drawn(copy.mesh))
         bumpy = any("normal" in self._materials.look(primitive.material).slots for _, primitive in drawn)
         turned = bumpy and mirrors(copy.to_world)
@@ -187,7 +187,7 @@ class Shapes:
         return result
 
     def _shapes(self, copy: _Copy, turned: bool, seen: bool = True) -> Iterator[Object]:
-        """Yield the shapes of a copy; in a mirrored one textures are seen the other way round."""
+        """Yield the shapes of a copy; in a mirrored copy (`turned`), textures are seen the other way round."""
         for p, primitive in self._drawn(copy.mesh):
             source = Source("meshes", copy.mesh, p) if copy.bent is None else Source("nodes", copy.bent, p)
             if seen:
@@ -201,7 +201,7 @@ class Shapes:
         return animation(list(zip(times, copy.moving, strict=True))) if copy.moving else copy.to_world
 
     def _filename(self, name: str, primitive: Any, copy: _Copy, place: Place) -> str | Deformation:
-        """Return what a primitive is called, or what it is called at each time."""
+        """Return the name of a primitive, or its names at several times."""
         if self._clip is None or not copy.poses:
             return f"{self._document.name}#{name}"
         at = f"{self._document.name}#/animations/{self._clip.number}/"
@@ -231,7 +231,7 @@ class Shapes:
 
 
 def _is_flat(to_world: Array) -> bool:
-    """Tell whether a transform takes a dimension away, as `Transform` of the model refuses."""
+    """Tell whether a transform flattens a dimension, which `Transform` of the model refuses."""
     linear = to_world[:3, :3]
     lengths = np.linalg.norm(linear, axis=0)
     return not lengths.all() or abs(float(np.linalg.det(linear / lengths))) < FLATTEST

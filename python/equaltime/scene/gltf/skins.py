@@ -1,4 +1,4 @@
-"""Skins of glTF files: meshes that joints bend."""
+"""Skins of glTF files: meshes that joints deform."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["skinned"]
 Array = NDArray[np.float64]
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is not finite is told of the mesh
+@np.errstate(over="ignore", invalid="ignore")  # non-finite values are reported with the mesh
 def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
     """Return vertices (N, 3) and normals (N, 3) of the skinned mesh of a node, in the world; raises `Malformed`.
 
@@ -56,7 +56,7 @@ def _influences(document: Document, primitive: Any, count: int, place: str) -> t
 
 
 def _bones(pose: Pose, index: int) -> Array:
-    """Return what each joint of a skin does (J, 4, 4): from where the mesh was modelled to the world."""
+    """Return the transform of each joint of a skin (J, 4, 4), from the mesh as modelled to the world."""
     document = pose.document
     skin = document.gltf.skins[index]
     standing = np.array([pose.worlds[joint] for joint in skin.joints]).reshape(-1, 4, 4)
@@ -70,6 +70,6 @@ def _bones(pose: Pose, index: int) -> Array:
 
 
 def _cofactors(matrices: Array) -> Array:
-    """Return the cofactors (N, 3, 3), which turn normals as the matrices turn surfaces, but for their length."""
+    """Return the cofactors (N, 3, 3), which transform normals, up to length, as the matrices transform surfaces."""
     a, b, c = np.moveaxis(matrices, 2, 0)  # columns
     return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)

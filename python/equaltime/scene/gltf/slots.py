@@ -1,7 +1,7 @@
-"""A parameter of a material as glTF gives it: a factor, times some channels of a texture.
+"""A parameter of a material as glTF gives it: a factor times some channels of a texture.
 
-What glTF packs into one image (roughness beside metalness, opacity beside colour) becomes one bitmap a parameter,
-with the factor multiplied in. Eight-bit images stay eight-bit where nothing changes them.
+glTF packs several parameters into one image, such as roughness and metalness, or opacity and colour. Each parameter
+becomes a bitmap of its own, with the factor multiplied in. Eight-bit images stay eight-bit where nothing changes them.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ __all__ = ["Slot", "TextureUse", "faded", "mask", "texture_use"]
 
 Array = NDArray[Any]
 FINEST_MASK = 4096
-"""The longest side to which a mask is enlarged, so that its cut edges are smooth."""
+"""Longest side, in texels, to which a mask is enlarged, so that its cut edges are smooth."""
 ALPHA = (3,)
 
 
 @dataclass(frozen=True, slots=True)
 class TextureUse:
-    """How a material uses a texture."""
+    """A material's use of a texture."""
 
     index: int
     uv_set: int = 0
     offset: tuple[float, float] = (0.0, 0.0)
     rotation: float = 0.0
     scale: tuple[float, float] = (1.0, 1.0)
-    """Of the texture coordinates."""
+    """Scale of the texture coordinates."""
     strength: float = 1.0
     """``scale`` of a normal texture."""
 
     @property
     def to_uv(self) -> NDArray[np.float64]:
-        """The transform (4, 4) of texture coordinates, as `bitmap` takes it: scaled, turned, moved.
+        """The transform (4, 4) of texture coordinates, as `bitmap` takes it: scale, then rotation, then offset.
 
-        The rotation is counter-clockwise as one sees it, with v downwards.
+        The rotation is counter-clockwise as seen in the picture, with v downwards.
         """
         sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
         result = np.eye(4)
@@ -51,7 +51,7 @@ class TextureUse:
 
 
 def texture_use(info: Any) -> TextureUse | None:
-    """Return the use that a textureInfo describes, be it an object of pygltflib or part of an extension."""
+    """Return the texture use in a textureInfo, which is an object of pygltflib or a part of an extension."""
     if info is None:
         return None
     fields: Mapping[str, Any] = info if isinstance(info, Mapping) else vars(info)
@@ -77,17 +77,17 @@ class Slot:
     """One number or a colour."""
     texture: TextureUse | None = None
     channels: tuple[int, ...] = (0, 1, 2)
-    """Those of the texture that it takes, as many as the factor has numbers."""
+    """Channels of the texture that are used, as many as the factor has numbers."""
     encoded: bool = False
     """Whether eight-bit texels are encoded as sRGB."""
     curve: Callable[[Array], Array] | None = None
-    """Applied to factor times texture (..., channels); what it returns has 1 or 3 channels."""
+    """Function applied to factor times texture (..., channels); its result has 1 or 3 channels."""
     cutoff: float | None = None
-    """Makes it a mask: 1 where factor times texture is at least this, else 0."""
+    """Threshold that makes the slot a mask: 1 where factor times texture is at least this, else 0."""
 
     @property
     def constant(self) -> tuple[float, ...]:
-        """The value where there is no texture, or where that is white."""
+        """The value without a texture, or where the texture is white."""
         value = np.array(self.factor)
         if self.curve is not None:
             value = self.curve(value)
@@ -97,7 +97,7 @@ class Slot:
 
     @property
     def plain(self) -> bool:
-        """Whether the texture's channels are the value as they are."""
+        """Whether the texture's channels are the value, unchanged."""
         return self.curve is None and self.cutoff is None and all(f == 1.0 for f in self.factor)
 
     @property
@@ -105,7 +105,7 @@ class Slot:
         """Whether the bitmap's texels are the values themselves, without sRGB decoding."""
         return not (self.encoded and self.plain)
 
-    @np.errstate(over="ignore", invalid="ignore")  # what is not finite is told of the texture
+    @np.errstate(over="ignore", invalid="ignore")  # `bake` refuses texels that are not finite
     def texels(self, pixels: Array) -> Texels:
         """Return the bitmap of this parameter, from the pixels (H, W, 4) of the texture's image."""
         picked = pixels[..., list(self.channels)]
@@ -126,7 +126,7 @@ class Slot:
 
 
 def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
-    """Return texels as linear numbers."""
+    """Return texels as linear float32 values."""
     if not np.issubdtype(pixels.dtype, np.integer):
         return pixels.astype(np.float32)
     values = np.linspace(0.0, 1.0, int(np.iinfo(pixels.dtype).max) + 1)
@@ -137,7 +137,7 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
 
 
 def faded(light: Slot, opacity: Slot) -> Slot | None:
-    """Return the light that a surface of that opacity sends; None where the two have different textures."""
+    """Return the emission of a surface with this opacity; None if `light` and `opacity` have different textures."""
     cutoff, (alpha,) = opacity.cutoff, opacity.factor
 
     def seen(values: Array) -> Array:
@@ -162,8 +162,9 @@ def faded(light: Slot, opacity: Slot) -> Slot | None:
 def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
     """Return 255 where `values` (H, W, 1) reach `cutoff`, else 0, on a finer grid.
 
-    glTF cuts what it interpolated; a bitmap can only interpolate what was cut. So the interpolation is done here, on
-    up to four times as many texels a side, and the result is looked up by the nearest texel.
+    glTF interpolates first and then cuts, but a bitmap can only interpolate values that are already cut. So the
+    interpolation is done here, on up to four times as many texels a side, and the result is looked up by the nearest
+    texel.
     """
     height, width, _ = values.shape
     if np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK:
@@ -174,7 +175,7 @@ def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
 
 
 def _finer(values: Array, times: int, axis: int) -> Array:
-    """Return the values interpolated linearly along an axis, as a repeated texture is, at `times` as many places."""
+    """Return values interpolated linearly along an axis, as in a repeated texture, at `times` as many places."""
     count = values.shape[axis]
     place = (np.arange(count * times) + 0.5) / times - 0.5
     low = np.floor(place).astype(np.intp)

@@ -1,6 +1,6 @@
-"""glTF materials as parameters of the principled BSDF, still without a scene around them.
+"""glTF materials as parameters of the principled BSDF, independent of a scene.
 
-The table in `equaltime.scene.gltf` says what becomes what; the formulas are here.
+The table in `equaltime.scene.gltf` lists what each part becomes; the formulas are here.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ DEFAULT_IOR = 1.5
 RED, GREEN, BLUE = (0,), (1,), (2,)
 DIELECTRIC_F0 = 0.04
 BLACKEST = 2.0**-24
-"""What is left, after the distance of attenuation, of a colour that the file says is not: none is not to be had."""
+"""Smallest transmittance over the attenuation distance. It replaces 0, whose extinction would be infinite."""
 INFINITE_IOR = 1000.0
-"""Stands for the index that KHR_materials_ior writes as 0, which reflects everything."""
+"""Index of refraction that stands for 0 in KHR_materials_ior, which means that everything is reflected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceLook:
-    """What a material is made of."""
+    """Parameters of a material."""
 
     slots: Mapping[str, Slot]
     """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls).
 
-    ``alpha`` is the opacity before it is cut, for vertices that have their own.
+    ``alpha`` is the opacity before it is cut, for vertices that have opacities of their own.
     """
     eta: float
     """Index of refraction that gives the reflection of the dielectric part."""
     two_sided: bool
     unlit: bool
     uv_set: int
-    """The set of texture coordinates that all textures are looked up with."""
+    """Set of texture coordinates with which all textures are looked up."""
     notes: tuple[str, ...] = ()
-    """Where this is not what the material asks for."""
+    """Sentences about differences from the file's material."""
     sigma_t: tuple[float, ...] = ()
-    """Extinction of what is inside, per unit of length in the world, if there is something that takes light."""
+    """Extinction of the inside, per unit of length in the world; empty if the inside absorbs nothing."""
 
 
 @dataclass(slots=True, eq=False)
@@ -63,7 +63,7 @@ class _Reading:
 
 
 def look(material: Any) -> SurfaceLook:
-    """Return the look of a `pygltflib.Material`, or of none."""
+    """Return the parameters of a `pygltflib.Material`, or the default parameters for None."""
     if material is None:
         one = Slot((1.0,))
         plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one}
@@ -111,7 +111,7 @@ def _base(reading: _Reading) -> None:
 
 
 def _specular_glossiness(reading: _Reading, old: Mapping[str, Any]) -> tuple[tuple[float, ...], TextureUse | None]:
-    """Read the extension of glTF 1 that some files still have; return diffuse colour and texture."""
+    """Read the old extension that some files still have; return diffuse colour and texture."""
     color, specular = tuple(old.get("diffuseFactor", (1, 1, 1, 1))), old.get("specularFactor", (1, 1, 1))
     texture, both = texture_use(old.get("diffuseTexture")), texture_use(old.get("specularGlossinessTexture"))
     gloss = Slot((old.get("glossinessFactor", 1.0),), both, ALPHA, curve=_roughness_of_gloss)
@@ -133,7 +133,7 @@ def _roughness_of_gloss(gloss: NDArray[Any]) -> NDArray[Any]:
 
 
 def _as_metallic(diffuse: NDArray[np.float64], specular: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Return metalness and base colour that reflect nearly as these two (the Khronos group's conversion)."""
+    """Return metalness and base colour with nearly the same reflection (the Khronos group's conversion)."""
     weights = np.array([0.299, 0.587, 0.114])
     left = 1.0 - float(specular.max())
     bright, shine = (math.sqrt(float(weights @ (color * color))) for color in (diffuse, specular))
@@ -156,7 +156,7 @@ def _normal(reading: _Reading) -> None:
 
 
 def _bent(values: NDArray[Any], strength: float) -> NDArray[Any]:
-    """Return encoded normals (..., 3) with their slopes multiplied."""
+    """Return encoded normals (..., 3) with their slopes multiplied by `strength`."""
     normals = (2.0 * values - 1.0) * np.array([strength, strength, 1.0])
     lengths = np.linalg.norm(normals, axis=-1, keepdims=True)
     unit: NDArray[Any] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
@@ -164,7 +164,7 @@ def _bent(values: NDArray[Any], strength: float) -> NDArray[Any]:
 
 
 def _dielectric(reading: _Reading) -> float:
-    """Return the index of refraction that reflects as much as ior and specular say."""
+    """Return the index of refraction whose reflection is the one that ior and specular give."""
     ior = (reading.extension("ior") or {}).get("ior", DEFAULT_IOR) or INFINITE_IOR
     specular = reading.extension("specular")
     if specular is None:
@@ -179,7 +179,7 @@ def _dielectric(reading: _Reading) -> float:
 
 
 def _transmission(reading: _Reading) -> None:
-    """Read what passes through: refracted where there is a volume, straight on through thin walls."""
+    """Read transmitted light: refracted if there is a volume, straight on through thin walls."""
     transmission, volume = reading.extension("transmission"), reading.extension("volume") or {}
     if transmission is None or not transmission.get("transmissionFactor", 0.0):
         return
@@ -203,7 +203,7 @@ def _transmission(reading: _Reading) -> None:
 
 
 def _layers(reading: _Reading) -> None:
-    """Read what lies on top: clear coat and sheen."""
+    """Read the layers on top: clear coat and sheen."""
     coat, sheen = reading.extension("clearcoat"), reading.extension("sheen")
     if coat is not None and coat.get("clearcoatFactor", 0.0):
         rough = Slot(
@@ -224,7 +224,7 @@ def _layers(reading: _Reading) -> None:
 
 
 def _gloss_of_roughness(roughness: NDArray[Any]) -> NDArray[Any]:
-    """Return the gloss of principled's coat that has the same alpha, which goes from 0.1 to 0.001."""
+    """Return the gloss of principled's coat with the same alpha; its alpha goes from 0.1 to 0.001."""
     gloss: NDArray[Any] = np.clip((0.1 - roughness * roughness) / (0.1 - 0.001), 0.0, 1.0)
     return gloss
 
@@ -235,7 +235,7 @@ def _strongest(color: NDArray[Any]) -> NDArray[Any]:
 
 
 def _anisotropy(reading: _Reading) -> None:
-    """Read stretched highlights; principled's two alphas can be at most sqrt(10) apart each way."""
+    """Read stretched highlights; principled's alphas lie within a factor of sqrt(10) of their geometric mean."""
     given = reading.extension("anisotropy")
     strength = (given or {}).get("anisotropyStrength", 0.0)
     if given is None or not strength:
@@ -272,7 +272,7 @@ def _emission(reading: _Reading) -> None:
 
 
 def _uv_set(reading: _Reading) -> int:
-    """Return the set of texture coordinates of the first texture; meshes here have one."""
+    """Return the set of texture coordinates of the first texture; meshes here have only one set."""
     sets = dict.fromkeys(slot.texture.uv_set for slot in reading.slots.values() if slot.texture is not None)
     if len(sets) > 1:
         others = ", ".join(f"TEXCOORD_{i}" for i in list(sets)[1:])

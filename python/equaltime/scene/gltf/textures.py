@@ -1,6 +1,6 @@
-"""The bitmaps of glTF materials: how one is looked up, and its texels, made when they are asked for.
+"""The bitmaps of glTF materials: parameters of their lookup, and their texels, made on demand.
 
-A bitmap is named by what it is in the file, such as ``model.glb#/materials/2/roughness``.
+A bitmap is named by its place in the file, such as ``model.glb#/materials/2/roughness``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from equaltime.scene.pictures import Texels
 __all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 
 MIRRORED: Final = "_mirrored"
-"""Ends the name of a normal map for triangles that show their texture in a mirror."""
+"""Suffix of the name of a normal map for triangles whose texture is seen mirrored."""
 WRAPS: Final = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST: Final = 9728
 
@@ -40,14 +40,14 @@ def bake(document: Document, material: int, name: str) -> Texels:
 
 
 def _turned(normals: Texels) -> Texels:
-    """Return normals with their second component, which is green, turned round."""
+    """Return normals with their second component (green) inverted."""
     texels = normals.texels.copy()
     texels[..., 1] = (255 if texels.dtype == np.uint8 else 1) - texels[..., 1]
     return replace(normals, texels=texels)
 
 
 def _source(document: Document, texture: int) -> int:
-    """Return the image of a texture, of the fallback where an extension would give another."""
+    """Return the image of a texture; the image of EXT_texture_webp counts only if there is no other."""
     found = document.gltf.textures[texture]
     webp = (found.extensions or {}).get("EXT_texture_webp", {})
     source = webp.get("source") if found.source is None else found.source
@@ -57,7 +57,7 @@ def _source(document: Document, texture: int) -> int:
 
 
 def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
-    """Return the parameters of `bitmap`, but for the file name."""
+    """Return the parameters of `bitmap`, except the file name."""
     use = slot.texture
     assert use is not None, "only textured parameters are given as bitmaps"
     result: dict[str, Any] = {"raw": slot.raw}

@@ -1,7 +1,7 @@
-"""Makes pygltflib's objects of checked JSON.
+"""Converts checked JSON into pygltflib's objects.
 
-Its own decoder takes about a millisecond a node; as everything is known to be of the right type, this needs none of
-its care.
+pygltflib's own decoder takes about a millisecond a node. Its checks are not needed here, because every value is known
+to be of the right type.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ def typed(document: Mapping[str, Any]) -> GLTF2:
     for material in gltf.materials:
         material.pbrMetallicRoughness = material.pbrMetallicRoughness or PbrMetallicRoughness()
     for node, given in zip(gltf.nodes, document.get("nodes", ()), strict=True):
-        node.weights = given.get("weights")  # which pygltflib does not know
+        node.weights = given.get("weights")  # pygltflib has no such field
     return gltf
 
 
 def _made(kind: type, value: Any) -> Any:
-    """Return the JSON `value` as an object of pygltflib's class `kind`, or as a list of such."""
+    """Return the JSON `value` as an object of pygltflib's class `kind`, or as a list of such objects."""
     if isinstance(value, list):
         return [_made(kind, item) for item in value]
     if kind is Attributes:
@@ -41,12 +41,12 @@ def _made(kind: type, value: Any) -> Any:
 
 @cache
 def _fields(kind: type) -> dict[str, type | None]:
-    """Return the fields of a class of pygltflib, with the class of those that are objects or lists of them."""
+    """Return the fields of a pygltflib class, with the class of their objects; None for plain values."""
     return {name: _class_in(hint) for name, hint in get_type_hints(kind).items()}
 
 
 def _class_in(hint: Any) -> type | None:
-    """Return the class of pygltflib in a type such as ``Optional[List[Accessor]]``, or None."""
+    """Return the pygltflib class in a type such as ``Optional[List[Accessor]]``, or None."""
     if isinstance(hint, type) and (is_dataclass(hint) or hint is Attributes):
         return hint
     return next((found for part in get_args(hint) if (found := _class_in(part)) is not None), None)

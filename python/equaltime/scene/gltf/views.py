@@ -23,21 +23,21 @@ Array = NDArray[np.float64]
 LONG_SIDE: Final = 768
 WIDEST: Final = 1000.0
 ASPECT: Final = 4.0 / 3.0
-"""Of an image whose camera leaves it to the viewer."""
+"""Width over height of the image, if the camera leaves it to the viewer."""
 TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
-"""From glTF's cameras and lights, which look along -z, to Mitsuba's, which look along +z with x to the left."""
+"""Maps glTF's cameras and lights, which look along -z, to Mitsuba's, which look along +z with x to the left."""
 DEFAULT_FOV: Final = 40.0
 MARGIN: Final = 1.1
 DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
-"""Where the default camera stands as seen from the middle: before the asset (+z), a little to the right and above."""
+"""Direction from the middle to the default camera: before the asset (+z), a little to the right and above."""
 SKY: Final = 0.5
 SUN: Final = 1.5
-"""Radiance from all around and irradiance from one side: white surfaces that face the sun are white in the image."""
+"""Default radiance of the sky and irradiance of the sun: white surfaces that face the sun are white in the image."""
 SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
 def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
-    """Return the camera of a node, which moves if it is elsewhere at some of the times."""
+    """Return the camera of a node; it moves if the node does during `times`."""
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
     view = camera.orthographic if camera.type == "orthographic" else camera.perspective
@@ -59,7 +59,7 @@ def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...
 
 
 def _where(at: Placed, times: tuple[float, ...], own: Array) -> Array | Animation:
-    """Return where a camera stands, after its own transform."""
+    """Return the placement of a camera: `own` first, then the node's transform."""
     if not at.moving:
         return rigid(at.to_world) @ own
     return animation([(time, rigid(to_world) @ own) for time, to_world in zip(times, at.moving, strict=True)])
@@ -105,19 +105,19 @@ def default_camera(corners: Array, place: Place) -> Object:
 
 
 def sky(radiance: float, place: Place) -> Object | None:
-    """Return light from all around, unless it is dark."""
+    """Return an environment of this radiance, or None if it is 0."""
     return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
 
 
 def sun(irradiance: float, place: Place) -> Object | None:
-    """Return light from above, before the asset (+z) and a little to the left, unless it is dark."""
+    """Return a sun above, before the asset (+z) and a little to the left, or None if the irradiance is 0."""
     if irradiance <= 0.0:
         return None
     return plant("emitter", "directional", place, irradiance=irradiance, direction=SUNLIGHT)
 
 
 def light(document: Document, at: Placed, place: Place) -> Object | None:
-    """Return the light of a node, if it has one.
+    """Return the light of a node, or None if it has none.
 
     Candela, lux and nits are taken as W/sr, W/m² and W/(m² sr) per channel: only their ratios show in an image.
     """
@@ -136,7 +136,7 @@ def light(document: Document, at: Placed, place: Place) -> Object | None:
     if source["type"] == "directional":
         return plant("emitter", "directional", place, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
     cone = source.get("spot", {})
-    outer = min(math.degrees(cone.get("outerConeAngle", math.pi / 4.0)), 90.0)  # which float32 exceeds
+    outer = min(math.degrees(cone.get("outerConeAngle", math.pi / 4.0)), 90.0)  # pi / 2 in float32 is more
     if outer <= 0.0:
         document.note("a spot whose cone is closed gives no light", place.path)
         return None

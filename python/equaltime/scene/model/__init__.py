@@ -1,4 +1,4 @@
-"""The scene as validated, frozen values in Mitsuba 3's words: one class per plugin, one module per family."""
+"""The scene as validated, frozen values in Mitsuba 3's terms: one class per plugin, one module per family."""
 
 from __future__ import annotations
 
@@ -205,4 +205,4 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),
     )
 }
-"""The plugins that can be described, by their type. One that the core cannot use yet is refused when it is compiled."""
+"""Plugin classes by type. A plugin that the core cannot use yet is refused when the scene is compiled."""

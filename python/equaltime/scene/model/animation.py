@@ -1,8 +1,8 @@
-"""What changes with time, an extension to Mitsuba 3: keys, each a time with a transform or with the file of a mesh.
+"""Animations, an extension to Mitsuba 3: keys, each a time with a transform or with the file of a mesh.
 
-Between keys the place of the origin and the scale (with any shear) change linearly, and the rotation turns at a steady
-pace the shorter way round; vertices and normals of meshes change linearly. Before the first key and after the last,
-these hold. See `equaltime.scene.motion`.
+Between keys, the origin's position and the scale (with any shear) change linearly. The rotation turns at constant speed
+the shorter way round. Vertices and normals of meshes change linearly. The first key holds before its time, and the last
+key after its time. See `equaltime.scene.motion`.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ __all__ = ["Animation", "Deformation", "MeshName", "Placement", "RigidPlacement"
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """Where something is at some times."""
+    """Transforms at several times."""
 
     times: tuple[float, ...]
     """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
     matrices: tuple[Matrix, ...]
-    """One for each time."""
+    """One transform for each time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deformation:
-    """Which files have a mesh as it is at some times: the same triangles, their vertices elsewhere."""
+    """Files of a mesh at several times: with the same triangles, but other vertices."""
 
     times: tuple[float, ...]
     """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
     filenames: tuple[str, ...]
-    """One for each time."""
+    """One file for each time."""
     held: float | None = None
-    """The time that the mesh stays at, if it does not change."""
+    """Time at which the mesh stays, or None if it changes."""
 
 
 def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
-    """Return the files of a mesh: one, or those of its keys."""
+    """Return the files of a mesh: one, or one for each key."""
     return filename.filenames if isinstance(filename, Deformation) else (filename,)
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms of `placement`: one, or those of its keys."""
+    """Return the transforms of `placement`: one, or one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 
@@ -83,7 +83,7 @@ def _check_keys(filename: str | Deformation) -> str | Deformation:
 
 
 def _checked(one: TypeAdapter[Matrix], value: object) -> Matrix:
-    """Return a transform; raises ValueError with the message of its own check."""
+    """Return the checked transform; raises ValueError with the message of the check that failed."""
     try:
         return one.validate_python(value)
     except ValidationError as error:
@@ -94,8 +94,8 @@ def _checked(one: TypeAdapter[Matrix], value: object) -> Matrix:
 
 
 Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE)), SerializeAsAny()]
-"""An affine, invertible map from local to world space, or an animation of such."""
+"""An affine, invertible map from local to world space, or an animation of such maps."""
 RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID)), SerializeAsAny()]
-"""A rotation or reflection followed by a translation, or an animation of such."""
+"""A rotation or reflection followed by a translation, or an animation of such maps."""
 MeshName = Annotated[str | Deformation, AfterValidator(_check_keys)]
-"""The file of a mesh, or those of a mesh that deforms."""
+"""The file of a mesh, or the files of a mesh that deforms."""

@@ -1,6 +1,6 @@
-"""What every node of the model shares: frozen, strict, closed to unknown parameters.
+"""Base of all nodes of the model: frozen, strict, without unknown parameters.
 
-A node is a value. Its fields carry Mitsuba 3's parameter names and defaults; all data is as the user wrote it, in the
+A node is a value. Its fields have Mitsuba 3's parameter names and defaults. All data is as the user wrote it, in the
 scene's own units, in double precision.
 """
 
@@ -37,19 +37,19 @@ NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not"
 
 
 class Plugin(BaseModel):
-    """Base of all nodes: one class per Mitsuba plugin, told apart by ``type``."""
+    """Base of all nodes: one class per Mitsuba plugin, identified by ``type``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
-    """For each kind of object that is taken by its kind, whatever its name, the field that takes it; see `slots`."""
+    """For each kind of object that is matched by its kind and not by its name: the field that takes it; see `slots`."""
     lists: ClassVar[frozenset[str]] = frozenset()
-    """Those of these fields that take several objects, in order."""
+    """Fields in `roles` that take several objects, in order."""
     later: ClassVar[frozenset[str]] = frozenset()
     """Parameters that Mitsuba 3 documents for this plugin and that are not supported yet."""
     old: ClassVar[frozenset[str]] = frozenset()
-    """Parameters of Mitsuba 0.6 that changed the image, and that Mitsuba 3 has not."""
+    """Parameters of Mitsuba 0.6 that changed the image and that Mitsuba 3 does not have."""
     hints: ClassVar[frozenset[str]] = frozenset()
     """Fields that cannot change the expected image, such as sampling hints and output formats; see `digest`."""
 
@@ -76,9 +76,9 @@ class Plugin(BaseModel):
         return tuple(name for name, field in cls.model_fields.items() if any(_kinds(field.annotation)))
 
     def nodes(self) -> Iterator[Plugin]:
-        """Iterate over this and everything nested in it, depth first; what is used twice comes once.
+        """Iterate over this node and everything nested in it, depth first, each node once.
 
-        The number of its uses can double with each level of nesting.
+        Shared nodes are not repeated, because the number of their uses can double with each level of nesting.
         """
         seen: set[int] = set()
         waiting: list[Plugin] = [self]
@@ -90,7 +90,7 @@ class Plugin(BaseModel):
                 waiting += reversed(list(node.nested()))
 
     def nested(self) -> Iterator[Plugin]:
-        """Iterate over the nodes that stand directly in this one."""
+        """Iterate over the nodes directly inside this one."""
         for name in self.holders():
             value = getattr(self, name)
             for item in value if isinstance(value, tuple) else (value,):
@@ -98,7 +98,7 @@ class Plugin(BaseModel):
                     yield item
 
     def replace(self, **changes: object) -> Self:
-        """Return the same with some parameters changed, checked anew; raises pydantic's ValidationError."""
+        """Return a copy with some parameters changed, validated again; raises pydantic's ValidationError."""
         given: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**(given | changes))
 

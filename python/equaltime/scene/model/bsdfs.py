@@ -1,4 +1,4 @@
-"""Surface scattering: the BSDFs that wrap no other. Those that do are in `wrappers`."""
+"""BSDFs that contain no other BSDF; see `wrappers` for BSDFs that do."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ __all__ = [
 ]
 
 Ior = Annotated[PositiveFloat, Field(ge=1e-3, le=1e3), BeforeValidator(as_ior)]
-"""An index of refraction: a number from 0.001 to 1000 or one of Mitsuba's names. Beyond, float32 loses the light."""
+"""An index of refraction: a number from 0.001 to 1000 or one of Mitsuba's names. Beyond this range float32 loses the
+light."""
 Distribution = Annotated[Literal["beckmann", "ggx"], BeforeValidator(as_lower)]
 WHITE: Color = (1.0, 1.0, 1.0)
 
@@ -120,7 +121,7 @@ class Dielectric(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Always."""
+        """Always true."""
         return True
 
 
@@ -145,7 +146,7 @@ class Plastic(BsdfPlugin):
     int_ior: Ior = 1.49
     ext_ior: Ior = 1.000277
     nonlinear: bool = False
-    """Whether light that is reflected inside takes the colour of the base each time."""
+    """Whether light takes the colour of the base at each reflection inside the coat."""
 
 
 class RoughPlastic(Plastic):
@@ -162,11 +163,11 @@ class RoughPlastic(Plastic):
 
 
 class Null(BsdfPlugin):
-    """Nothing: light passes as if there were no surface."""
+    """The null BSDF: light passes as if there were no surface."""
 
     type: Literal["null"] = "null"
 
     @property
     def transmits(self) -> bool:
-        """Always."""
+        """Always true."""
         return True

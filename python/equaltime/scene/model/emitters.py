@@ -1,4 +1,4 @@
-"""Light sources: attached to a shape (area), at a point, from one direction, or all around."""
+"""Emitters: attached to a shape (area), at a point, from one direction, or all around."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class EmitterPlugin(Plugin):
     kind: ClassVar[Kind] = "emitter"
     hints: ClassVar[frozenset[str]] = frozenset({"sampling_weight"})
     surrounds: ClassVar[bool] = False
-    """Whether it shines from all around, of which a scene can have one."""
+    """Whether the emitter surrounds the scene; a scene can have one such emitter."""
 
     sampling_weight: NonNegativeFloat = 1.0
-    """A sampling hint of Mitsuba; which light is sampled how often is the strategy's business here."""
+    """A sampling hint of Mitsuba, not used: the strategy decides how often each light is sampled."""
 
 
 class Area(EmitterPlugin):
@@ -31,7 +31,7 @@ class Area(EmitterPlugin):
 
     type: Literal["area"] = "area"
     radiance: RadianceTexture = (1.0, 1.0, 1.0)
-    """W/(m^2 sr) per channel."""
+    """Radiance in W/(m^2 sr), per channel."""
 
 
 class Point(EmitterPlugin):
@@ -39,10 +39,10 @@ class Point(EmitterPlugin):
 
     type: Literal["point"] = "point"
     intensity: Radiance = (1.0, 1.0, 1.0)
-    """W/sr per channel."""
+    """Radiant intensity in W/sr, per channel."""
     position: Vec3 | None = None
     to_world: Transform | None = None
-    """Another way to give the position: where this takes the origin."""
+    """Another way to give the position: the image of the origin under this transform."""
 
     @model_validator(mode="after")
     def _one_position(self) -> Self:
@@ -63,11 +63,12 @@ class Spot(EmitterPlugin):
 
     type: Literal["spot"] = "spot"
     intensity: Radiance = (1.0, 1.0, 1.0)
-    """W/sr per channel, in the middle of the cone."""
+    """Radiant intensity in W/sr per channel, in the middle of the cone."""
     cutoff_angle: Annotated[float, Field(gt=0.0, le=180.0)] = 20.0
     """Half the opening of the cone in degrees; beyond it there is no light."""
     beam_width: NonNegativeFloat | None = None
-    """Where the light begins to fall, in degrees; without it three quarters of ``cutoff_angle``. See `beam`."""
+    """Angle from the axis, in degrees, where the light begins to fall; by default 3/4 of ``cutoff_angle``. See
+    `beam`."""
     texture: Texture | None = None
     """An image that the light projects: its unit square is as wide as the cone."""
     to_world: Transform = IDENTITY
@@ -86,7 +87,7 @@ class Spot(EmitterPlugin):
 
     @property
     def beam(self) -> float:
-        """Where the light begins to fall, in degrees: not beyond the cone, which then is full of it."""
+        """Angle from the axis, in degrees, at which the light begins to fall; at most ``cutoff_angle``."""
         return 0.75 * self.cutoff_angle if self.beam_width is None else min(self.beam_width, self.cutoff_angle)
 
 
@@ -95,11 +96,11 @@ class Directional(EmitterPlugin):
 
     type: Literal["directional"] = "directional"
     irradiance: Radiance = (1.0, 1.0, 1.0)
-    """W/m^2 per channel, on a plane that faces the light."""
+    """Irradiance in W/m^2 per channel, on a plane that faces the light."""
     direction: Vec3 | None = None
-    """Where the light travels; see `world_direction`."""
+    """Direction in which the light travels; see `world_direction`."""
     to_world: Transform | None = None
-    """Another way to give the direction: where this takes +z."""
+    """Another way to give the direction: the image of +z under this transform."""
 
     @model_validator(mode="after")
     def _one_direction(self) -> Self:
@@ -111,7 +112,7 @@ class Directional(EmitterPlugin):
 
     @property
     def world_direction(self) -> tuple[float, float, float]:
-        """Where the light travels in world space, as a unit vector."""
+        """Direction in which the light travels in world space, as a unit vector."""
         if self.to_world is not None:
             x, y, z = (row[2] for row in self.to_world[:3])
         else:
@@ -121,20 +122,20 @@ class Directional(EmitterPlugin):
 
 
 class Constant(EmitterPlugin):
-    """The same radiance from every direction."""
+    """An environment with the same radiance from every direction."""
 
     surrounds: ClassVar[bool] = True
     hints: ClassVar[frozenset[str]] = EmitterPlugin.hints | {"to_world"}
 
     type: Literal["constant"] = "constant"
     radiance: Radiance = (1.0, 1.0, 1.0)
-    """W/(m^2 sr) per channel."""
+    """Radiance in W/(m^2 sr), per channel."""
     to_world: Transform = IDENTITY
-    """Without effect: it is the same all around."""
+    """Without effect: the radiance is the same all around."""
 
 
 class EnvMap(EmitterPlugin):
-    """Radiance from all around, given by an image in latitude and longitude."""
+    """An environment given by an image in latitude and longitude."""
 
     surrounds: ClassVar[bool] = True
 
@@ -152,4 +153,4 @@ class EnvMap(EmitterPlugin):
 
 
 FreeEmitter = Annotated[Point | Spot | Directional | Constant | EnvMap, Field(discriminator="type")]
-"""The emitters that stand on their own in a scene."""
+"""Any emitter that is not attached to a shape."""

@@ -1,11 +1,11 @@
 """Film and reconstruction filters.
 
-A sample's place is drawn from its pixel's filter, so that it counts for one pixel. A filter with negative lobes is
-drawn by its absolute value, and the sample weighs c or -c, c being the integral of the absolute value over that of the
-filter: the mean is that of the filter, without bias, and no sample is dropped or clamped. The sign costs noise of its
-own, even where the image is even: sqrt(c^2 - 1) of the radiance per sample, which is 0.56 with ``mitchell`` (c = 1.14),
-0.92 with ``catmullrom`` (1.36) and 1.6 with ``lanczos`` (1.85). The variance of the weighted samples holds it, and so
-do all error bars.
+A sample's position is drawn from its pixel's filter, so that the sample counts for one pixel only. A filter with
+negative lobes is drawn by its absolute value, and the sample weighs c or -c. Here c is the integral of the absolute
+value over the integral of the filter. The mean is the filtered image, without bias, and no sample is dropped or
+clamped. The signs add noise even where the image is even: sqrt(c^2 - 1) of the radiance per sample. This noise is 0.56
+with ``mitchell`` (c = 1.14), 0.92 with ``catmullrom`` (1.36) and 1.6 with ``lanczos`` (1.85). The variance of the
+weighted samples includes it, and so do all error bars.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from equaltime.scene.model.values import as_lower
 __all__ = ["Box", "CatmullRom", "Filter", "Gaussian", "HdrFilm", "Lanczos", "Mitchell", "Tent"]
 
 MAX_SIDE = 1_000_000
-"""What libpng takes; the preview of an image is a PNG file."""
+"""Largest width or height of the film, in pixels: libpng's limit, since the preview of an image is a PNG file."""
 MAX_PIXELS = 2**28
 PIXEL_BYTES = 112
-"""What one pixel of the film costs: two replicates of count, mean and second moment in double precision."""
+"""Bytes per pixel of the film: count, mean and second moment of two replicates, in double precision."""
 
 
 class Box(Plugin):
-    """One pixel wide, all samples weigh the same."""
+    """A box, one pixel wide: all samples weigh the same."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["box"] = "box"
 
 
 class Tent(Plugin):
-    """Falls linearly from the middle of the pixel."""
+    """A tent that falls linearly from the middle of the pixel."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["tent"] = "tent"
     radius: PositiveFloat = 1.0
-    """Where it reaches zero, in pixels."""
+    """Distance from the middle at which the filter reaches zero, in pixels."""
 
 
 class Gaussian(Plugin):
@@ -49,7 +49,7 @@ class Gaussian(Plugin):
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["gaussian"] = "gaussian"
     stddev: PositiveFloat = 0.5
-    """In pixels."""
+    """Standard deviation, in pixels."""
 
 
 class Mitchell(Plugin):
@@ -69,7 +69,7 @@ class CatmullRom(Plugin):
 
 
 class Lanczos(Plugin):
-    """A sinc under the middle of another, ``lobes`` pixels to each side."""
+    """A sinc windowed by the middle lobe of a wider sinc, ``lobes`` pixels to each side."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["lanczos"] = "lanczos"
@@ -83,7 +83,7 @@ Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Fiel
 class HdrFilm(Plugin):
     """The image: its size, the part of it to render, and how samples become pixels.
 
-    The name of the output says which kind of file is written, whatever ``file_format`` says.
+    The name of the output file decides its format, whatever ``file_format`` says.
     """
 
     kind: ClassVar[Kind] = "film"
@@ -104,15 +104,15 @@ class HdrFilm(Plugin):
     pixel_format: Annotated[
         Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(as_lower)
     ] = "rgb"
-    """Channels of the picture: R, G, B, or Y, or X, Y, Z; and A, the share of paths that meet something."""
+    """Channels of the picture: R, G, B, or Y, or X, Y, Z. Alpha (A) is the share of paths that hit something."""
     component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(as_lower)] = "float16"
-    """Numbers of the picture: of 16 bits if a scene names that format, of 32 if it names none."""
+    """Numbers of the picture: 16 bits if the scene names that format, 32 bits if it names none."""
     sample_border: bool = False
-    """Without effect: every pixel gets its whole filter, at the border too."""
+    """Without effect: every pixel gets its whole filter, also at the border."""
     compensate: bool = False
     """Without effect: sums are always kept in double precision."""
     banner: bool = False
-    """Without effect, in Mitsuba 3 too."""
+    """Without effect, as in Mitsuba 3."""
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -140,7 +140,7 @@ class HdrFilm(Plugin):
 
     @property
     def has_alpha(self) -> bool:
-        """Whether the picture tells how opaque each pixel is."""
+        """Whether the picture has alpha, the opacity of each pixel."""
         return self.colors != self.pixel_format
 
     @property
@@ -152,8 +152,8 @@ class HdrFilm(Plugin):
 
 
 def _memory(pixels: int) -> str:
-    """Return the memory that so many pixels need, for people."""
-    amount = float(min(pixels * PIXEL_BYTES, 10**300))  # sides may have hundreds of digits
+    """Return the memory that a film of `pixels` pixels needs, as text with a unit."""
+    amount = float(min(pixels * PIXEL_BYTES, 10**300))  # sides of hundreds of digits overflow a float
     for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
         if amount < 1000.0:
             return f"{amount:.3g} {unit}"

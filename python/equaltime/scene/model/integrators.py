@@ -1,4 +1,4 @@
-"""Integrators: what is computed. How it is sampled is the strategy's business."""
+"""Integrators: the light or quantity that is computed. The strategy decides how it is sampled."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ OUTPUTS: Final = {
     **{"albedo": "RGB", "depth": "T", "position": "XYZ", "uv": "UV", "geo_normal": "XYZ", "sh_normal": "XYZ"},
     **{"prim_index": "I", "shape_index": "I", "dp_du": "XYZ", "dp_dv": "XYZ", "duv_dx": "UV", "duv_dy": "UV"},
 }
-"""What can be written beside the image, and the endings of its channels' names: all of it Mitsuba's."""
+"""Mitsuba's outputs beside the image, each with the endings of its channels' names."""
 OWN_OUTPUTS: Final = {"alpha": "A", "rays": "N", "time_from_rays": "T", "bounces": ""}
-"""Endings of the outputs that Mitsuba does not know (`equaltime.rendering.outputs`); bounces has a channel a length."""
+"""Endings of the outputs that Mitsuba does not know (`equaltime.rendering.outputs`). Each path length has a channel of
+``bounces``."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
@@ -43,16 +44,16 @@ class IntegratorPlugin(Plugin):
     hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass", "timeout"})
 
     block_size: NonNegativeInt = 0
-    """How Mitsuba divides the image; without effect, as the next."""
+    """Block size of Mitsuba's rendering; without effect, like ``samples_per_pass``."""
     samples_per_pass: PositiveInt | None = None
     timeout: float = -1.0
-    """When Mitsuba stops, in seconds; without effect: each render is told its own limit."""
+    """Time limit of Mitsuba, in seconds; without effect: each render is given its own limit."""
     hide_emitters: bool = False
-    """The camera sees through shapes that emit, and black instead of light from all around, as in Mitsuba."""
+    """Hide emitters from the camera: it sees through shapes that emit, and black for the environment, as in Mitsuba."""
 
     @property
     def hides_emitters(self) -> bool:
-        """Whether the image is made so."""
+        """Whether the camera does not see emitters."""
         return self.hide_emitters
 
 
@@ -63,19 +64,19 @@ class Path(IntegratorPlugin):
 
     type: Literal["path"] = "path"
     max_depth: Annotated[int, Field(ge=-1, lt=2**31)] = -1
-    """0: nothing at all, 1: emitted light only, 2: direct light too, ...; -1: no limit."""
+    """Longest path, in segments. 0: no light, 1: emitted light only, 2: direct light too, and so on; -1: no limit."""
     rr_depth: PositiveInt = 5
-    """From where on Russian roulette may end a path; a default that the strategy may override."""
+    """Path length from which Russian roulette may end a path; a default that the strategy may override."""
 
 
 class VolPath(Path):
-    """Paths that may pass through media; where there are none, the same as `Path`."""
+    """Paths that may pass through media; without media the same as `Path`."""
 
     type: Literal["volpath"] = "volpath"  # type: ignore[assignment]  # narrows the tag of Path
 
 
 class VolPathMis(Path):
-    """The same as `VolPath`: how colours in a medium are sampled is the strategy's business."""
+    """Another name of `VolPath`: the strategy decides how colours in a medium are sampled."""
 
     hints: ClassVar[frozenset[str]] = Path.hints | {"use_spectral_mis"}
 
@@ -91,34 +92,34 @@ class Direct(IntegratorPlugin):
 
     type: Literal["direct"] = "direct"
     shading_samples: PositiveInt | None = None
-    """A sampling hint of Mitsuba, not used; the next two as well."""
+    """A sampling hint of Mitsuba, not used, like ``emitter_samples`` and ``bsdf_samples``."""
     emitter_samples: Annotated[int, Field(ge=0)] | None = None
     bsdf_samples: Annotated[int, Field(ge=0)] | None = None
 
     @property
     def max_depth(self) -> int:
-        """Paths of two segments see emitted and direct light."""
+        """Always 2: one segment sees emitted light, two see direct light."""
         return 2
 
 
 class Depth(IntegratorPlugin):
-    """The distance of what is seen, along the ray: the output ``depth.T``. The image has the light that is seen."""
+    """The distance along the ray to the visible surface, as output ``depth.T``. The image is directly seen light."""
 
     type: Literal["depth"] = "depth"
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """The name of the output, and what it is."""
+        """The name of the output, with its quantity."""
         return (("depth", "depth"),)
 
     @property
     def hides_emitters(self) -> bool:
-        """Not here, whatever is asked, as in Mitsuba: they have a distance, too."""
+        """Always false, as in Mitsuba: emitters have a distance, too."""
         return False
 
     @property
     def max_depth(self) -> int:
-        """Paths of one segment see what the distance is of."""
+        """Always 1: the segment whose length is the distance."""
         return 1
 
 
@@ -126,7 +127,7 @@ Light = Annotated[Path | VolPath | VolPathMis | Direct, Field(discriminator="typ
 
 
 class Containing(IntegratorPlugin):
-    """Base of the integrators that add something to the image of another."""
+    """Base of the integrators that add something to the image of another integrator."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"integrator": "integrators"}
     lists: ClassVar[frozenset[str]] = frozenset({"integrators"})
@@ -136,28 +137,28 @@ class Containing(IntegratorPlugin):
 
     @property
     def max_depth(self) -> int:
-        """That of the integrator inside; without one, what is seen directly."""
+        """Longest path of the integrator inside, in segments; without one 1, directly seen light."""
         return self.integrators[0].max_depth if self.integrators else 1
 
     @property
     def hides_emitters(self) -> bool:
-        """The word of the integrator inside, which makes the image."""
+        """Whether the integrator inside, which makes the image, hides emitters."""
         return bool(self.integrators) and self.integrators[0].hide_emitters
 
 
 class Moment(Containing):
-    """The image and its second moment. Standard errors are in every output; so this adds nothing here."""
+    """The image and its second moment. It adds nothing here, because every output has standard errors."""
 
     type: Literal["moment"] = "moment"
     integrators: Annotated[tuple[Light, ...], Field(min_length=1, max_length=1)]
 
 
 class Aov(Containing):
-    """The image, if there is an integrator inside, and what is seen directly: depth, normals, ..."""
+    """The image, if there is an integrator inside, and quantities of the first hit, such as depth and normals."""
 
     type: Literal["aov"] = "aov"
     aovs: str
-    """Pairs ``name:what``, separated by commas; see `channels`."""
+    """Pairs ``name:quantity``, separated by commas; see `channels`."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -170,7 +171,7 @@ class Aov(Containing):
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """The name of each output and what it is."""
+        """The name of each output, with its quantity."""
         pairs = [pair.partition(":") for pair in re.split(r"[\s,]+", self.aovs.strip(", \t\r\n"))]
         return tuple((name, what) for name, _, what in pairs)
 

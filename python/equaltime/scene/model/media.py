@@ -1,4 +1,4 @@
-"""What light passes through: media and their phase functions."""
+"""Media and their phase functions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium
 
 
 class Isotropic(Plugin):
-    """Scatters alike in all directions."""
+    """Scatters equally in all directions."""
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["isotropic"] = "isotropic"
@@ -29,7 +29,7 @@ class HenyeyGreenstein(Plugin):
 
 
 class Rayleigh(Plugin):
-    """Scatters as what is much smaller than the light's waves, such as air: 3/(16 pi) (1 + cos^2)."""
+    """Scatters like particles much smaller than the wavelength, such as air: 3/(16 pi) (1 + cos^2)."""
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["rayleigh"] = "rayleigh"
@@ -44,7 +44,7 @@ class BlendPhase(Plugin):
 
     type: Literal["blendphase"] = "blendphase"
     weight: Share
-    """How much of the second there is: 0 is the first alone, 1 the second alone."""
+    """Share of the second phase function, in [0, 1]: 0 is the first alone, 1 the second alone."""
     phase: Annotated[tuple[Phase, ...], Field(min_length=2, max_length=2)]
 
 
@@ -61,20 +61,20 @@ class Homogeneous(Plugin):
 
     type: Literal["homogeneous"] = "homogeneous"
     albedo: Reflectance = (0.75, 0.75, 0.75)
-    """How much of the light that meets a particle is scattered."""
+    """Share of the extinction that is scattering, in [0, 1]."""
     sigma_t: Coefficient = (1.0, 1.0, 1.0)
     """Extinction per unit of length."""
     scale: NonNegativeFloat = 1.0
     """Factor on the extinction."""
     phase: Phase = Isotropic()
     sample_emitters: bool = True
-    """A sampling hint of Mitsuba, not used; the next too."""
+    """A sampling hint of Mitsuba, not used, like ``has_spectral_extinction``."""
     has_spectral_extinction: bool = True
 
     @model_validator(mode="before")
     @classmethod
     def _by_parts(cls, given: Any) -> Any:
-        """Take what older versions of Mitsuba have: ``sigma_s`` and ``sigma_a``, whose sum is the extinction."""
+        """Accept ``sigma_s`` and ``sigma_a``, as in older versions of Mitsuba; their sum is the extinction."""
         parts = {"sigma_s", "sigma_a"} & given.keys() if isinstance(given, Mapping) else set()
         if not parts:
             return given

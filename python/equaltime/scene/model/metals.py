@@ -1,9 +1,9 @@
 """Metals by Mitsuba's names: their complex index of refraction in linear sRGB.
 
-The measurements are those of luxpop.com's collection (*SOPRA*; names that end in ``_palik``: Palik, *Handbook of
-Optical Constants of Solids*), as distributed with Mitsuba. A colour is the integral of the curve, linear between its
-points, against the CIE 1931 observer (of equal energy, unlike a reflectance), with what leaves the gamut cut at zero,
-as in Mitsuba 3's RGB mode.
+The measurements come from luxpop.com's collection (*SOPRA*; names that end in ``_palik``: Palik, *Handbook of Optical
+Constants of Solids*), as distributed with Mitsuba. A colour is the integral of the curve, linear between its points,
+against the CIE 1931 observer. The illuminant is of equal energy; for a reflectance it would be D65. Channels outside
+the gamut are cut at zero, as in Mitsuba 3's RGB mode.
 """
 
 from __future__ import annotations

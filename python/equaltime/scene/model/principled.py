@@ -14,7 +14,7 @@ __all__ = ["Principled"]
 
 
 class Principled(BsdfPlugin):
-    """A mixture of diffuse, metallic, glassy and coated; seen from the front side unless ``spec_trans`` is used."""
+    """A mixture of diffuse, metal, glass and coat; seen from the front side unless ``spec_trans`` is used."""
 
     type: Literal["principled"] = "principled"
     base_color: ReflectanceTexture = (0.5, 0.5, 0.5)
@@ -23,20 +23,20 @@ class Principled(BsdfPlugin):
     anisotropic: UnitTexture = 0.0
     metallic: UnitTexture = 0.0
     spec_trans: UnitTexture = 0.0
-    """How much is glass."""
+    """Share of glass, in [0, 1]."""
     eta: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Index of refraction of the inside relative to the outside; instead of ``specular``."""
     specular: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
-    """Reflection at normal incidence, 1 being 8 %; ignored where ``eta`` is given."""
+    """Reflection at normal incidence, where 1 means 8 %; unused where ``eta`` is given instead."""
     spec_tint: UnitTexture = 0.0
     sheen: UnitTexture = 0.0
     sheen_tint: UnitTexture = 0.0
     flatness: UnitTexture = 0.0
-    """How much the diffuse part looks like that of a subsurface material."""
+    """Share, in [0, 1], of a diffuse part that resembles a subsurface material."""
     clearcoat: UnitTexture = 0.0
     clearcoat_gloss: UnitTexture = 0.0
     diffuse_reflectance_sampling_rate: NonNegativeFloat = 1.0
-    """A sampling hint of Mitsuba, not used; the two below too."""
+    """A sampling hint of Mitsuba, not used, like the other two sampling rates."""
     main_specular_sampling_rate: NonNegativeFloat = 1.0
     clearcoat_sampling_rate: NonNegativeFloat = 1.0
 
@@ -54,7 +54,8 @@ class Principled(BsdfPlugin):
     def ior(self) -> float:
         """Index of refraction of the inside relative to the outside, from ``eta`` or ``specular``.
 
-        Glass needs one that is not 1; Mitsuba takes 1.001, or a ``specular`` of a thousandth.
+        Glass needs an index other than 1. As in Mitsuba, an ``eta`` of 1 counts as 1.001, and a ``specular`` of 0 as
+        0.001.
         """
         if self.eta is not None:
             return 1.001 if self.transmits and self.eta == 1.0 else self.eta
@@ -63,5 +64,5 @@ class Principled(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Whether any of it may be glass."""
+        """Whether any part of the surface may be glass."""
         return self.spec_trans != 0.0

@@ -22,11 +22,11 @@ __all__ = [
 FILM_DIAGONAL = math.hypot(36.0, 24.0)
 """Diagonal in mm of the 35 mm film that ``focal_length`` refers to."""
 MOST_SAMPLES = 2**32
-"""Samples per pixel, in any render: points of Sobol' have 32 bits, so that later ones would repeat them."""
+"""Largest number of samples per pixel, in any render: Sobol' points have 32 bits, so more would repeat the first."""
 
 
 class SamplerPlugin(Plugin):
-    """Base of the samplers: they give the default number of samples; the numbers come from the strategy."""
+    """Base of the samplers: they give the default number of samples; the strategy gives the random numbers."""
 
     kind: ClassVar[Kind] = "sampler"
     hints: ClassVar[frozenset[str]] = frozenset({"sample_count", "seed", "type"})
@@ -95,17 +95,17 @@ class SensorPlugin(Plugin):
     hints: ClassVar[frozenset[str]] = frozenset({"sampler", "shutter_open", "shutter_close"})
 
     near_clip: PositiveFloat | None = None
-    """Nothing is seen nearer than this, measured along the axis; applies only when given."""
+    """Nearest visible distance, measured along the camera's axis; no limit unless given."""
     far_clip: PositiveFloat | None = None
-    """Nothing is seen farther than this, measured along the axis; applies only when given."""
+    """Farthest visible distance, measured along the camera's axis; no limit unless given."""
     shutter_open: float = 0.0
-    """When the exposure begins. What is animated is seen at all times from then on, alike, until it ends."""
+    """Time at which the exposure begins. Animated objects are seen at all times of the exposure, with equal weight."""
     shutter_close: float = 0.0
-    """When it ends."""
+    """Time at which the exposure ends."""
     film: HdrFilm = HdrFilm()
     sampler: Sampler = Independent()
     medium: Medium | None = None
-    """What the camera is in."""
+    """The medium that the camera is in."""
 
     @model_validator(mode="after")
     def _clips_in_order(self) -> Self:
@@ -129,7 +129,7 @@ class Projective(SensorPlugin):
     """Field of view in degrees along ``fov_axis``, over the whole film."""
     fov_axis: Annotated[Literal["x", "y", "diagonal", "smaller", "larger"], BeforeValidator(as_lower)] = "x"
     focal_length: Annotated[PositiveFloat, BeforeValidator(_as_millimetres)] | None = None
-    """In mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
+    """Focal length in mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
 
     @model_validator(mode="after")
     def _one_field_of_view(self) -> Self:
@@ -165,25 +165,25 @@ class Perspective(Projective):
 
     type: Literal["perspective"] = "perspective"
     focus_distance: PositiveFloat | None = None
-    """Accepted because Mitsuba does; a pinhole has no focus."""
+    """Accepted for Mitsuba's sake; a pinhole has no focus."""
     principal_point_offset_x: float = 0.0
     """Shift of the principal point from the middle of the film, in film widths."""
     principal_point_offset_y: float = 0.0
-    """The same in film heights."""
+    """Shift of the principal point from the middle of the film, in film heights."""
 
 
 class ThinLens(Projective):
-    """A camera with a lens, round or a polygon, sharp at one distance."""
+    """A camera with a round or polygonal lens, in focus at one distance."""
 
     type: Literal["thinlens"] = "thinlens"
     aperture_radius: NonNegativeFloat
     """Radius of the lens, in the scene's units of length; 0 is a pinhole."""
     blades: Annotated[int, Field(ge=3, le=1000)] | None = None
-    """Makes the lens a regular polygon of so many corners, as far out as the radius; an extension to Mitsuba."""
+    """Number of corners: the lens is a regular polygon with its corners at the radius. An extension to Mitsuba."""
     rotation: float = 0.0
-    """Of the polygon: where its first corner is, in degrees from the camera's +x to its +y; an extension to Mitsuba."""
+    """Angle of the polygon's first corner, in degrees from the camera's +x towards +y; an extension to Mitsuba."""
     focus_distance: PositiveFloat | None = None
-    """Distance of the plane that is sharp, measured along the axis; see `focus`."""
+    """Distance of the plane in focus, measured along the axis; see `focus`."""
 
     @model_validator(mode="after")
     def _only_polygons_turn(self) -> Self:
@@ -193,7 +193,7 @@ class ThinLens(Projective):
 
     @property
     def focus(self) -> float:
-        """Distance of the plane that is sharp: without ``focus_distance`` the far clip, Mitsuba's being 10000."""
+        """Distance of the plane in focus: without ``focus_distance`` the far clip, by default Mitsuba's 10000."""
         return self.focus_distance or self.far_clip or 1e4
 
 
@@ -204,23 +204,24 @@ class Orthographic(SensorPlugin):
 
     type: Literal["orthographic"] = "orthographic"
     to_world: Placement = IDENTITY
-    """Its scale sets how much is seen."""
+    """Placement of the camera; its scale sets how much is visible."""
     focus_distance: PositiveFloat | None = None
-    """Accepted because Mitsuba does; everything is sharp."""
+    """Accepted for Mitsuba's sake; everything is in focus."""
 
 
 class Spherical(SensorPlugin):
     """All directions from one point, equal angles apart: Mitsuba 0.6's plugin, an extension to Mitsuba 3.
 
-    The film is once round the camera's y axis, from +y to -y; its middle looks along +z.
+    The film's width is one turn round the camera's y axis; its height goes from +y to -y. The film's middle looks along
+    +z.
     """
 
     type: Literal["spherical"] = "spherical"
     to_world: RigidPlacement = IDENTITY
     near_clip: PositiveFloat | None = None
-    """Nothing is seen nearer than this distance; applies only when given."""
+    """Nearest visible distance from the camera; no limit unless given."""
     far_clip: PositiveFloat | None = None
-    """Nothing is seen farther than this distance; applies only when given."""
+    """Farthest visible distance from the camera; no limit unless given."""
 
 
 Sensor = Annotated[Perspective | ThinLens | Orthographic | Spherical, Field(discriminator="type")]

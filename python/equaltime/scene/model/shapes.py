@@ -1,4 +1,4 @@
-"""Shapes: meshes from files, the analytic ones and instances, with the material and the light that they carry."""
+"""Shapes: meshes from files, analytic shapes and instances, with their materials and emitters."""
 
 from __future__ import annotations
 
@@ -31,27 +31,28 @@ class ShapePlugin(Plugin):
     hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})
 
     to_world: Placement = IDENTITY
-    """Where it is; an animation, which is an extension to Mitsuba, makes it move while the shutter is open."""
+    """Placement of the shape; an animation, an extension to Mitsuba, moves the shape while the shutter is open."""
     silhouette_sampling_weight: NonNegativeFloat = 1.0
     """A hint for derivatives in Mitsuba, not used."""
 
 
 class Solid(ShapePlugin):
-    """Base of the shapes that have a surface of their own, all but instances."""
+    """Base of the shapes with a surface of their own: all but instances."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "emitter": "emitter"}
 
     flip_normals: bool = False
     """Turn the front side, which reflects and emits, to the other side."""
     bsdf: Bsdf | None = None
-    """Without one: diffuse, reflectance 0.5, or 0 if the shape emits (Mitsuba's default)."""
+    """Material; by default diffuse with reflectance 0.5, or 0 if the shape emits, as in Mitsuba."""
     emitter: Area | None = None
     interior: Medium | None = None
-    """What is behind the front side."""
+    """Medium behind the front side."""
     exterior: Medium | None = None
-    """What is before the front side."""
+    """Medium before the front side."""
     priority: Annotated[int, Field(ge=-(2**31), lt=2**31)] | None = None
-    """Where closed shapes that have one overlap, the highest is there; of equals the last. An extension to Mitsuba."""
+    """Rank among overlapping closed shapes: the highest fills the overlap, of equals the last. An extension to
+    Mitsuba."""
 
 
 class Faceted(Solid):
@@ -99,18 +100,18 @@ class Sphere(Solid):
 
     @property
     def is_stretched(self) -> bool:
-        """Whether ``to_world`` would make something else of it; see `world_radius`."""
+        """Whether ``to_world`` would make the sphere another shape; see `world_radius`."""
         return any(linear_scale(matrix) is None for matrix in poses(self.to_world))
 
     @property
     def world_radius(self) -> float:
-        """The radius in the world, where the sphere is first: as in Mitsuba that along x, however it is stretched."""
+        """Radius in world space at the first key; for a stretched sphere the radius along x, as in Mitsuba."""
         matrix = poses(self.to_world)[0]
         return self.radius * (linear_scale(matrix) or math.hypot(*(row[0] for row in matrix[:3])))
 
 
 def _minds_azimuth(node: Plugin) -> bool:
-    """Tell whether a node looks at how a surface is turned, which Mitsuba does not know of a stretched sphere."""
+    """Tell whether a node depends on the azimuth, which Mitsuba does not know for a stretched sphere."""
     if isinstance(node, Principled):
         return node.anisotropic != 0.0
     alphas = node.alphas if isinstance(node, RoughConductor | RoughDielectric) else (0.0, 0.0)
@@ -145,7 +146,7 @@ class Cylinder(Solid):
 
     @property
     def world_radius(self) -> float:
-        """The radius in the world, where the cylinder is first."""
+        """Radius in world space at the first key."""
         return (self._scale or 1.0) * self.radius  # never None: the model refuses such a cylinder
 
 
@@ -155,11 +156,11 @@ class MeshFile(Solid):
     old: ClassVar[frozenset[str]] = frozenset({"max_smooth_angle"})
 
     filename: MeshName
-    """The file, relative to the scene file; an animation of files, an extension to Mitsuba, makes the mesh deform."""
+    """The file, relative to the scene file; an animation of files, an extension to Mitsuba, deforms the mesh."""
     face_normals: bool = False
-    """Shade flat, without the file's vertex normals; otherwise normals that the file lacks are made smooth."""
+    """Shade flat, without the file's vertex normals. Otherwise missing normals are computed smooth."""
     flip_tex_coords: bool = False
-    """Turn the texture upside down: v becomes 1 - v."""
+    """Flip the texture vertically: v becomes 1 - v."""
 
 
 class Ply(MeshFile):
@@ -174,7 +175,7 @@ class Obj(MeshFile):
     type: Literal["obj"] = "obj"
     flip_tex_coords: bool = True
     material: str | None = None
-    """Only the faces after a ``usemtl`` of this name, which is an extension to Mitsuba; without it, all."""
+    """Only the faces after a ``usemtl`` of this name, an extension to Mitsuba; without it, all faces."""
 
 
 class Serialized(MeshFile):
@@ -182,17 +183,17 @@ class Serialized(MeshFile):
 
     type: Literal["serialized"] = "serialized"
     shape_index: NonNegativeInt = 0
-    """Which of the meshes in the file."""
+    """Index of the mesh in the file."""
 
 
 class Gltf(MeshFile):
-    """A mesh in a glTF file, which is an extension to Mitsuba: ``model.glb#/meshes/0/primitives/1``."""
+    """A mesh in a glTF file, an extension to Mitsuba: ``model.glb#/meshes/0/primitives/1``."""
 
     type: Literal["gltf"] = "gltf"
 
 
 class ShapeGroup(Plugin):
-    """Shapes that are not seen themselves, but wherever an `Instance` puts them."""
+    """Shapes that are seen only where an `Instance` places them."""
 
     kind: ClassVar[Kind] = "shape"
     roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapes"}
@@ -213,7 +214,7 @@ class ShapeGroup(Plugin):
 
 
 class Instance(ShapePlugin):
-    """A group of shapes, placed once more."""
+    """A copy of a group of shapes, with a placement of its own."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapegroup"}
 

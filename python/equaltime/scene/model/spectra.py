@@ -1,7 +1,7 @@
-"""Spectra: what varies with wavelength, and the colour in linear sRGB that it is.
+"""Spectra, which vary with wavelength, and their colours in linear sRGB.
 
-A curve is integrated against the CIE 1931 observer: emission as it is, a reflectance or any other factor under D65,
-by the same sum over a thousand wavelengths as in Mitsuba 3's RGB mode, with what leaves the gamut cut at zero.
+A curve is integrated against the CIE 1931 observer: emission unchanged, a reflectance or any other factor under D65.
+The sum over a thousand wavelengths is the one of Mitsuba 3's RGB mode. Channels outside the gamut are cut at zero.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ Array = NDArray[np.float64]
 
 STEPS: Final = 1000
 D65_LUMINANCE: Final = 98.99741751876255
-"""What Mitsuba divides D65 by; that of the table is 0.11 % less, so that a constant curve is a little darker than its
-value. Kept, since images shall agree."""
+"""Mitsuba's divisor of D65. The table's own luminance is 0.11 % less, so a constant curve is a little darker than its
+value. The difference is kept so that images agree."""
 PLANCK: Final = 6.62607015e-34
 LIGHT_SPEED: Final = 299792458.0
 BOLTZMANN: Final = 1.380649e-23
 XYZ_TO_SRGB: Final = np.array(
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]]
 )
-"""Rec. 709 primaries with a white of D65, in the digits that everybody uses."""
+"""Matrix of Rec. 709 primaries with a D65 white, in the digits in common use."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """A spectrum that has the same value at every wavelength; what that is as a colour depends on where it stands."""
+    """A spectrum with the same value at every wavelength; its colour depends on the parameter that it is given to."""
 
     value: float
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A spectrum that is linear between points, and zero beyond the first and the last."""
+    """A spectrum that is linear between its points, and zero outside them."""
 
     wavelengths: tuple[float, ...]
-    """In nm, increasing."""
+    """Wavelengths in nm, increasing."""
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
@@ -63,7 +63,7 @@ class Curve:
 
     @property
     def reflectance(self) -> Color:
-        """The colour of something that has this factor, in the light of D65."""
+        """The colour of a surface with this reflectance (or another factor) under D65."""
         return self._color(under_d65=True)
 
     def _color(self, *, under_d65: bool) -> Color:
@@ -79,7 +79,7 @@ class Curve:
 
 
 def blackbody(temperature: float) -> Curve:
-    """Return the radiance of a black body at so many kelvins in W/(m^2 sr nm), by Planck's law."""
+    """Return the radiance of a black body at `temperature` kelvins, in W/(m^2 sr nm), by Planck's law."""
     nanometres = np.arange(360.0, 831.0, 1.0)
     metres = 1e-9 * nanometres
     exponent = PLANCK * LIGHT_SPEED / (BOLTZMANN * temperature * metres)

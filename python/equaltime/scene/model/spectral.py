@@ -1,6 +1,6 @@
 """Mitsuba's spectra as plugins, and its volume of one value.
 
-None of them stays in a model: each is a colour, found when the scene is read.
+These plugins do not stay in a model: each becomes a colour when the scene is read.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ class SpectrumPlugin(Plugin):
 
     @property
     def meaning(self) -> Color | Curve:
-        """What this is as a value: a colour, or a curve whose colour depends on where it stands."""
+        """The spectrum as a value: a colour, or a curve whose colour depends on the parameter that it is given to."""
         raise NotImplementedError
 
 
 class Uniform(SpectrumPlugin):
-    """The same value for all wavelengths, and so in RGB for all channels."""
+    """A spectrum with one value for all wavelengths, and so in RGB for all channels."""
 
     type: Literal["uniform"] = "uniform"
     value: float = 1.0
@@ -55,14 +55,14 @@ class Uniform(SpectrumPlugin):
 
 
 class RawConstant(SpectrumPlugin):
-    """One number or three, as they are."""
+    """One number or three, taken unchanged."""
 
     type: Literal["rawconstant"] = "rawconstant"
     value: Coefficient
 
     @property
     def meaning(self) -> Color:
-        """As given."""
+        """The value, unchanged."""
         return self.value
 
 
@@ -74,12 +74,12 @@ class Srgb(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """As given."""
+        """The colour, unchanged."""
         return self.color
 
 
 class D65(SpectrumPlugin):
-    """White light of D65, maybe coloured."""
+    """The light of D65, scaled and multiplied by a colour."""
 
     type: Literal["d65"] = "d65"
     scale: NonNegativeFloat = 1.0
@@ -87,13 +87,13 @@ class D65(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """White of sRGB is that of D65."""
+        """The scaled colour: D65 is the white of sRGB."""
         red, green, blue = self.color
         return self.scale * red, self.scale * green, self.scale * blue
 
 
 class Regular(SpectrumPlugin):
-    """Values at wavelengths of equal distance."""
+    """Values at equally spaced wavelengths."""
 
     type: Literal["regular"] = "regular"
     wavelength_min: PositiveFloat
@@ -136,7 +136,7 @@ class Blackbody(SpectrumPlugin):
 
     type: Literal["blackbody"] = "blackbody"
     temperature: PositiveFloat
-    """In kelvins."""
+    """Temperature, in kelvins."""
     wavelength_min: PositiveFloat = 360.0
     wavelength_max: PositiveFloat = 830.0
 
@@ -159,7 +159,7 @@ class Blackbody(SpectrumPlugin):
 
 
 class ConstVolume(SpectrumPlugin):
-    """The same value everywhere, for parameters of media and of phase functions."""
+    """A volume with one value everywhere, for parameters of media and of phase functions."""
 
     kind: ClassVar[Kind] = "volume"
     hints: ClassVar[frozenset[str]] = frozenset({"to_world"})
@@ -168,9 +168,9 @@ class ConstVolume(SpectrumPlugin):
     value: Coefficient = (1.0, 1.0, 1.0)
     """A number, a colour or a spectrum."""
     to_world: Transform = IDENTITY
-    """Without effect: it is the same wherever it stands."""
+    """Without effect: the value is the same everywhere."""
 
     @property
     def meaning(self) -> Color:
-        """As given."""
+        """The value, unchanged."""
         return self.value

@@ -1,4 +1,4 @@
-"""Textures: what varies over a surface, and the parameters that take one.
+"""Textures, which vary over a surface, and the parameters that take one.
 
 A texture stands where a colour or a number may: a parameter of type ``ReflectanceTexture`` and the like holds either
 the constant, as a colour or a number, or the texture's node.
@@ -35,7 +35,7 @@ __all__ = [
 
 
 SMALLEST_ROUGHNESS = 1e-4
-"""What a roughness of 0 stands for, as in Mitsuba and in textures."""
+"""Roughness used for a roughness of 0, as in Mitsuba and in textures."""
 
 
 class TexturePlugin(Plugin):
@@ -45,7 +45,7 @@ class TexturePlugin(Plugin):
 
 
 FARTHEST_UV: Final = 2.0**24
-"""Texture coordinates beyond are whole numbers in float32."""
+"""Largest offset of texture coordinates: beyond it they are whole numbers in float32."""
 
 
 class OnUv(TexturePlugin):
@@ -63,7 +63,7 @@ class OnUv(TexturePlugin):
 
     @property
     def uv_rows(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """The 2x3 map of (u, v, 1)."""
+        """The 2x3 matrix that maps (u, v, 1)."""
         return _plane(self.to_uv[0]), _plane(self.to_uv[1])
 
 
@@ -94,7 +94,7 @@ class Bitmap(OnUv):
 class Checkerboard(OnUv):
     """Two colours in squares of half a unit of u and v.
 
-    As a number, such as a weight, an opacity or a roughness, the squares have changed places, as in Mitsuba 3.
+    For a parameter of one number (such as weight, opacity or roughness), the colours trade places, as in Mitsuba 3.
     """
 
     type: Literal["checkerboard"] = "checkerboard"
@@ -109,22 +109,22 @@ def _of_vertices_or_faces(name: str) -> str:
 
 
 class MeshAttribute(TexturePlugin):
-    """An attribute of the mesh, such as colours: of its vertices, interpolated, or of its faces."""
+    """An attribute of the mesh, such as a colour: per vertex (interpolated) or per face."""
 
     type: Literal["mesh_attribute"] = "mesh_attribute"
     name: Annotated[str, AfterValidator(_of_vertices_or_faces)]
-    """What it is called in the mesh. ``r, g, b`` and ``red, green, blue`` of a PLY file are ``vertex_color`` or
-    ``face_color``, ``p_r, p_g, p_b`` ``vertex_p_color``, ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` ``vertex_p``; the
-    colours of an OBJ file, a serialized mesh and of glTF are ``vertex_color``."""
+    """Name of the attribute in the mesh. ``r, g, b`` and ``red, green, blue`` of a PLY file are ``vertex_color`` or
+    ``face_color``, ``p_r, p_g, p_b`` ``vertex_p_color``, ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` ``vertex_p``. The
+    colours of an OBJ file, of a serialized mesh and of glTF are ``vertex_color``."""
     scale: float = 1.0
-    """What its numbers are multiplied by; whole ones are taken as they are, so that bytes want 1/255."""
+    """Factor on the attribute's values. Integers are taken unchanged, so that bytes need 1/255."""
     cut: bool = False
-    """Cut to [0, 1] what is beyond after that, which is an extension to Mitsuba."""
+    """Clamp the scaled values to [0, 1]; an extension to Mitsuba."""
     times: Bitmap | Checkerboard | None = None
-    """A texture that multiplies it, which is an extension to Mitsuba, for parameters of BSDFs."""
+    """A texture that multiplies the attribute, for parameters of BSDFs; an extension to Mitsuba."""
 
     def numbers(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what the texture makes of the attribute's `values`, without what multiplies it."""
+        """Return the attribute's `values` scaled and clamped, without the texture ``times``."""
         scaled = self.scale * values
         return np.clip(scaled, 0.0, 1.0) if self.cut else scaled
 
@@ -134,7 +134,7 @@ Texture = Annotated[Bitmap | Checkerboard | MeshAttribute, Field(discriminator="
 
 
 def _or_texture(constant: Callable[[Any], object]) -> BeforeValidator:
-    """Return what lets textures pass and makes `constant` of anything else."""
+    """Return a validator that lets textures pass and applies `constant` to anything else."""
     return BeforeValidator(lambda value: value if isinstance(value, TexturePlugin) else constant(value))
 
 
@@ -145,17 +145,17 @@ def _roughness(value: object) -> float:
 
 
 ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
-"""A factor in [0, 1] per channel, or a texture of such."""
+"""A factor in [0, 1] per channel, or a texture of such factors."""
 CoefficientTexture = Annotated[Texture | Color, _or_texture(as_coefficient)]
-"""A non-negative number per channel, or a texture of such."""
+"""A non-negative number per channel, or a texture of such numbers."""
 RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
-"""Emission per channel, or a texture of such."""
+"""Emission per channel, or a texture of emission."""
 UnitTexture = Annotated[Texture | float, _or_texture(as_share)]
-"""A number in [0, 1], or a texture of such."""
+"""A number in [0, 1], or a texture of such numbers."""
 WeightTexture = Annotated[Texture | float, _or_texture(as_weight)]
-"""The same, to which other numbers are cut."""
+"""A number in [0, 1], or a texture of such numbers; other plain numbers are clamped."""
 Roughness = Annotated[Texture | float, _or_texture(_roughness)]
-"""A positive number, or a texture of such; 0 stands for the smallest."""
+"""A positive number, or a texture of such numbers; 0 stands for `SMALLEST_ROUGHNESS`."""
 ConstantRoughness = Annotated[float, BeforeValidator(_roughness)]
-"""The same without textures."""
+"""A positive number, not a texture; 0 stands for `SMALLEST_ROUGHNESS`."""
 Checkerboard.model_rebuild()

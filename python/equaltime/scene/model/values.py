@@ -1,7 +1,7 @@
-"""The types of parameters: vectors, colours, transforms; how they may be written and what is refused.
+"""Types of parameters (vectors, colours, transforms), with the validators that accept or refuse what users write.
 
-Each validator takes anything that a user may reasonably write and returns plain nested tuples of floats, so that
-nodes stay hashable and comparable.
+Each validator accepts anything that a user may reasonably write. It returns nested tuples of floats, so that nodes stay
+hashable and comparable.
 """
 
 from __future__ import annotations
@@ -50,17 +50,17 @@ Matrix = tuple[Row, Row, Row, Row]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 EQUAL_ENERGY = (1.204794, 0.948291, 0.908916)
-"""Linear sRGB of the equal-energy spectrum at value 1: what Mitsuba 3's RGB mode makes of a constant emission
-spectrum (to its own float32 rounding), while a constant reflectance stays grey."""
+"""Linear sRGB of the equal-energy spectrum at value 1. Mitsuba 3's RGB mode gives a constant emission spectrum this
+colour (to its own float32 rounding), while a constant reflectance stays grey."""
 
 SHAPE_TOLERANCE = 1e-3
-"""How far a linear map may be from a rotation or a uniform scale, relative; Mitsuba's own limit for cameras."""
+"""Largest relative deviation of a linear map from a rotation or a uniform scale; Mitsuba's own limit for cameras."""
 _ROUNDED = 1e-7
-"""What float32 leaves of a rotation."""
+"""Relative deviation of a rotation that rounding to float32 can cause."""
 
 
 def _numbers(value: object, count: int) -> tuple[float, ...] | None:
-    """Return `value` as `count` floats, or None if it is not that."""
+    """Return `value` as `count` floats, or None if it is not a sequence of `count` numbers."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != count:
@@ -113,7 +113,7 @@ def _not_negative(color: Color) -> Color:
 def as_reflectance(value: object) -> Color:
     """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else.
 
-    What a curve has beyond is cut, as in Mitsuba: a saturated colour may not fit into the gamut of sRGB.
+    Channels of a curve above 1 are cut to 1, as in Mitsuba: a saturated colour may not fit into the gamut of sRGB.
     """
     red, green, blue = _finite(_as_color(value))
     if isinstance(value, Curve):
@@ -132,13 +132,13 @@ def as_radiance(value: object) -> Color:
 
 
 def as_number(value: object) -> float:
-    """Return `value` as one finite number, that of a colour being its mean, as in Mitsuba; raises ValueError else."""
+    """Return `value` as one finite number, a colour as its mean (as in Mitsuba); raises ValueError otherwise."""
     color = _finite(_as_color(value))
     return color[0] if len(set(color)) == 1 else sum(color) / 3.0
 
 
 def as_lower(value: object) -> object:
-    """Return a word in small letters, and anything else as it is."""
+    """Return a string in lower case, and anything else unchanged."""
     return value.lower() if isinstance(value, str) else value
 
 
@@ -150,7 +150,7 @@ def as_share(value: object) -> float:
 
 
 def as_weight(value: object) -> float:
-    """Return `value` as one number in [0, 1], to which a plain number is cut, as in Mitsuba; raises ValueError else."""
+    """Return `value` as one number in [0, 1]; clamps plain numbers, as Mitsuba does; raises ValueError otherwise."""
     if isinstance(value, Real | Spectrum):
         return min(max(as_number(value), 0.0), 1.0)
     return as_share(value)
@@ -194,7 +194,7 @@ def as_array(matrix: Matrix) -> NDArray[np.float64]:
 
 
 def linear_scale(matrix: Matrix) -> float | None:
-    """Return the factor by which the transform scales all lengths alike, or None if it does not."""
+    """Return the factor by which the transform scales all lengths alike, or None if there is no such factor."""
     linear = as_array(matrix)[:3, :3]
     largest = float(np.abs(linear).max()) or 1.0  # so that squares neither overflow nor vanish
     gram = (linear / largest).T @ (linear / largest)
@@ -205,10 +205,10 @@ def linear_scale(matrix: Matrix) -> float | None:
 
 
 def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
-    """Return the transform (4, 4) with nothing but rotation, reflection and one scale where it is that but for digits.
+    """Return the transform (4, 4), without its shear if it is a similarity up to a few digits.
 
-    A rotation written with four digits has shear, of which what is sampled in closed form must know nothing. The point
-    `about` comes to where it was.
+    A rotation written with four digits has shear, but shapes sampled in closed form must have none. Other transforms
+    are returned unchanged. The point `about` maps to the same place as before.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
     if scale is None:
@@ -224,7 +224,7 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
 
 
 def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
-    """Return the factor by which lengths across `axis` are scaled, or None unless it is one and right angles stay."""
+    """Return the scale across `axis`, or None if it differs between directions or right angles are not kept."""
     along = np.array(_unit((axis[0], axis[1], axis[2])))
     x = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
     x /= np.linalg.norm(x)
@@ -237,19 +237,19 @@ def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
 
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
-    """Tell whether a (4, 4) transform turns left into right."""
+    """Tell whether a (4, 4) transform mirrors: exchanges left and right."""
     return _volume(matrix.tolist()) < 0.0
 
 
 def _volume(matrix: Sequence[Sequence[float]]) -> float:
-    """Return the volume, negative if it mirrors, that the directions of a transform's axes span: 0 for a flat one."""
+    """Return the signed volume of the unit vectors along the transform's axes: negative if it mirrors, 0 if flat."""
     columns = list(zip(*matrix[:3], strict=True))
     (a, b, c), (d, e, f), (g, h, i) = map(_unit, columns[:3])
     return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e)
 
 
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return a vector at unit length; one of zeros stays."""
+    """Return the vector at unit length; a zero vector stays zero."""
     x, y, z = vector
     largest = max(abs(x), abs(y), abs(z)) or 1.0  # so that the length does not overflow
     x, y, z = x / largest, y / largest, z / largest
@@ -262,7 +262,7 @@ Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
 Reflectance = Annotated[Color, BeforeValidator(as_reflectance)]
 """A dimensionless factor in [0, 1] per channel; a single number is grey."""
 Coefficient = Annotated[Color, BeforeValidator(as_coefficient)]
-"""A non-negative number per channel, such as an index of refraction; a single number serves all three."""
+"""A non-negative number per channel, such as an index of refraction; a single number is used for all three."""
 Share = Annotated[float, BeforeValidator(as_share)]
 """A number in [0, 1]."""
 Radiance = Annotated[Color, BeforeValidator(as_radiance)]

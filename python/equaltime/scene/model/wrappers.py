@@ -1,4 +1,4 @@
-"""BSDFs made of BSDFs: on both sides, blended, with holes, with bumps; and the union of all BSDFs."""
+"""BSDFs that contain BSDFs (two-sided, blended, masked, bumped), and the union of all BSDFs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TwoSided(BsdfPlugin):
 
     type: Literal["twosided"] = "twosided"
     bsdf: Annotated[tuple[Bsdf, ...], Field(min_length=1, max_length=2)]
-    """One or two BSDFs that let no light through."""
+    """One or two opaque BSDFs."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
     lists: ClassVar[frozenset[str]] = frozenset({"bsdf"})
@@ -51,7 +51,7 @@ class BlendBsdf(BsdfPlugin):
 
     type: Literal["blendbsdf"] = "blendbsdf"
     weight: WeightTexture
-    """How much of the second there is: 0 is the first alone, 1 the second alone."""
+    """Share of the second BSDF, in [0, 1]: 0 is the first alone, 1 the second alone."""
     bsdf: Annotated[tuple[Bsdf, ...], Field(min_length=2, max_length=2)]
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
@@ -59,7 +59,7 @@ class BlendBsdf(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Whether any of the two does."""
+        """Whether either of the two BSDFs lets light through."""
         return any(bsdf.transmits for bsdf in self.bsdf)
 
 
@@ -69,36 +69,36 @@ class Mask(BsdfPlugin):
     type: Literal["mask"] = "mask"
     opacity: WeightTexture = 0.5
     cutoff: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
-    """Makes it opaque where the opacity is at least this, and a hole elsewhere; an extension to Mitsuba."""
+    """Opacity from which the surface is opaque; a hole where it is lower. An extension to Mitsuba."""
     bsdf: Bsdf
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
 
     @property
     def transmits(self) -> bool:
-        """Always."""
+        """Always true."""
         return True
 
 
 class Bent(BsdfPlugin):
-    """Base of the BSDFs that bend the normal of another."""
+    """Base of the BSDFs that bend the shading normal of another BSDF."""
 
     bsdf: Bsdf
     flip_invalid_normals: bool = True
-    """Turn a bent normal over that looks away from the viewer."""
+    """Flip a bent normal that faces away from the viewer."""
     use_shadowing_function: bool = True
-    """Darken softly where the bent and the real normal disagree (Chiang et al. 2019)."""
+    """Darken softly where the bent normal differs from the true one (Chiang et al. 2019)."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
 
     @property
     def transmits(self) -> bool:
-        """Whether the BSDF inside does."""
+        """Whether the BSDF inside lets light through."""
         return self.bsdf.transmits
 
 
 class BumpMap(Bent):
-    """A BSDF whose normals follow a height given by a texture."""
+    """A BSDF whose normals follow a height texture."""
 
     type: Literal["bumpmap"] = "bumpmap"
     texture: Texture
@@ -110,7 +110,7 @@ class BumpMap(Bent):
 
 
 class NormalMap(Bent):
-    """A BSDF whose normals are given by a texture, in the frame of the tangents: colours (n + 1) / 2."""
+    """A BSDF whose normals come from a texture, in tangent space: colours (n + 1) / 2."""
 
     type: Literal["normalmap"] = "normalmap"
     normalmap: Texture
