@@ -25,8 +25,7 @@ RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias"
 
 
 def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
-    """Return the whole scene `model` as a dictionary; `name_file` maps each file name of the model to a written name.
-    """
+    """Return the whole scene `model` as a dictionary; `name_file` maps the model's file names to those written."""
     writer = PlainWriter(name_file)
     parts: list[tuple[str, Plugin]] = [("integrator", model.integrator), ("sensor", model.sensor)]
     parts += [(f"shape_{i}", shape) for i, shape in enumerate(model.shapes)]
