@@ -1,9 +1,9 @@
 """Scenes: one validated model in Mitsuba 3's words, with three spellings (Python dict, Mitsuba XML, TOML).
 
-The way of a scene: a reader turns a file into a `tree` of located nodes; `resolve` finds references and makes the
-`model`, a frozen value in which everything is checked; `assets` reads the meshes and images that it names; `geometry`
-places its shapes in the world; `compile` hands all of it to the core. Every problem of a file is found before the
-first error is raised, and each says where it is.
+A scene is loaded in five steps. A reader turns the file into a `tree` of located nodes. `resolve` finds references and
+makes the `model`, a frozen and fully checked value. `assets` reads the meshes and images that the model names.
+`geometry` places its shapes in the world. `compile` hands everything to the core. All problems of a file are found
+before the first error is raised, and each problem has its place.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The account of a file: what it says that does not reach the picture, told in one line for each kind.
+"""The account of a file: its statements that do not reach the picture, reported in one line per kind.
 
-A reader uses each statement, property or parameter of its file, refuses it with its place, or enters it here. It ends
-by entering everything that it has not consumed, so that nothing is lost in silence, whatever the format brings next.
+A reader uses each statement, property or parameter of its file, refuses it with its place, or enters it here. Last, the
+reader enters everything that it has not consumed, so that no statement is dropped silently.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from typing import Final
 __all__ = ["MOST_KINDS", "Account"]
 
 MOST_KINDS: Final = 30
-"""Kinds that are told by name. A file with more is broken all over; the rest share one line."""
+"""Largest number of kinds that are reported by name; a broken file may have more, and the rest share one line."""
 
 
 class Account:
-    """Counts, by kind, the statements of one file that are not used, and keeps the first place of each kind."""
+    """Counts, by kind, the unused statements of one file, and keeps the first place of each kind."""
 
     def __init__(self) -> None:
         self._entries: dict[str, tuple[str, int]] = {}
         self._untold = 0
 
     def tell(self, kind: str, place: object) -> None:
-        """Enter one more statement of this `kind`, a sentence without its place, at `place`."""
+        """Count one more unused statement of this `kind` at `place`; `kind` is a sentence without the place."""
         first, count = self._entries.get(kind, (str(place), 0))
         if count == 0 and len(self._entries) >= MOST_KINDS:
             self._untold += 1
@@ -31,7 +31,7 @@ class Account:
             self._entries[kind] = first, count + 1
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate over the lines to tell, in the order of being found: ``a.mtl:3: 'Ks' is not used (first of 12)``."""
+        """Iterate over the lines to report, in order of discovery: ``a.mtl:3: 'Ks' is not used (first of 12)``."""
         for kind, (first, count) in self._entries.items():
             yield f"{first}: {kind}" + (f" (first of {count})" if count > 1 else "")
         if self._untold:

@@ -1,6 +1,6 @@
 """The files that a scene names: meshes and images, read when needed and checked.
 
-Reading raises ValueError with a message for people; who knows the place in the scene file adds it.
+Reading raises ValueError with a readable message. The caller adds the place in the scene file.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from equaltime.scene.serialized import read_serialized
 __all__ = ["Assets", "Mesh"]
 
 Mesh = MeshData | Triangles
-"""Vertices, faces, and normals and texture coordinates if there are any."""
+"""Vertices and faces; normals and texture coordinates if the file has any."""
 CHUNK = 1 << 22
 
 
 class Assets:
-    """The files of one scene. What was read is kept until `release`; later it is read again.
+    """The files of one scene. Their contents are kept until `release`; later they are read again.
 
-    A file that has changed meanwhile is refused, so that a scene is always the one that was loaded.
+    A file that has changed since loading is refused, so that the scene stays the one that was loaded.
     """
 
     def __init__(self, search: Search) -> None:
@@ -47,7 +47,7 @@ class Assets:
     def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices.
 
-        Of a mesh that deforms, the first.
+        For a deforming mesh, return the first pose.
         """
         filename = mesh_files(shape.filename)[0]
         path = self.path(filename)
@@ -75,13 +75,13 @@ class Assets:
             raise ValueError(message if str(path) in message else f"{path}: {message}") from error
 
     def _read_obj(self, path: Path, material: str | None) -> Mesh:
-        """Read the faces of one material, or of all. Of a file with many, one reading serves them all."""
+        """Read the faces of one material, or of all; a file with many materials is read only once."""
         if material is None:
             return read_obj(path)
         if path not in self._by_material:
             try:
                 self._by_material[path] = {**read_obj_by_material(path)}
-            except ValueError:  # not all of it is good; what is asked for may be
+            except ValueError:  # the part of the file that is asked for may still be valid
                 self._by_material[path] = {}
         for name in _encodings(material):
             if (mesh := self._by_material[path].pop(name, None)) is not None:
@@ -89,13 +89,13 @@ class Assets:
         return read_obj(path, material.encode(errors="surrogateescape"))
 
     def _within(self, path: Path) -> Contents:
-        """Return the contents of the glTF file at `path`; files that it names stand beside it."""
+        """Return the contents of the glTF file at `path`; the files it names are looked for in its folder."""
         if path not in self._contents:
             self._contents[path] = Contents(path, lambda name: self.path(str(path.parent.absolute() / name)))
         return self._contents[path]
 
     def extensions(self, filename: str) -> dict[str, str]:
-        """Return the extensions that a glTF file uses, and what becomes of them."""
+        """Return the extensions that a glTF file uses, each with its treatment."""
         return self._within(self.path(filename)).extensions
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
@@ -106,12 +106,12 @@ class Assets:
         return self._images[path]
 
     def told_of_image(self, emitter: EnvMap) -> tuple[str, ...]:
-        """Read the image of `emitter`, and return what there is to tell of it."""
+        """Read the image of `emitter`, and return the reader's remarks on it."""
         self.image(emitter)
         return self._told[self.path(emitter.filename)]
 
     def texture(self, bitmap: Bitmap) -> Texels:
-        """Return the texels of `bitmap`, finite; raises ValueError if its file cannot be read."""
+        """Return the texels of `bitmap`, all finite; raises ValueError if its file cannot be read."""
         path, fragment = self.path(bitmap.filename), split(bitmap.filename)[1]
         key = bitmap.filename, bitmap.raw
         if key not in self._texels:
@@ -120,11 +120,11 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256 of the content, of the file or of what is meant in it, in hexadecimal digits."""
+        """Return the SHA-256, in hexadecimal digits, of the file's content, or of the part that the fragment names."""
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:
             return self._within(path).sha256(fragment)
-        if path not in self._sums:  # a group is asked for by each of its instances
+        if path not in self._sums:  # each instance of a group asks for the group's files
             content = hashlib.sha256()
             with path.open("rb") as file:
                 while chunk := file.read(CHUNK):
@@ -133,12 +133,12 @@ class Assets:
         return self._sums[path]
 
     def absolute(self, filename: str) -> str:
-        """Return where the file is from anywhere, with what is meant in it."""
+        """Return the absolute path of the file, with the fragment that names a part of it."""
         inside = split(filename)[1]
         return str(self.path(filename).absolute()) + ("" if inside is None else f"#{inside}")
 
     def release(self) -> None:
-        """Forget what was read."""
+        """Forget the contents of all files."""
         self._meshes.clear()
         self._by_material.clear()
         self._images.clear()
@@ -147,11 +147,11 @@ class Assets:
 
     @property
     def files(self) -> set[Path]:
-        """Files that were found on the way to the scene."""
+        """All files that were found while the scene was read."""
         return self._search.files
 
     def path(self, filename: str) -> Path:
-        """Return where the file is; it must exist and be the same as when it was first asked for."""
+        """Return the path of the file; raises ValueError if it is missing or has changed since it was first used."""
         path = self._search.find(split(filename)[0])
         try:
             if not path.is_file():
@@ -166,7 +166,7 @@ class Assets:
 
 
 def _encodings(name: str) -> Iterator[bytes]:
-    """Yield the bytes that a name in a file may have: UTF-8, or Latin-1."""
+    """Yield the possible encodings of a name in a file: UTF-8, then Latin-1."""
     yield name.encode(errors="surrogateescape")
     with suppress(UnicodeEncodeError):
         yield name.encode("latin-1")
@@ -186,7 +186,7 @@ def _check_mesh(path: Path, mesh: Mesh) -> None:
 
 
 def _read_sky(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-    """Return the image of a sky (H, W, 3), and what there is to tell of its file."""
+    """Return the image of a sky (H, W, 3), and the reader's remarks on its file."""
     picture = read_picture(path)
     height, width, _ = picture.texels.shape
     if width < 2 or height < 3:
@@ -195,7 +195,7 @@ def _read_sky(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     count = np.count_nonzero((image < 0.0).any(axis=2))
     if not count:
         return image, picture.told
-    # below zero is what resampling or another gamut left
+    # negative values come from resampling or from another gamut
     least = f"the least is {image.min():.3g}, the largest {image.max():.3g}"
     dark = f"{count} pixels are negative somewhere, and 0 there: {least}"
     return np.maximum(image, 0.0), (*picture.told, dark)

@@ -1,8 +1,9 @@
 """Reads a mesh file by itself (.obj, .ply) as a scene: with its materials, a camera, a sky and a sun.
 
-The materials of an OBJ file are those of `equaltime.scene.obj_materials`; faces whose material has no colour have those
+`equaltime.scene.obj_materials` makes the materials of an OBJ file. Faces whose material has no colour take the colours
 of their vertices. A PLY file has the image that a comment ``TextureFile`` names, or the colours of its vertices or
-faces. Mitsuba knows none of them: a shape of type ``obj`` or ``ply`` in a scene has the BSDF that the scene gives it.
+faces. Mitsuba reads none of these materials: in a scene file, a shape of type ``obj`` or ``ply`` has the BSDF that the
+scene gives it.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ _COLORS: Final = ("vertex_color", "face_color")
 def read_mesh(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene of a mesh `file`; problems go to `report`, None if there is no scene.
+    """Return the scene of a mesh `file`, or None if there is no scene; problems go to `report`.
 
-    The `content` that was read is not looked at: the readers of meshes go through the file themselves.
+    The argument `content` is not used: the mesh readers read the file themselves.
     """
     place, path = Place(file), Path(file)
     for name in sorted(defines):
@@ -66,7 +67,7 @@ def read_mesh(
 def _painted(
     path: Path, parts: Mapping[bytes, MeshData], place: Place, account: Account, search: Search
 ) -> Iterator[Object]:
-    """Yield a shape for each material that has faces; one for all if no library of materials is there."""
+    """Yield a shape for each material that has faces, or one for all faces if there is no material library."""
     first = next(iter(parts.values()))
     materials = Materials(path, first.files, account, search)
     if not materials:
@@ -85,12 +86,12 @@ def _painted(
             emitter = materials.emitter(*found, place, has_uvs=mesh.uvs is not None)
         material = shown(name)
         if material.encode() != name and material.encode() in parts:
-            material = name.decode("utf-8", "surrogateescape")  # another name looks like this one
+            material = name.decode("utf-8", "surrogateescape")  # `shown` would give two materials the same name
         yield _shape("obj", path, place, bsdf, emitter=emitter, material=material)
 
 
 def _ply(path: Path, mesh: MeshData, place: Place, account: Account) -> Object:
-    """Return the shape of a PLY file; the rows of its image go downwards from v = 1, as MeshLab has them."""
+    """Return the shape of a PLY file; the first row of its image is at v = 1, as in MeshLab."""
     image = _image(path, mesh, account)
     own = _reflectance(mesh, path, place, account, used=image is None)
     if image is None:
@@ -100,7 +101,7 @@ def _ply(path: Path, mesh: MeshData, place: Place, account: Account) -> Object:
 
 
 def _image(path: Path, mesh: MeshData, account: Account) -> str | None:
-    """Return the first image that a PLY file names, if it is there and the mesh has texture coordinates."""
+    """Return the first image that a PLY file names, if the image exists and the mesh has texture coordinates."""
     used = None
     for name, line in mesh.files:
         found = file_beside(path, "", name)
@@ -116,7 +117,7 @@ def _image(path: Path, mesh: MeshData, account: Account) -> str | None:
 
 
 def _reflectance(mesh: MeshData, path: Path, place: Place, account: Account, *, used: bool = True) -> object:
-    """Return the texture of a mesh's own colours, or grey; what is not used of them is told."""
+    """Return the texture of a mesh's own colours, or grey; unused colours are reported."""
     name = next((name for name in _COLORS if used and name in mesh.attributes), None)
     for other in mesh.attributes.keys() - {name}:
         account.tell(f"{other} is not used", path.name)
@@ -131,7 +132,7 @@ def _reflectance(mesh: MeshData, path: Path, place: Place, account: Account, *, 
 
 
 def _both(reflectance: object, place: Place) -> Object:
-    """Return a diffuse BSDF on both sides."""
+    """Return a diffuse BSDF for both sides."""
     return plant("bsdf", "twosided", place, bsdf=plant("bsdf", "diffuse", place, reflectance=reflectance))
 
 

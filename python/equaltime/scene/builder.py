@@ -1,4 +1,4 @@
-"""The core's builder, for whoever hands it something; see `equaltime._core.SceneBuilder` for its calls."""
+"""The type of the core's scene builder; see `equaltime._core.SceneBuilder` for its calls."""
 
 from __future__ import annotations
 

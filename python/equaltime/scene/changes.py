@@ -1,4 +1,4 @@
-"""Changes to a model that are asked for by name, checked as the file was."""
+"""Changes to a model by parameter name, checked like the scene file itself."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ P = TypeVar("P", bound=Plugin)
 
 
 def deep(integrator: Integrator, max_depth: int) -> Integrator:
-    """Return `integrator` with paths of another length; one that knows no depth becomes one that does."""
+    """Return `integrator` with another path length; an integrator without a `max_depth` is replaced by a `Path`."""
     if isinstance(integrator, Moment | Aov) and integrator.integrators:
         return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
     return changed(integrator if isinstance(integrator, Path) else Path(), max_depth=max_depth)
 
 
 def changed(plugin: P, **changes: object) -> P:
-    """Return `plugin` with some parameters changed; a mistake raises SceneError."""
+    """Return `plugin` with some parameters changed; an invalid value raises SceneError."""
     try:
         return plugin.replace(**changes)
     except ValidationError as error:
@@ -35,7 +35,7 @@ def changed(plugin: P, **changes: object) -> P:
 
 
 def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
-    """Return as many values as there are names, NumPy's whole numbers as Python's; raises ValueError for others."""
+    """Return `given` as one value per name, NumPy integers as Python's; raises ValueError for a wrong count."""
     values = tuple(given) if isinstance(given, Iterable) else ()
     if len(values) != len(names):
         raise ValueError(f"{what} is ({', '.join(names)}), found {shortened(given, 80)}")

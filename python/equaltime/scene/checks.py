@@ -1,4 +1,4 @@
-"""Reads the files that a valid scene names, and tells what is odd about its parts but does no harm."""
+"""Reads the files that a valid scene names, and collects warnings about harmless oddities of its parts."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ __all__ = ["check_parts"]
 
 
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
-    """Read all files that the scene names, report what is wrong with them, and return what is odd."""
+    """Read all files that the scene names, add their problems to `report`, and return the warnings."""
     told: dict[str, dict[str, None]] = {}
     for node, part in resolved.parts:
         try:
             for place, message in _check_part(node, part, assets):
                 told.setdefault(message, {})[place] = None
         except Unsupported:
-            continue  # it is refused when it is compiled; until then it can be looked at and converted
+            continue  # compiling refuses it; until then the scene can be inspected and converted
         except ValueError as error:
             report.add(node.place_of("filename"), str(error))
     return tuple(_one_line(message, list(places)) for message, places in told.items())
 
 
 def _one_line(message: str, places: list[str]) -> str:
-    """Return what is told of all these places in one line, which names the first."""
+    """Return one line for a message that holds at all these places; it names the first."""
     more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
     return f"{places[0]}: {message}{more}"
 
 
 def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[str, str]]:
-    """Read the file that `part` names, if any, and iterate over its reader's warnings: where, and what is odd."""
+    """Read the file that `part` names, if any, and yield its warnings as pairs of place and message."""
     yield from ((_file(outside.texture, assets), str(outside)) for outside in of_textures(part, assets))
     if isinstance(part, MeshFile):
         yield from deforming.check(part, assets)
@@ -82,7 +82,7 @@ def _file(texture: Bitmap | MeshAttribute, assets: Assets) -> str:
 
 
 def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[tuple[str, str]]:
-    """Yield what a number of `part` was before it was cut, if it was."""
+    """Yield a warning for each number of `part` that was clamped, with its value before."""
     given = [child.node for child in node.children if child.name == name and isinstance(child.node, Value)]
     for value in given:
         if isinstance(value.data, int | float | Spectrum) and (was := as_number(value.data)) != getattr(part, name):

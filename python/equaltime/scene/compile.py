@@ -1,17 +1,17 @@
-"""Hands a scene to the core: one call of the builder for each thing that the core shall know.
+"""Hands a scene to the core: one call of the builder for each part.
 
-Each family has its own module, where a new node gets its step:
+Each family of nodes has its own module; a new node is added there:
 
 ========================  ==============================================================================
 `compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
-`compile_textures`        textures, and what is a constant so far
-`compile_media`           media, between shapes and round the camera
+`compile_textures`        textures; parameters that must be constants so far
+`compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
-`compile_emitters`        the lights that are no shape
+`compile_emitters`        emitters that are not shapes
 `compile_sensors`         cameras, film and filters
 ========================  ==============================================================================
 
-A node that the core cannot use yet is refused with `Unsupported`, to which `Scene` adds its place.
+A node that the core does not support yet raises `Unsupported`, to which `Scene` adds its place.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ __all__ = ["compile_scene"]
 def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreScene:
     """Return the scene that `builder` builds from `model`.
 
-    Raises ValueError if a file or the scene cannot be used, and `Unsupported`, one of them, for a node that cannot.
+    Raises ValueError if a file or the scene cannot be used. Its subclass `Unsupported` names a node that is not
+    supported.
     """
     _refuse_other_images(model, assets)
     model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)
@@ -73,15 +74,15 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
 
 
 def _unlit(model: SceneModel) -> SceneModel:
-    """Return the model without lights, which paths of no segment do not see."""
+    """Return the model without emitters: paths of length 0 see none."""
     dark = [shape if isinstance(shape, Instance) else shape.replace(emitter=None) for shape in model.shapes]
     return model.replace(shapes=tuple(dark), emitters=())
 
 
 def _refuse_other_images(model: SceneModel, assets: Assets) -> None:
-    """Raise `Unsupported` where Mitsuba's ``direct`` hides emitters in another way than its other integrators.
+    """Raise `Unsupported` where Mitsuba's ``direct`` hides emitters differently from its other integrators.
 
-    It shows behind a pane what it hides beside it, and does not look through shapes that emit.
+    Mitsuba's ``direct`` shows hidden emitters behind a pane, and does not look through emitting shapes.
     """
     direct = next((node for node in model.integrator.nodes() if isinstance(node, Direct)), None)
     if direct is None or not model.integrator.hides_emitters:

@@ -1,7 +1,7 @@
-"""Hands BSDFs to the core: each once, however often it is used and whatever it is called.
+"""Hands BSDFs to the core. Each is added once, however often it is used and under whatever name.
 
-A leaf has its step; blends and masks, which are blends with nothing, are mixtures of what they wrap; bump and normal
-maps bend the normals of every leaf that they wrap.
+Each leaf BSDF has its own step. Blends become mixtures of the BSDFs they wrap. A mask becomes a blend with a null BSDF.
+Bump and normal maps bend the normals of every leaf that they wrap.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ __all__ = ["Materials"]
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """What bends the normals of a leaf."""
+    """The bump or normal map that bends the normals of a leaf BSDF."""
 
     by: BumpMap | NormalMap
     turned: bool
 
 
 class Materials:
-    """The BSDFs that a builder has been given; equal ones share one index."""
+    """The BSDFs that a builder has been given; equal BSDFs share one index."""
 
     def __init__(self, builder: Builder, textures: Textures) -> None:
         self._builder = builder
@@ -52,9 +52,9 @@ class Materials:
         self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
 
     def index(self, bsdf: Bsdf | None, turned: bool = False) -> int | None:
-        """Return the core's index of `bsdf`, one side of a surface; None for one that absorbs everything.
+        """Return the core's index of `bsdf`, one side of a surface; None for a side that absorbs everything.
 
-        `turned` says how it bends normals: see `sides.turns`.
+        With `turned`, a bent normal is the front's turned round instead of its mirror image; see `sides.turns`.
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 
@@ -72,7 +72,7 @@ class Materials:
             first, second = (self._index(part, turned, bend) for part in bsdf.bsdf)
             return self._mixture(first, second, bsdf.weight)
         if isinstance(bsdf, BumpMap) and bsdf.scale == 0.0:
-            return self._index(bsdf.bsdf, turned, bend)  # its texture is not even kept
+            return self._index(bsdf.bsdf, turned, bend)  # saves the memory of its texture
         if isinstance(bsdf, BumpMap | NormalMap):
             if bend is not None:
                 raise Unsupported(bsdf, f"a '{bsdf.type}' within a '{bend.by.type}' is not supported")
@@ -161,7 +161,7 @@ PRINCIPLED: Final = (
     *("roughness", "anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness"),
     *("clearcoat", "clearcoat_gloss"),
 )
-"""The parameters of `Principled` that are one number and may be textures."""
+"""The parameters of `Principled` that are single numbers and may be textures."""
 Step = Callable[[Builder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
@@ -175,4 +175,4 @@ LEAVES: Final[dict[type, Step]] = {
     Principled: _principled,
     Null: _null,
 }
-"""How each BSDF that wraps no other is added."""
+"""Function that adds each BSDF that wraps no other."""

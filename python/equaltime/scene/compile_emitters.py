@@ -1,4 +1,4 @@
-"""Hands the lights that are no shape to the core, unless they are dark."""
+"""Hands emitters that are not shapes to the core, unless their power is zero."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["add_emitter"]
 
 
 def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
-    """Add a light, unless it is dark; raises `Unsupported` if the core cannot use it yet."""
+    """Add an emitter, unless its power is zero; raises `Unsupported` if the core cannot use it yet."""
     if isinstance(emitter, Point):
         if any(emitter.intensity):
             builder.add_point_light(emitter.world_position, emitter.intensity)

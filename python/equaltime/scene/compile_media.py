@@ -1,7 +1,7 @@
-"""Hands media to the core: each once, and to the shapes that bound them.
+"""Hands media to the core, each once, and sets them on the shapes that bound them.
 
-As in Mitsuba, only the volumetric integrators see media, and for them the surfaces of nothing that a path crosses add
-nothing to its length.
+As in Mitsuba, only the volumetric integrators see media. For these integrators, crossing a null BSDF does not count
+towards the path length.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from equaltime.scene.unsupported import Unsupported
 __all__ = ["Media", "sees_media", "unseen_media"]
 
 MOST_LOBES = 8
-"""As many phase functions may be blended in the core."""
+"""Largest number of different phase functions that the core can blend."""
 
 
 def sees_media(integrator: Integrator) -> bool:
-    """Tell whether the integrator, or the one that it wraps, is a volumetric one."""
+    """Tell whether the integrator, or the one that it wraps, is volumetric."""
     within = getattr(integrator, "integrators", ())
     return isinstance(integrator, VolPath | VolPathMis) or any(map(sees_media, within))
 
 
 def unseen_media(model: SceneModel) -> str | None:
-    """Return what is to be said of media that the scene has and its integrator does not see."""
+    """Return a warning if the scene has media that its integrator does not see, else None."""
     if sees_media(model.integrator) or not any(node.kind == "medium" for node in model.nodes()):
         return None
     return (
@@ -47,7 +47,7 @@ def unseen_media(model: SceneModel) -> str | None:
 
 
 class Media:
-    """The media that a builder has been given; equal ones share one index."""
+    """The media that a builder has been given; equal media share one index."""
 
     def __init__(self, builder: Builder, model: SceneModel) -> None:
         self._builder = builder
@@ -58,7 +58,7 @@ class Media:
             builder.cross_freely()
 
     def bound(self, shape: Solid, index: int) -> None:
-        """Tell what is on both sides of `shape`, which the core knows by `index`, and what of it is there at all."""
+        """Set the priority and the media on both sides of `shape`, which has number `index` in the core."""
         if shape.priority is not None:
             self._builder.set_priority(index, shape.priority)
         if self._seen and (shape.interior is not None or shape.exterior is not None):
@@ -72,7 +72,7 @@ class Media:
             self._builder.set_camera_medium(index)
 
     def at_place(self, error: ValueError) -> ValueError:
-        """Return the core's complaint, with its node if it is about a medium."""
+        """Return the core's error, with the node it is about if that is a medium."""
         about = re.fullmatch(r"medium (\d+): (.*)", str(error), re.DOTALL)
         return Unsupported(self._nodes[int(about[1])], about[2]) if about else error
 
@@ -93,7 +93,7 @@ class Media:
 
 
 def _lobes(phase: Phase, share: float = 1.0) -> list[tuple[float, float | None]]:
-    """Return the parts of a phase function with their shares: each Henyey and Greenstein's g, or none for Rayleigh."""
+    """Return the lobes of a phase function as (share, Henyey and Greenstein's g); g is None for Rayleigh."""
     if share == 0.0:
         return []
     if isinstance(phase, BlendPhase):

@@ -25,7 +25,7 @@ __all__ = ["set_film", "set_sensor"]
 
 
 def set_sensor(builder: Builder, sensor: Sensor) -> None:
-    """Set the camera; times of its animation are counted in shutters."""
+    """Set the camera. Times of its animation are in units of the shutter time: 0 at opening, 1 at closing."""
     to_world, near, far = as_array(poses(sensor.to_world)[0]), sensor.near_clip, sensor.far_clip
     if isinstance(sensor.to_world, Animation):
         builder.move_sensor(sensor.to_world.times, sensor.to_world.matrices)
@@ -55,7 +55,7 @@ def set_film(builder: Builder, film: HdrFilm) -> None:
 
 
 def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
-    """Return the core's name of the filter and its parameters."""
+    """Return the core's name of the filter, and its parameters."""
     if isinstance(rfilter, Box):
         return "box", 0.5  # half its width
     if isinstance(rfilter, Tent):

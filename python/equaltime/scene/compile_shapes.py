@@ -1,4 +1,4 @@
-"""Hands shapes to the core, with the materials and the light of their sides."""
+"""Hands shapes to the core, with the BSDFs and the emission of their sides."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class Shapes:
-    """Adds shapes, and each group once, however many instances it has."""
+    """Adds shapes. Each group is added once, however many instances it has."""
 
     def __init__(
         self, builder: Builder, assets: Assets, materials: Materials, textures: Textures, media: Media
@@ -59,14 +59,14 @@ class Shapes:
             self._solid(shape)
 
     def _moving(self, shape: Shape, animation: Animation) -> None:
-        """Add what moves, times counted in shutters: as an instance of its group, or of one of its own."""
+        """Add an animated shape as an instance: of its group, or of a new group for it alone. Times are in shutters."""
         matrices = np.array(animation.matrices)
         if isinstance(shape, Instance):
             self._builder.add_moving_instance(self._group(shape.shapegroup), animation.times, matrices)
             return
         if isinstance(shape, Sphere | Cylinder):
             matrices = np.array([without_shear(matrix, _middle(shape)) for matrix in animation.matrices])
-        # A mirrored shape may be turned inside out, so that it is mirrored in its own space, and moved as it is.
+        # Mirroring may turn a shape inside out, so it happens in the shape's own space; the motion does not mirror.
         own = np.diag([1.0, 1.0, -1.0 if mirrors(matrices[0]) else 1.0, 1.0])
         first = self._solid(shape.replace(to_world=own))
         self._builder.add_moving_instance(self._builder.add_group(first), animation.times, matrices @ own)
@@ -78,7 +78,7 @@ class Shapes:
         return self._groups[group]
 
     def _solid(self, shape: Solid) -> int:
-        """Add a surface and return the core's number of it."""
+        """Add a surface and return its number in the core."""
         placed, *later = steps(shape, self._assets)
         turned = shape.bsdf is not None and turns(shape.bsdf)
         front = self._materials.index(placed.sides.front)
@@ -98,7 +98,7 @@ class Shapes:
         return index
 
     def _deform(self, shape: Solid, index: int, later: list[Surface]) -> None:
-        """Add where the vertices are later, at evenly spaced times."""
+        """Add the later poses of a mesh, at evenly spaced times."""
         if shape.emitter is not None and later[0].sides.radiance is not None:
             raise Unsupported(shape.emitter, "a mesh that deforms cannot emit")
         poses = [pose for pose in later if isinstance(pose, MeshSurface)]
@@ -107,7 +107,7 @@ class Shapes:
 
 
 def _middle(shape: Sphere | Cylinder) -> list[float]:
-    """Return the point about which a shape is alike on both sides, in its own space."""
+    """Return the centre of symmetry of a shape, in its own space."""
     ends = (shape.center, shape.center) if isinstance(shape, Sphere) else (shape.p0, shape.p1)
     return [0.5 * (a + b) for a, b in zip(*ends, strict=True)]
 

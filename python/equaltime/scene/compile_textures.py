@@ -1,7 +1,7 @@
-"""Hands textures to the core: each once, however often it is used and whatever it is called.
+"""Hands textures to the core. Each is added once, however often it is used and under whatever name.
 
-A BSDF is added with a stand-in where a texture gives a parameter; then the texture is bound to it by the parameter's
-name.
+Where a texture gives a parameter, the BSDF is first added with a placeholder. Then the texture is bound to it by the
+parameter's name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Textures", "color", "number"]
 
 
 class Textures:
-    """The textures that a builder has been given; equal ones share one index."""
+    """The textures that a builder has been given; equal textures share one index."""
 
     def __init__(self, builder: Builder, assets: Assets) -> None:
         self._builder = builder
@@ -37,16 +37,16 @@ class Textures:
         return self._known[nameless]
 
     def bind(self, bsdf: int, name: str, value: object) -> None:
-        """Bind the parameter `name` of the core's BSDF of this index, if it is a texture."""
+        """Bind the parameter `name` of the core's BSDF number `bsdf` to `value`, if `value` is a texture."""
         if isinstance(value, MeshAttribute) and value.times is not None:
             self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))
         elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
             self._builder.bind(bsdf, name, self.index(value))
 
     def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
-        """Give the textures among `wanted` that look at attributes of a mesh, the core's `shape`, what it has of them.
+        """Give mesh attributes of the core's shape number `shape` to those textures among `wanted` that read them.
 
-        Raises `Unsupported` for one that the mesh has not.
+        Raises `Unsupported` for a texture whose attribute the mesh does not have.
         """
         looked_at = {self.index(_alone(node)): node for node in wanted if isinstance(node, MeshAttribute)}
         for index, texture in looked_at.items():
@@ -73,7 +73,7 @@ class Textures:
 
 
 def _alone(texture: MeshAttribute) -> MeshAttribute:
-    """Return the attribute without what multiplies it."""
+    """Return the attribute without the texture that multiplies it."""
     return texture.model_copy(update={"times": None})
 
 
@@ -82,10 +82,10 @@ def _what_there_is(attributes: Mapping[str, object]) -> str:
 
 
 def color(value: Texture | Color) -> Color:
-    """Return a colour that is the same everywhere; a stand-in for a texture, which is bound later."""
+    """Return a constant colour; a placeholder for a texture, which is bound later."""
     return (0.5, 0.5, 0.5) if isinstance(value, TexturePlugin) else value
 
 
 def number(value: Texture | float) -> float:
-    """Return a number that is the same everywhere; a stand-in for a texture, which is bound later."""
+    """Return a constant number; a placeholder for a texture, which is bound later."""
     return 0.5 if isinstance(value, TexturePlugin) else value

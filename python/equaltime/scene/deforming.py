@@ -1,7 +1,7 @@
 """Meshes that deform while the shutter is open: files with the same triangles, each a pose at a time.
 
-The core knows poses at evenly spaced times alone, so that the shutter's time is cut into as few equal parts as have all
-keys between them.
+The core only supports poses at evenly spaced times. The shutter time is therefore divided into the fewest equal parts
+whose boundaries include all keys.
 """
 
 from __future__ import annotations
@@ -21,15 +21,16 @@ from equaltime.scene.transforms import numbers
 __all__ = ["check", "parse", "steps", "uneven"]
 
 MOST_PARTS: Final = 128
-"""As many as Embree takes."""
+"""Largest number of equal parts of the shutter time, which is Embree's limit."""
 NEAR: Final = 1e-4
-"""So far, in shutters, a key may be from where two parts meet."""
+"""Largest distance, in shutter times, between a key and the boundary of two parts that represents it."""
 
 
 def parse(value: Mapping[str, object]) -> Deformation:
-    """Return the deformation ``{"animation": [{"time": t, "filename": name}, …]}``, which a ``time`` beside it holds.
+    """Return the deformation ``{"animation": [{"time": t, "filename": name}, …]}``.
 
-    Raises ValueError if it is none.
+    A ``time`` beside ``animation`` holds the mesh in its pose at that time. Raises ValueError if `value` is not a
+    deformation.
     """
     keys = value["animation"]
     if not set(value) <= {"animation", "time"} or not isinstance(keys, list | tuple):
@@ -49,9 +50,9 @@ def _key(key: object) -> tuple[float, str]:
 
 
 def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
-    """Read the files of a mesh and iterate over their readers' warnings: which file, and what is odd.
+    """Read the files of a mesh and iterate over their readers' warnings as pairs of file and message.
 
-    Raises ValueError for a file that cannot be read, and for one that is no other pose of the first.
+    Raises ValueError for a file that cannot be read, or that is not another pose of the first.
     """
     first, *later = dict.fromkeys(mesh_files(shape.filename))
     mesh = assets.mesh(shape)
@@ -64,7 +65,7 @@ def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
 
 
 def _difference(mesh: Mesh, first: Mesh) -> str | None:
-    """Return what, but for the places and the directions of its vertices, is not the same in a mesh as in the first."""
+    """Return a difference between a mesh and the first, or None; vertex positions and normal directions may differ."""
     if len(mesh.vertices) != len(first.vertices):
         return f"has {len(mesh.vertices)} vertices instead of {len(first.vertices)} as in"
     if not np.array_equal(mesh.faces, first.faces):
@@ -80,7 +81,7 @@ def _difference(mesh: Mesh, first: Mesh) -> str | None:
 
 
 def steps(shape: Solid, assets: Assets) -> Sequence[Surface]:
-    """Return the poses of `shape` at evenly spaced times from 0, when the shutter opens, to 1; one if it is still.
+    """Return the poses of `shape` at evenly spaced times from 0, when the shutter opens, to 1; one pose if it is still.
 
     Raises ValueError if a file cannot be used, `Unsupported` if the shape cannot.
     """
@@ -102,7 +103,7 @@ def _pose(shape: Solid, filename: str, assets: Assets) -> MeshSurface:
 
 
 def uneven(model: SceneModel) -> str | None:
-    """Return what is to be said of keys that are not at the times that they are given."""
+    """Return a warning if a key had to be moved from its time by more than `NEAR`, else None."""
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     shapes = in_shutters(model).shapes
     groups = {id(shape.shapegroup): shape.shapegroup for shape in shapes if isinstance(shape, Instance)}
@@ -118,7 +119,7 @@ def uneven(model: SceneModel) -> str | None:
 
 
 def _parts(times: Sequence[float]) -> int:
-    """Return into how many equal parts the shutter's time is cut so that keys are between them, nearly."""
+    """Return the smallest number of equal parts of the shutter time with bounds near all keys, or `MOST_PARTS`."""
 
     def off(count: int) -> float:
         return max(abs(a - b) for a, b in zip(times, _rounded(times, count), strict=True))
@@ -127,5 +128,5 @@ def _parts(times: Sequence[float]) -> int:
 
 
 def _rounded(times: Sequence[float], count: int) -> tuple[float, ...]:
-    """Return the times, those within the shutter's rounded to where equal parts of it meet."""
+    """Return the times; times inside the shutter are rounded to the nearest boundary of equal parts."""
     return tuple(round(time * count) / count if 0.0 < time < 1.0 else time for time in times)

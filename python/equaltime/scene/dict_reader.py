@@ -1,6 +1,6 @@
 """Reads nested dictionaries, Mitsuba 3's Python spelling of a scene, into the tree.
 
-TOML files are read through here too: their tables are such dictionaries.
+TOML files are read through this module too, because their tables are such dictionaries.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Referenc
 __all__ = ["DictReader", "read_dict"]
 
 TRANSFORMS: Final = ("to_world", "to_uv")
-"""The parameters that are transforms, in all plugins."""
+"""Names of the transform parameters, the same in all plugins."""
 
 
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the scene in `scene`, the dictionary that ``mitsuba.load_dict`` takes; problems go to `report`."""
+    """Return the tree of `scene`, a dictionary as for ``mitsuba.load_dict``; problems go to `report`."""
     place = Place(path="")
     if not isinstance(kind := scene.get("type"), str) or kind != "scene":
         report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
@@ -36,7 +36,7 @@ def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Ob
 
 
 class DictReader:
-    """Turns dictionaries into nodes. What cannot be read is reported and left out."""
+    """Turns dictionaries into nodes. Unreadable entries are reported and left out."""
 
     def __init__(self, report: Report, search: Search) -> None:
         self._report = report
@@ -45,15 +45,15 @@ class DictReader:
         self._extent = Extent()
 
     def locate(self, place: Place) -> Place:
-        """Return a better place for `place`; readers that know lines of a file override this."""
+        """Return a more precise place for `place`; readers that know line numbers override this."""
         return place
 
     def string(self, text: str) -> object:
-        """Return what a string stands for, or raise ValueError; readers that have variables override this."""
+        """Return the value of a string, or raise ValueError; readers with variables override this."""
         return text
 
     def variable(self, text: str) -> str | None:
-        """Return the name of the variable that `text` consists of, if it does."""
+        """Return the name if `text` is one variable and nothing else; readers with variables override this."""
         return None
 
     def nested(self, table: Mapping[str, object], place: Place, key: str | None = None) -> Object | None:
@@ -86,7 +86,7 @@ class DictReader:
         return result
 
     def _add(self, parent: Object, name: str, value: object, place: Place) -> None:
-        """Add the entry `name` to `parent`; a list of objects becomes that many nameless children."""
+        """Add the entry `name` to `parent`; a list of objects becomes one nameless child per object."""
         if name in TRANSFORMS or not isinstance(value, list | tuple) or not _has_objects(value):
             if (node := self._node(name, value, place)) is not None:
                 parent.children.append(Child(name, node))
@@ -117,7 +117,7 @@ class DictReader:
         return self.nested(value, place, name)
 
     def _expanded(self, steps: object, depth: int = 0) -> object:
-        """Return steps or keys with what their strings stand for; arrays and Mitsuba's transforms as is."""
+        """Return steps or keys with the values of their strings; arrays and Mitsuba's transforms stay unchanged."""
         if isinstance(steps, str):
             return self.string(steps)
         if not isinstance(steps, list | tuple | Mapping):
@@ -133,12 +133,12 @@ class DictReader:
         return Reference(place, str(self.string(table["id"])))
 
     def _type_of(self, table: Mapping[str, object]) -> str | None:
-        """Return the type that a table gives, if it is a string: others may not even be compared with one."""
+        """Return the type of a table if it is a string; other values may not even support comparison."""
         kind = table.get("type")
         return str(self.string(kind)) if isinstance(kind, str) else None
 
     def _color(self, table: Mapping[str, object], kind: str) -> object:
-        """Return the value of ``{"type": "rgb", "value": ...}`` and its like."""
+        """Return the value of a table such as ``{"type": "rgb", "value": ...}`` or ``{"type": "spectrum", ...}``."""
         sources = {"value"} if kind == "rgb" else {"value", "filename"}
         given = set(table) - {"type"}
         if len(given) != 1 or not given <= sources:
@@ -160,7 +160,7 @@ class DictReader:
     def _plain(self, value: object, depth: int = 0, *, expand: bool = True) -> object:
         """Return numbers, strings, and sequences of them as plain Python values; anything else is refused.
 
-        What a variable stands for is not expanded again.
+        The value of a variable is not expanded again.
         """
         if isinstance(value, str):
             found = self.string(value) if expand else value
@@ -178,13 +178,13 @@ class DictReader:
 
 
 def _transform(value: object, *, flat: bool) -> object:
-    """Return the transform, or the animation, that `value` describes."""
+    """Return the transform or the animation that `value` describes."""
     keys = None if flat else transforms.parse_animation(value)
     return transforms.parse(value, flat=flat) if keys is None else animation(keys)
 
 
 def _has_objects(items: list[object] | tuple[object, ...]) -> bool:
-    """Tell whether a list is one of objects or references, not of numbers."""
+    """Tell whether a list contains objects or references instead of numbers."""
     return any(isinstance(item, Mapping | str) for item in items)
 
 

@@ -1,4 +1,4 @@
-"""A scene's fingerprint: equal for scenes that have the same image, whatever they are called and however spelt."""
+"""A scene's fingerprint: equal for scenes with the same image, however they are named or spelt."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from equaltime.scene.motion import in_shutters
 __all__ = ["digest"]
 
 VERSION = "equaltime scene 1"
-"""Changes when the same content shall get another digest."""
+"""Version of the digest; change it when the same content must get another digest."""
 
 
 def digest(model: SceneModel, assets: Assets) -> str:
-    """Return the SHA-256 of all that can change the image: parameters and the contents of files.
+    """Return the SHA-256 of everything that can change the image: parameters and the contents of files.
 
-    Names, places of files, output formats and sampling hints do not count; the order of shapes and emitters does,
+    Names, places of files, output formats and sampling hints do not count. The order of shapes and emitters counts,
     because the bits of an image depend on it.
     """
     content = json.dumps([VERSION, _canonical(in_shutters(model), assets)], sort_keys=True, allow_nan=False)
@@ -39,7 +39,10 @@ def _canonical(value: object, assets: Assets) -> object:
 
 
 def _contents(filename: str | Deformation, assets: Assets) -> object:
-    """Return what is in a file, or in those of an animation, unless they are all the same."""
+    """Return the SHA-256 of a file's content.
+
+    For an animation whose files differ, return its times, the SHA-256 of each file, and the time at which it is held.
+    """
     sums = [assets.sha256(name) for name in mesh_files(filename)]
     if not isinstance(filename, Deformation) or len(set(sums)) == 1:
         return sums[0]

@@ -1,6 +1,6 @@
-"""How far surfaces reach, and the camera that sees all of a scene which has none.
+"""The bounds of surfaces, and a camera that sees the whole of a scene without one.
 
-It is the one that Mitsuba 2 gave such scenes; Mitsuba 3.9 reads them, but does not render them.
+Mitsuba 2 gave such scenes the same camera; Mitsuba 3.9 reads them, but does not render them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FOV: Final = 45.0
 
 
 def bounds(of: Surface) -> Array:
-    """Return the lower and the upper corner (2, 3) of what holds a surface."""
+    """Return the lower and the upper corner (2, 3) of a box around a surface."""
     if isinstance(of, QuadSurface):
         of = of.mesh()
     if isinstance(of, MeshSurface):
@@ -42,10 +42,10 @@ def bounds(of: Surface) -> Array:
 
 
 def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
-    """Return the scene with a camera before it that looks along +z and has its nearest side in view.
+    """Return the scene with a camera in front of it that looks along +z, with the nearest side of its bounds in view.
 
-    Its clips, which cut nothing there, are left out; its shutter opens and closes at time 0. Raises ValueError if a
-    file cannot be used.
+    The camera has no clipping planes, which would cut nothing there; its shutter opens and closes at time 0. Raises
+    ValueError if a file cannot be used.
     """
     corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -56,7 +56,7 @@ def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
 
 
 def _corners(shape: Shape, assets: Assets) -> Array:
-    """Return the corners (N, 3) of boxes around a shape at rest: for an instance, of that around its group."""
+    """Return the corners (N, 3) of boxes around a shape at rest; for an instance, of the box around its group."""
     if not isinstance(shape, Instance):
         return bounds(surface(shape, assets))
     to_world = as_array(poses(shape.to_world)[0])

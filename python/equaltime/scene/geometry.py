@@ -1,11 +1,11 @@
-"""The scene's surfaces in world space: what the core is built from and what the cross-check traces.
+"""The scene's surfaces in world space, from which the core is built and which the cross-check traces.
 
 Everything is float64 in the scene's own units, placed and oriented as in Mitsuba 3:
 
 - the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z;
 - a cube faces outwards, however it is mirrored;
 - a mesh with the file's normals follows them; one without, or with ``face_normals``, follows the order of its
-  vertices after they were placed, so that a mirrored one faces the other way;
+  vertices after placement, so that a mirrored one faces the other way;
 - a mirrored sphere or cylinder is inside out;
 - ``flip_normals`` turns any of them.
 
@@ -59,12 +59,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sides:
-    """What a surface does with light."""
+    """The BSDFs of a surface's two sides, and its emission."""
 
     front: Bsdf | None
     back: Bsdf | None
     radiance: Texture | Color | None
-    """Emitted from the front side; None if it emits nothing."""
+    """Radiance that the front side emits; None if it emits nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,14 +77,14 @@ class MeshSurface:
     faces: NDArray[np.uint32]
     """(M, 3)"""
     normals: Array | None = None
-    """(N, 3) shading normals on the front side, unit but in a pose between two; None for flat faces"""
+    """(N, 3) shading normals on the front side, of unit length except in a pose between two; None for flat faces"""
     uvs: Array | None = None
     """(N, 2)"""
     attributes: Mapping[str, Array] = field(default_factory=dict)
-    """By Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)"""
+    """Values by Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)"""
 
     def towards(self, other: MeshSurface, share: float) -> MeshSurface:
-        """Return the mesh a share of the way to another pose of it; vertices and normals go straight."""
+        """Return this pose blended linearly with `other`, which has weight `share`; normals are not normalised."""
 
         def mixed(a: Array, b: Array) -> Array:
             return (1.0 - share) * a + share * b
@@ -127,11 +127,11 @@ class SphereSurface:
     radius: float
     flip_normals: bool
     pole: Array
-    """(3,) unit: the axis round which azimuth is counted"""
+    """(3,) unit: the axis about which azimuth is counted"""
     meridian: Array
-    """(3,) unit: where azimuth is 0"""
+    """(3,) unit: the direction of azimuth 0"""
     mirrored: bool
-    """Azimuth runs the other way round."""
+    """Whether azimuth runs clockwise about the pole."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,9 +146,9 @@ class CylinderSurface:
     radius: float
     flip_normals: bool
     meridian: Array
-    """(3,) where azimuth is 0"""
+    """(3,) direction of azimuth 0"""
     mirrored: bool
-    """whether azimuth runs clockwise round the axis"""
+    """Whether azimuth runs clockwise about the axis."""
 
 
 Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface | CylinderSurface
@@ -160,9 +160,9 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
-    """Return `shape` in world space, where it is first if it is animated.
+    """Return `shape` in world space; an animated shape at its first key.
 
-    Raises ValueError if its file cannot be used, `Unsupported` if it cannot.
+    Raises ValueError if its file cannot be used, `Unsupported` if the shape cannot be used.
     """
     if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile):
         raise Unsupported(shape)
@@ -185,7 +185,7 @@ def surface(shape: Plugin, assets: Assets) -> Surface:
 def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
     center = meshes.place(np.array([shape.center]), to_world)[0]
     scale = linear_scale(poses(shape.to_world)[0])
-    axes = np.eye(3) if scale is None else to_world[:3, :3] / scale  # nobody asks how a stretched one is turned
+    axes = np.eye(3) if scale is None else to_world[:3, :3] / scale  # a stretched sphere has no defined rotation
     mirrored = mirrors(to_world)
     flipped = mirrored != shape.flip_normals
     return SphereSurface(sides, center, shape.world_radius, flipped, axes[:, 2], axes[:, 0], mirrored)
@@ -200,7 +200,7 @@ def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface
 
 
 def _posed(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> MeshSurface:
-    """Return a mesh, as it is first if it deforms and is not held."""
+    """Return a mesh; a deforming mesh in its first pose, or in the pose where it is held."""
     if not isinstance(shape.filename, Deformation):
         return _mesh(shape, sides, to_world, assets)
     times, filenames, held = shape.filename.times, shape.filename.filenames, shape.filename.held
@@ -231,7 +231,7 @@ def _mesh(shape: MeshFile, sides: Sides, to_world: Array, assets: Assets) -> Mes
 
 
 def _sides(shape: Solid) -> Sides:
-    """Return what the front and the back of `shape` do."""
+    """Return the BSDFs of the front and the back of `shape`, and its emission."""
     radiance = shape.emitter.radiance if shape.emitter is not None else None
     if radiance is not None and not isinstance(radiance, TexturePlugin) and not any(radiance):
         radiance = None

@@ -1,4 +1,4 @@
-"""The files that a scene includes: how deep they may include each other, and how much of them is read again."""
+"""The files that a scene includes, with limits on nesting and on repeated reading."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Final
 __all__ = ["Includes"]
 
 MOST_DEEP: Final = 15
-"""How deep files may include files, as in Mitsuba."""
+"""Largest depth of files that include files, as in Mitsuba."""
 MOST_READ_AGAIN: Final = 1 << 19
-"""Bytes of files that are included more than once, each time after the first; includes can double with each level."""
+"""Largest total size, in bytes, of repeated readings of included files; includes can double with each level."""
 A_FILE: Final = 1 << 10
-"""Bytes that a file counts as besides its own: the work of opening it."""
+"""Bytes added to the size of each repeated file, for the work of opening it."""
 
 
 class Includes:
@@ -23,7 +23,7 @@ class Includes:
         self._read_again = 0
 
     def read(self, path: Path, depth: int) -> bytes:
-        """Return the content of a file that so many others include, one inside the other; raises ValueError."""
+        """Return the content of a file at nesting level `depth`; raises ValueError if unreadable or over a limit."""
         if depth > MOST_DEEP:
             raise ValueError(f"files include each other more than {MOST_DEEP} deep")
         try:

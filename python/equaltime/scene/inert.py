@@ -1,12 +1,14 @@
-"""What is in a scene and does nothing: it calls for no effect, and is folded away when the scene is built.
+"""Finds the parts of a scene that change nothing in the image: they need no effect and are folded away on building.
 
-The core folds what it is made of: textures of one colour, masks and blends that are all one thing, flat normal and bump
-maps, lenses of no aperture. Lights of no power are never added. Here are surfaces that are not there: a `null`, glass
-with the index of refraction of what is around it. A path that crosses one counts it, so that one is left out only where
-paths have no limit, or crossings do not count, and nothing else is asked of it than to let light pass; glass only where
-paths have no limit, since it always counts, and no light is a point or has one direction, since such do not shine
-through it. Thin glass is as a `null` where crossings do not count, and as other glass elsewhere. A medium without
-density does nothing, but to bound another.
+The core itself folds textures of one colour, masks and blends of a single part, flat normal and bump maps, and lenses
+without aperture. Lights of zero power are never added.
+
+This module finds surfaces that are invisible: a `null`, and glass with the index of refraction of its surroundings.
+Crossing a surface adds to a path's length. A `null` is therefore left out only where paths have no limit or crossings
+do not count, and only if it does nothing except let light pass. Glass always counts, so it is left out only where paths
+have no limit. There must also be no point, spot or directional light, because these do not shine through glass. Thin
+glass is treated as a `null` where crossings do not count, and as other glass elsewhere. A medium without density only
+bounds another medium.
 """
 
 from __future__ import annotations
@@ -51,9 +53,10 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def shown(model: SceneModel) -> tuple[int, ...]:
-    """Return which of the model's shapes are built: all that can change the image or are asked for by number."""
+    """Return the indices of the shapes that are built: all that can change the image or that an output may number."""
     integrator = model.integrator
-    counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters  # by outputs, or before what is hidden
+    # outputs count these surfaces, and so do paths to hidden emitters
+    counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters
     endless, freely = integrator.max_depth == -1, sees_media(integrator)
     if counted or not (endless or freely):
         return tuple(range(len(model.shapes)))
@@ -74,7 +77,7 @@ def _is_dark(shape: Solid) -> bool:
 
 
 def _is_clear(bsdf: Bsdf, glass: tuple[type[Dielectric], ...]) -> bool:
-    """Tell whether all light passes straight on, as it came; of glass, only such may be clear."""
+    """Tell whether all light passes straight and unchanged; `glass` lists the types of glass that may be clear."""
     if isinstance(bsdf, Null):
         return True
     if isinstance(bsdf, Dielectric) and not isinstance(bsdf, RoughDielectric):
@@ -85,7 +88,7 @@ def _is_clear(bsdf: Bsdf, glass: tuple[type[Dielectric], ...]) -> bool:
 
 
 def is_inert(node: Plugin, assets: Assets) -> bool:
-    """Tell whether this very node does nothing, whatever is in it; raises ValueError for a file that is gone."""
+    """Tell whether `node` itself has no effect, whatever is inside it; raises ValueError if a file is gone."""
     if isinstance(node, Area):
         return isinstance(node.radiance, tuple) and not any(node.radiance)
     if isinstance(node, Point | Spot):
@@ -109,7 +112,7 @@ def is_inert(node: Plugin, assets: Assets) -> bool:
     if isinstance(node, BlendPhase):
         return node.weight in (0.0, 1.0) or node.phase[0] == node.phase[1]
     if isinstance(node, BumpMap):
-        height = node.texture  # squares have no slope, whatever their heights
+        height = node.texture  # the squares of a checkerboard have no slope, whatever their heights
         flat = isinstance(height, Checkerboard) or (isinstance(height, Bitmap) and _is_constant(height, assets))
         return flat or node.scale == 0.0
     return isinstance(node, NormalMap) and _is_flat(node, assets)
@@ -123,7 +126,7 @@ def _is_constant(texture: Checkerboard | Bitmap, assets: Assets) -> bool:
 
 
 def _is_flat(bent: NormalMap, assets: Assets) -> bool:
-    """Tell whether the map leaves normals as they are; one of bytes cannot, whose 128 leans by a third of a degree."""
+    """Tell whether the map leaves normals unchanged; one of bytes cannot: its 128 leans by a third of a degree."""
     texture = bent.normalmap
     if isinstance(texture, Checkerboard):
         color = texture.color0

@@ -1,4 +1,4 @@
-"""Names: what Mitsuba 3 knows, what is near a misspelt word, and how a message shows what was found."""
+"""Names: the plugins of Mitsuba 3, the known name nearest to a misspelt word, and values as messages show them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "sho
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
-"""Names to compare a word with, and letters of a word: comparing takes their product, and a scene may have many."""
+"""Limits for `nearest`: the number of names, and the letters of a word. Its time grows with their product."""
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
     "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
@@ -46,9 +46,9 @@ _OLD_NAMES: dict[Kind, str] = {
     "volume": "hgridvolume volcache",
 }
 OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
-"""Plugins of Mitsuba 0.6 that Mitsuba 3 has not, by family."""
+"""Plugins of Mitsuba 0.6 that Mitsuba 3 does not have, by family."""
 SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersections"})
-"""Switches of Mitsuba's that a scene may have of its own; they say how rays are traced, and mean nothing here."""
+"""Switches of a scene that tell Mitsuba how to trace rays; they have no meaning here."""
 
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
 
@@ -64,7 +64,7 @@ def a(noun: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known name that `word` most likely was meant to be, if one is near."""
+    """Return the known name that is most similar to `word`, if one is near."""
     names = sorted(known)
     if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
         return None
@@ -86,7 +86,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def shortened(value: object, width: int) -> str:
-    """Return ``repr(value)``, cut to `width` characters; of a large value no more is written than is shown."""
+    """Return ``repr(value)`` cut to `width` characters; the rest of a large value is never formatted."""
     text = ""
     for piece in _pieces(value, width):
         text += piece
@@ -96,7 +96,7 @@ def shortened(value: object, width: int) -> str:
 
 
 def _pieces(value: object, width: int) -> Iterator[str]:
-    """Write a value piece by piece, so that a list which contains itself, or very much, can be left half-way."""
+    """Yield the text of a value piece by piece, so that a huge list, or one that contains itself, can be cut short."""
     if isinstance(value, str | bytes):
         yield repr(value[: width + 1])
     elif (brackets := _BRACKETS.get(type(value))) is not None:
@@ -116,7 +116,7 @@ def _pieces(value: object, width: int) -> Iterator[str]:
 def _plain(value: object) -> str:
     try:
         return repr(value)
-    except Exception as error:  # the object of a user may raise anything
-        if isinstance(value, int) and isinstance(error, ValueError):  # one of more than 4300 digits
+    except Exception as error:  # a user's object may raise anything
+        if isinstance(value, int) and isinstance(error, ValueError):  # Python refuses more than 4300 digits
             return "a number of thousands of digits"
         return f"an object of type {type(value).__name__}"

@@ -1,4 +1,4 @@
-"""Mitsuba's shape ``merge``, which makes one mesh of several for speed: here its shapes stand in its place."""
+"""Replaces Mitsuba's shape ``merge``, which joins shapes into one mesh for speed, by the shapes in it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from equaltime.scene.tree import Child, Object, Report, Value
 __all__ = ["unmerged"]
 
 HOLDERS = ("scene", "shapegroup")
-"""What shapes stand in."""
+"""Types of objects that contain shapes."""
 
 
 def unmerged(root: Object, report: Report) -> Object:
-    """Return the scene `root` without any ``merge``; what one cannot contain is reported."""
+    """Return the scene `root` without any ``merge``; contents that a ``merge`` cannot have are reported."""
     if not any(node.type == "merge" for node in root.objects()):
         return root
     return dataclasses.replace(root, children=list(_opened(root, report)))
 
 
 def _opened(holder: Object, report: Report) -> Iterator[Child]:
-    """Iterate over the children of a scene, a group or a ``merge``, with shapes in place of every ``merge``."""
+    """Iterate over the children of a scene, a group or a ``merge``, with every ``merge`` replaced by its shapes."""
     for child in holder.children:
         node = child.node
         if not isinstance(node, Object) or node.type not in ("merge", *HOLDERS):

@@ -1,8 +1,8 @@
-"""The readers of mesh files, which are C++: OBJ and PLY. Each raises ValueError with the place in its file.
+"""The readers of OBJ and PLY files, written in C++. Each raises ValueError with the place in its file.
 
-``read_obj_by_material`` goes through a file once and returns the mesh of each material that has faces, by its name in
-bytes, in the order of their first faces. ``obj_name`` is the name in the rest of a statement such as ``usemtl``: one
-rule for the OBJ file and for its libraries.
+``read_obj_by_material`` reads a file once and returns the mesh of each material that has faces. Its keys are the
+materials' names in bytes, in the order of their first faces. ``obj_name`` extracts the name from the rest of a
+statement such as ``usemtl``; the rule is the same in OBJ files and their libraries.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Triangles in world space: how a mesh of a file, a cube or a rectangle is placed and which way it faces.
+"""Triangles in world space: the placement and orientation of meshes, cubes and rectangles.
 
 Arrays are float64 (N, 3) for vertices and normals, uint32 (M, 3) for faces. A face is counter-clockwise when seen from
 its front side.
@@ -32,7 +32,7 @@ CUBE_VERTICES: Vectors = np.array(
         *([1, 1, -1], [1, -1, -1], [-1, -1, -1], [-1, 1, -1]),  # z = -1
     ],
     dtype=np.float64,
-)  # four to a face, counter-clockwise from outside
+)  # four vertices for each face, counter-clockwise from outside
 CUBE_UVS: Vectors = np.tile(np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=np.float64), (6, 1))
 CUBE_FACES: Faces = np.array(
     [triangle for k in range(0, 24, 4) for triangle in ([k, k + 1, k + 2], [k + 3, k, k + 2])], dtype=np.uint32
@@ -40,7 +40,7 @@ CUBE_FACES: Faces = np.array(
 
 
 def place(vertices: Vectors, to_world: Vectors) -> Vectors:
-    """Return the vertices in world space; raises ValueError if that exceeds what a float64 holds."""
+    """Return the vertices in world space; raises ValueError if a coordinate overflows float64."""
     if (to_world == IDENTITY).all():
         return vertices
     with np.errstate(over="ignore", invalid="ignore"):
@@ -52,12 +52,12 @@ def place(vertices: Vectors, to_world: Vectors) -> Vectors:
 
 
 def place_normals(normals: Vectors, to_world: Vectors) -> Vectors:
-    """Return unit normals in world space; one that has no length stays zero."""
+    """Return unit normals in world space; a zero normal stays zero."""
     return _unit(_times(normals, np.asarray(np.linalg.inv(to_world[:3, :3]), dtype=np.float64)))
 
 
 def _times(rows: Vectors, matrix: Vectors) -> Vectors:
-    """Return rows (N, 3) times matrix (3, 3), not by BLAS, whose bits and threads depend on the machine."""
+    """Return rows (N, 3) times matrix (3, 3), without BLAS, whose bits and threads depend on the machine."""
     product: Vectors = rows[:, :1] * matrix[0] + rows[:, 1:2] * matrix[1] + rows[:, 2:] * matrix[2]
     return product
 
@@ -65,11 +65,11 @@ def _times(rows: Vectors, matrix: Vectors) -> Vectors:
 def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
     """Return unit vertex normals: the mean of the adjacent faces' normals, weighted by their angles at the vertex.
 
-    These are the normals that Mitsuba 3 gives to a mesh that has none (Thürmer and Wüthrich 1998, "Computing Vertex
-    Normals from Polygonal Facets"). A vertex without any area around it gets +x, as there.
+    Mitsuba 3 gives these normals to a mesh that has none (Thürmer and Wüthrich 1998, "Computing Vertex Normals from
+    Polygonal Facets"). A vertex without any area around it gets +x, as in Mitsuba.
     """
     sums = np.zeros(vertices.size)
-    for start in range(0, len(faces), CHUNK):  # in parts that stay in the cache
+    for start in range(0, len(faces), CHUNK):  # chunks that stay in the cache
         corners = faces[start : start + CHUNK].astype(np.intp)
         np.add.at(sums, 3 * corners[:, :, None] + np.arange(3), _weighted_normals(vertices[corners]))
     normals = _unit(sums.reshape(-1, 3))
@@ -83,7 +83,7 @@ def _weighted_normals(points: Vectors) -> Vectors:
     largest = np.abs(edges).max(axis=(1, 2), keepdims=True)  # so that squares neither overflow nor vanish
     np.divide(edges, largest, out=edges, where=largest > 0.0)
     cross = np.cross(edges[:, 0], edges[:, 1])
-    sine = np.sqrt(np.einsum("ni,ni->n", cross, cross))[:, None]  # times the product of two lengths, as the cosine
+    sine = np.sqrt(np.einsum("ni,ni->n", cross, cross))[:, None]  # both times the same two lengths
     cosine = -np.einsum("nci,nci->nc", edges, np.roll(edges, 1, axis=1))
     normal = np.divide(cross, sine, out=np.zeros_like(cross), where=sine > 0.0)
     weighted: Vectors = np.arctan2(sine, cosine)[:, :, None] * normal[:, None, :]
@@ -91,7 +91,7 @@ def _weighted_normals(points: Vectors) -> Vectors:
 
 
 def _unit(vectors: Vectors) -> Vectors:
-    """Return the vectors with length 1; those without a length stay zero."""
+    """Return the vectors scaled to length 1; zero vectors stay zero."""
     largest = np.abs(vectors).max(axis=1, keepdims=True)  # so that squares neither overflow nor vanish
     scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0.0)
     lengths = np.sqrt(np.einsum("ij,ij->i", scaled, scaled))[:, None]
@@ -100,5 +100,5 @@ def _unit(vectors: Vectors) -> Vectors:
 
 
 def flip(faces: Faces) -> Faces:
-    """Return the faces turned over: the same vertices the other way round."""
+    """Return the faces turned over: the same vertices in the opposite order."""
     return np.ascontiguousarray(faces[:, [0, 2, 1]])

@@ -1,7 +1,7 @@
-"""Motion: where what is animated is at a time, and what of it happens while the shutter is open.
+"""Motion: animated parts at a given time, and their motion while the shutter is open.
 
-A transform is taken apart into a rotation after a symmetric stretch, and where the origin goes (polar decomposition);
-the core (``cpp/math/motion.h``) does the same.
+A transform is decomposed into a translation and a rotation after a symmetric stretch (polar decomposition), as in the
+core (``cpp/math/motion.h``).
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
-    """Return the animation of keys, each a time and a transform (4, 4), as they were given: the model checks them."""
+    """Return the animation of keys, each a time and a transform (4, 4); only the model checks the keys."""
     matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for _, matrix in keys]
     return Animation(tuple(time for time, _ in keys), tuple(matrices))
 
 
 def pose(placement: Matrix | Animation, time: float) -> Array:
-    """Return the transform (4, 4) at a time; at a key, and beyond the last, it is that key's to the bit."""
+    """Return the transform (4, 4) at a time; at a key, or outside all keys, exactly the nearest key's."""
     if not isinstance(placement, Animation):
         return as_array(placement)
     before, share = span(placement.times, time)
@@ -48,7 +48,10 @@ def pose(placement: Matrix | Animation, time: float) -> Array:
 
 
 def span(times: Sequence[float], time: float) -> tuple[int, float]:
-    """Return the last key up to a time, and how far from it to the next that is, less than 1; beyond all keys 0."""
+    """Return the index of the last key up to a time, and the fraction of the way to the next key, in [0, 1).
+
+    Outside all keys, the index is that of the nearest key, and the fraction is 0.
+    """
     after = int(np.searchsorted(times, time, side="right"))
     before = max(after - 1, 0)
     if after == len(times) or after == 0 or times[before] == time:
@@ -57,7 +60,7 @@ def span(times: Sequence[float], time: float) -> tuple[int, float]:
 
 
 def posed(mesh: str | Deformation, time: float) -> str | Deformation:
-    """Return the mesh at a time, or at the one that it is held at: a file, or a deformation held between two."""
+    """Return the mesh at a time, or at the time where it is held: a file, or a deformation held between two files."""
     if not isinstance(mesh, Deformation):
         return mesh
     before, share = span(mesh.times, time if mesh.held is None else mesh.held)
@@ -66,7 +69,7 @@ def posed(mesh: str | Deformation, time: float) -> str | Deformation:
 
 
 def _between(first: Array, last: Array, share: float) -> Array:
-    from scipy.linalg import polar  # late: it takes long to import
+    from scipy.linalg import polar  # imported late, because the import is slow
     from scipy.spatial.transform import Rotation, Slerp
 
     flip = np.diag([1.0, 1.0, -1.0 if np.linalg.det(first[:3, :3]) < 0.0 else 1.0])
@@ -79,12 +82,12 @@ def _between(first: Array, last: Array, share: float) -> Array:
 
 
 def center(sensor: Sensor) -> float:
-    """Return the time halfway between opening and closing of the shutter."""
+    """Return the time halfway between the opening and the closing of the shutter."""
     return 0.5 * (sensor.shutter_open + sensor.shutter_close)
 
 
 def moves(node: Plugin, sensor: Sensor) -> bool:
-    """Tell whether `node` is animated and is not the same all the while that the shutter is open."""
+    """Tell whether `node` is animated and changes while the shutter is open."""
     if isinstance(node, ShapeGroup):
         return any(moves(shape, sensor) for shape in node.shapes)
     if isinstance(node, Instance) and moves(node.shapegroup, sensor):
@@ -94,7 +97,7 @@ def moves(node: Plugin, sensor: Sensor) -> bool:
 
 
 def closed_shutter(model: SceneModel) -> str | None:
-    """Return what is to be said of animations that the scene has while its shutter is open for no time."""
+    """Return a warning if the scene is animated but its shutter is open for no time, else None."""
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     if begin < end or still(model) is model:
         return None
@@ -102,21 +105,21 @@ def closed_shutter(model: SceneModel) -> str | None:
 
 
 def in_shutters(model: SceneModel) -> SceneModel:
-    """Return the scene with the times of its animations counted from 0, when the shutter opens, to 1, when it closes.
+    """Return the scene with animation times in units of the shutter: 0 when it opens, 1 when it closes.
 
-    What does not move meanwhile has the transform, or the file, of a scene without animations, as far as there is one.
-    The model itself if nothing is animated.
+    A part that does not move in this interval gets a plain transform or file, where one describes it. If nothing is
+    animated, return `model` itself.
     """
     return _changed(model, lambda changing: _in_shutters(changing, model.sensor))
 
 
 def still(model: SceneModel) -> SceneModel:
-    """Return the scene as it is halfway between opening and closing of the shutter; itself if nothing is animated."""
+    """Return the scene halfway between opening and closing of the shutter; `model` itself if nothing is animated."""
     return at_time(model, center(model.sensor))
 
 
 def at_time(model: SceneModel, time: float) -> SceneModel:
-    """Return the scene as it is at a time; itself if nothing is animated."""
+    """Return the scene at a time; `model` itself if nothing is animated."""
 
     def at(changing: Animation | Deformation) -> object:
         if isinstance(changing, Animation):
@@ -127,13 +130,13 @@ def at_time(model: SceneModel, time: float) -> SceneModel:
 
 
 def _changing(node: Plugin) -> dict[str, Animation | Deformation]:
-    """Return the parameters of a node that are animated, by name."""
+    """Return the animated parameters of a node, by name."""
     found = ((name, vars(node).get(name)) for name in ("to_world", "filename"))
     return {name: value for name, value in found if isinstance(value, CHANGING)}
 
 
 def _changed(model: SceneModel, change: Callable[[Animation | Deformation], object]) -> SceneModel:
-    """Return the model with everything that is animated changed; what is shared stays shared."""
+    """Return the model with `change` applied to every animated parameter; shared groups stay shared."""
     groups: dict[int, ShapeGroup] = {}
 
     def changed(node: Plugin) -> Plugin:

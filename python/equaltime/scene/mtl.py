@@ -1,8 +1,7 @@
-"""Reads MTL files, the libraries of materials of OBJ files, into what this renderer can use of them.
+"""Reads MTL files, the material libraries of OBJ files, into values that this renderer can use.
 
-`WORDS` says what becomes of each statement. A statement that is not used goes into the account. Words of statements and
-options are known in any letter case. Names are bytes: they are compared as they stand in the two files, whatever their
-encoding.
+`WORDS` defines the use of each statement. Unused statements go into the account. Words of statements and options are
+recognised in any letter case. Names are bytes and are compared unchanged, whatever the encoding of the two files.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Use = Literal["color", "radiance", "number", "image", "name", "silent", "told"]
 _DIFFUSE: Final = "surfaces are diffuse"
 _UNMOVED: Final = "surfaces are not displaced"
 WORDS: Final[dict[str, tuple[Use, str]]] = {
-    # word in small letters: its use, and the reason of those that are not used
+    # lower-case word: its use, and the reason if it is not used
     "newmtl": ("name", ""),
     "kd": ("color", ""),
     "ke": ("radiance", ""),
@@ -65,13 +64,13 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "map_tr": ("told", "opacities come from map_d"),
 }
 _SAME: Final = {"map_bump": "bump"}
-"""Words that mean another."""
+"""Words with the same meaning as another."""
 NEUTRAL: Final[dict[str, frozenset[float]]] = {
     "illum": frozenset({0.0, 1.0, 2.0}),
     "tf": frozenset({1.0}),
     **dict.fromkeys(("ks", "ps", "pc", "aniso"), frozenset({0.0})),
 }
-"""Values with which a statement that is told asks for what is rendered anyway."""
+"""Values with which an unused statement changes nothing, so that it is not reported."""
 
 _OPTIONS: Final[dict[bytes, int]] = {
     **dict.fromkeys((b"-s", b"-o", b"-t"), 3),
@@ -80,26 +79,26 @@ _OPTIONS: Final[dict[bytes, int]] = {
         (b"-bm", b"-boost", b"-texres", b"-clamp", b"-blendu", b"-blendv", b"-cc", b"-imfchan", b"-type"), 1
     ),
 }
-"""How many words follow an option at most; of ``-s``, ``-o`` and ``-t``, numbers only."""
+"""Largest number of words that follow an option; only numbers follow ``-s``, ``-o`` and ``-t``."""
 _DEFAULTS: Final[dict[bytes, frozenset[bytes]]] = {
-    b"-blendu": frozenset({b"on", b"off"}),  # how a texture is filtered, which is not a matter of the file here
+    b"-blendu": frozenset({b"on", b"off"}),  # texture filtering, which the file does not decide here
     b"-blendv": frozenset({b"on", b"off"}),
     b"-cc": frozenset({b"off"}),
     b"-imfchan": frozenset({b"l"}),
 }
-"""Words of options that ask for what is rendered anyway."""
+"""Values of unused options that change nothing."""
 _NUMBER: Final = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _NUMBERED: Final = frozenset({b"-s", b"-o", b"-t"})
 _FARTHEST: Final = 2.0**20
-"""The largest number of an option that is used."""
+"""Largest absolute value of an option's number that is used."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImageMap:
-    """An image of a material, and how it lies on the surface: at (su u + ou, sv v + ov)."""
+    """An image of a material, looked up at (su u + ou, sv v + ov)."""
 
     rest: bytes
-    """The name of the file as it stands: in quotes or with a comment, if it has them."""
+    """The name of the file as written, with its quotes or comment."""
     line: int
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
@@ -110,13 +109,13 @@ class ImageMap:
 
 @dataclass(slots=True)
 class Material:
-    """One material of a library, as far as it is used."""
+    """The used properties of one material of a library."""
 
     line: int
     color: Color | None = None
     """``Kd``, in [0, 1]."""
     opacity: float = 1.0
-    """``d``, or 1 less ``Tr``."""
+    """``d``, or 1 - ``Tr``."""
     radiance: Color = (0.0, 0.0, 0.0)
     """``Ke``, not negative."""
     roughness: float | None = None
@@ -124,18 +123,18 @@ class Material:
     metallic: float | None = None
     """``Pm``."""
     images: dict[str, ImageMap] = field(default_factory=dict)
-    """Images by their words in small letters, such as ``map_kd``; ``map_bump`` is ``bump``."""
+    """Images by their lower-case words, such as ``map_kd``; ``map_bump`` is stored as ``bump``."""
     words: set[str] = field(default_factory=set)
-    """The words of the statements that were given, in small letters."""
+    """The words of all statements of the material, in lower case."""
 
     @property
     def has_color(self) -> bool:
-        """Whether the material says what it reflects."""
+        """Whether the material gives its reflectance."""
         return self.color is not None or "map_kd" in self.images
 
 
 def shown(name: bytes) -> str:
-    """Return a name as text: it is UTF-8, or else taken for Latin-1."""
+    """Return a name as text, read as UTF-8 or else as Latin-1."""
     try:
         return name.decode("utf-8")
     except UnicodeDecodeError:
@@ -143,7 +142,7 @@ def shown(name: bytes) -> str:
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
-    """Return the materials in the `content` of a library; what is not used goes into the account."""
+    """Return the materials in the `content` of a library; unused statements go into the account."""
     return _Reader(file, account).read(content)
 
 
@@ -186,7 +185,7 @@ class _Reader:
             self._current.words.add(key)
 
     def _begin(self, name: bytes) -> None:
-        """Begin a material; one without a name belongs to no face."""
+        """Begin a material; a material without a name belongs to no face."""
         if not name:
             self._tell("'newmtl' has no name: its material is not used")
         if name in self._materials:
@@ -219,7 +218,7 @@ class _Reader:
         material.opacity = opacity
 
     def _color(self, name: str, rest: bytes, most: float) -> Color | None:
-        """Return a colour, one number standing for three; None if it is another kind."""
+        """Return a colour from three numbers or one; None if it is in another colour space or invalid."""
         if (kind := _first(rest)[0].lower()) in (b"spectral", b"xyz"):
             self._tell(f"'{name} {kind.decode()}' is not used: colours are read as R, G, B")
             return None
@@ -236,7 +235,7 @@ class _Reader:
         return min(max(value, 0.0), most)
 
     def _numbers(self, name: str, rest: bytes, count: int) -> list[float] | None:
-        """Return one number or `count`; None, which is told, if the statement has others."""
+        """Return one number or `count` numbers; None, with a report, if the statement has others."""
         words = rest.split(b"#", 1)[0].split()
         numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
         if len(numbers) != len(words) or len(numbers) not in (1, count) or not all(map(_is_finite, numbers)):
@@ -246,7 +245,7 @@ class _Reader:
         return numbers
 
     def _image(self, key: str, name: str, rest: bytes) -> ImageMap:
-        """Return an image with its options, which stand before the name of its file."""
+        """Return an image with its options, which precede the name of its file."""
         given: dict[bytes, list[bytes]] = {}
         while (option := _first(rest)[0].lower()) in _OPTIONS:
             rest = _first(rest)[1]
@@ -254,7 +253,7 @@ class _Reader:
             for _ in range(_OPTIONS[option]):
                 word, after = _first(rest)
                 if not after or (option in _NUMBERED and not _NUMBER.fullmatch(word)):
-                    break  # the last word is the name
+                    break  # the last word is the file's name
                 words.append(word)
                 rest = after
         scale = self._pair(name, given.pop(b"-s", []), 1.0)
@@ -269,7 +268,7 @@ class _Reader:
         return ImageMap(rest, self._line, scale, offset, clamp, 1.0 if multiplier is None else multiplier)
 
     def _pair(self, name: str, words: list[bytes], usual: float) -> tuple[float, float]:
-        """Return the numbers of an option for u and v; the third is for solid textures."""
+        """Return the numbers of an option for u and v; the third number is for solid textures."""
         numbers = [float(word) for word in words]
         first, second = [*numbers, usual, usual][:2] if numbers else (usual, usual)
         if not max(abs(first), abs(second)) <= _FARTHEST or (usual and not min(abs(first), abs(second)) > 1e-6):
@@ -279,7 +278,7 @@ class _Reader:
 
 
 def _statements(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Iterate over the statements with their lines; a line that ends in a backslash of its own goes on in the next."""
+    """Iterate over the statements with their line numbers; a separate backslash at its end continues a line."""
     begun, first = b"", 0
     text = content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     for number, line in enumerate(text.split(b"\n"), 1):
@@ -295,7 +294,7 @@ def _statements(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _goes_on(statement: bytes) -> bool:
-    """Tell whether a backslash ends the line and not a comment or a name, as of a folder of Windows."""
+    """Tell whether a backslash continues the line, instead of ending a comment or a name such as a Windows folder."""
     word, rest = _first(statement)
     use = WORDS.get(word.lower().decode("ascii", "replace"), ("told", ""))[0]
     if word.startswith(b"#") or use == "name":
@@ -316,13 +315,13 @@ def _is_finite(number: float) -> bool:
 
 
 def _multiplier(words: list[bytes]) -> float | None:
-    """Return the number of ``-bm``; None if it is missing or too large."""
+    """Return the number of ``-bm``; None if it is missing or above `_FARTHEST`."""
     numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
     return numbers[0] if numbers and abs(numbers[0]) <= _FARTHEST else None
 
 
 def _is_neutral(key: str, rest: bytes) -> bool:
-    """Tell whether a statement asks for what is rendered anyway."""
+    """Tell whether an unused statement changes nothing, so that it needs no report."""
     words = rest.split(b"#", 1)[0].split()
     numbers = {float(word) for word in words if _NUMBER.fullmatch(word)}
     return bool(words) and key in NEUTRAL and all(map(_NUMBER.fullmatch, words)) and numbers <= NEUTRAL[key]

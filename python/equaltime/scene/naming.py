@@ -1,4 +1,4 @@
-"""What people call the things that the core numbers: shapes, instances and lights, with their places in the file."""
+"""Names for the parts that the core numbers (shapes, instances and lights), with their places in the file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Name", "Names"]
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """What a part of a scene is called, and where it stands."""
+    """The name of a part of a scene, and its place."""
 
     id: str | None
     type: str
@@ -40,7 +40,7 @@ class Name:
 
 
 class Names:
-    """Names by the core's numbers."""
+    """Names of parts by their numbers in the core."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model
@@ -61,7 +61,7 @@ class Names:
                 grouped += [(inner, None) for inner in shape.shapegroup.shapes if built.shapegroup not in groups]
                 groups[built.shapegroup] = None
             elif moves:
-                grouped.append(part)  # the core has what moves in a group of its own
+                grouped.append(part)  # the core puts a moving shape into its own group
         self._shapes, self._own = (*own, *grouped), len(own)
         shining = [
             emitter for emitter in model.emitters if isinstance(emitter, Point | Spot) and any(emitter.intensity)
@@ -73,14 +73,14 @@ class Names:
         ]
 
     def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
-        """Iterate over the shapes that have a surface, with their names, and whether they are part of a group."""
+        """Iterate over the shapes that have a surface: shape, name, and whether it is part of a group."""
         for index, (shape, place) in enumerate(self._shapes):
             again = index >= self._own and place is not None
             if not isinstance(shape, Instance) and not again:
                 yield shape, self._name(shape, place), index >= self._own
 
     def shape(self, index: int) -> Name:
-        """Name a shape: one of the scene's own, or one of a group, which come after them."""
+        """Name a shape; the scene's own shapes come first, then the shapes of groups."""
         return self._name(*self._shapes[index])
 
     def instance(self, index: int) -> Name:
@@ -88,11 +88,11 @@ class Names:
         return self._name(*self._instances[index])
 
     def delta_light(self, index: int) -> Name:
-        """Name a light that no ray meets: first points, then spots, then directional lights; dark ones do not count."""
+        """Name a point, spot or directional light, numbered in this order; dark lights do not count."""
         return self._name(self._deltas[index])
 
     def environment(self) -> Name:
-        """Name what surrounds the scene."""
+        """Name the scene's environment emitter."""
         return self._name(next(e for e in self._scene.model.emitters if isinstance(e, Constant | EnvMap)))
 
     def _name(self, part: Plugin, place: str | None = None) -> Name:

@@ -1,16 +1,16 @@
-"""The materials of an OBJ file: its libraries are found and read, and what they say becomes BSDFs and emitters.
+"""The materials of an OBJ file: finds and reads its libraries, and makes BSDFs and emitters of them.
 
 ========================  ==========================================================================================
 ``Kd``, ``map_Kd``        `diffuse` on both sides; with an image, ``Kd`` is not used
-Pr, Pm, their images      `principled` instead, where one of them is given
+Pr, Pm, their images      `principled` instead, if one of them is given
 ``d`` or ``Tr``, map_d    `mask`: where the material is not opaque, light passes as if there were no surface
 ``norm``                  `normalmap` within both sides: red leans along u, green along v, which is up in the picture
-``bump``, ``map_bump``    `bumpmap` in its place, of the height ``-bm`` where white, in the mesh's units; a picture of
-                          normals is `normalmap`, if ``-bm`` is 1; not beside ``norm``
+``bump``, ``map_bump``    `bumpmap` instead; white has the height ``-bm``, in the mesh's units. A picture of normals is
+                          a `normalmap`, if ``-bm`` is 1. Not used beside ``norm``
 ``Ke``, ``map_Ke``        `area`, from the front side only; with an image, ``Ke`` is not used
 ========================  ==========================================================================================
 
-Images lie as ``-s``, ``-o`` and ``-clamp`` say. They stand beside their library, or beside the mesh.
+``-s``, ``-o`` and ``-clamp`` place an image. Its file is looked for beside the library, then beside the mesh.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from equaltime.scene.tree import Object, Place
 __all__ = ["GREY", "Materials", "file_beside"]
 
 GREY: Final = 0.5
-"""The reflectance of what has no material."""
+"""Reflectance of faces without a material."""
 _WHITE: Final = (1.0, 1.0, 1.0)
 _BLACK: Final = (0.0, 0.0, 0.0)
 _SHOWN: Final = {word.lower(): word for word in ("map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm", "norm", "bump")}
 _COLORS: Final = frozenset({"map_kd", "map_ke"})
-"""Images of colours; the others hold plain numbers."""
+"""Images of colours; all other images hold plain numbers."""
 
 
 class Materials:
@@ -57,11 +57,11 @@ class Materials:
                     self._read(name, line)
 
     def __bool__(self) -> bool:
-        """Tell whether there are any."""
+        """Tell whether there are any materials."""
         return bool(self._found)
 
     def of(self, name: bytes) -> tuple[str, Material] | None:
-        """Return the library and the material of a name, or of what it is without quotes or a number as a comment."""
+        """Return the library and the material of a name; also tried without quotes, and without a number as comment."""
         for spelling in dict.fromkeys((name, _unquoted(name), re.sub(rb"\s+#\d+$", b"", name))):
             for known in dict.fromkeys((spelling, b'"' + spelling + b'"')):
                 if known in self._found:
@@ -69,7 +69,7 @@ class Materials:
         return None
 
     def _names(self, rest: bytes) -> list[str]:
-        """Return the files that a statement mtllib names: one whose name has blanks, or several."""
+        """Return the files that an ``mtllib`` statement names: one, whose name may have blanks, or several."""
         for spelling in dict.fromkeys((rest, obj_name(rest), _unquoted(obj_name(rest)))):
             if (name := file_beside(self._path, "", spelling)) is not None:
                 return [name]
@@ -93,7 +93,7 @@ class Materials:
             self._found[material] = name, said
 
     def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
-        """Return the BSDF of a material on a mesh, on both sides; `own` is the reflectance where it says none."""
+        """Return the BSDF of a material on a mesh, for both sides; `own` is the default reflectance."""
 
         def given(word: str, number: object) -> object:
             return self._image_or(number, word, library, material, place, has_uvs=mesh.uvs is not None)
@@ -113,12 +113,12 @@ class Materials:
         return plant("bsdf", "mask", place, opacity=opacity, bsdf=both)
 
     def emitter(self, library: str, material: Material, place: Place, *, has_uvs: bool) -> Object | None:
-        """Return the emitter of a material that shines."""
+        """Return the emitter of a material, or None if its radiance is zero."""
         radiance = self._image_or(material.radiance, "map_ke", library, material, place, has_uvs=has_uvs)
         return None if radiance == _BLACK else plant("emitter", "area", place, radiance=radiance)
 
     def _bent(self, bsdf: Object, library: str, material: Material, place: Place, mesh: MeshData) -> Object:
-        """Return a BSDF with the relief of a material, if that has one."""
+        """Return `bsdf`, wrapped in the normal or bump map of the material, if there is one."""
         word = "norm" if "norm" in material.images else "bump"
         if word == "norm" and "bump" in material.images:
             self._tell("'bump' is not used beside 'norm'", library, material.images["bump"].line)
@@ -139,7 +139,7 @@ class Materials:
         return plant("bsdf", "normalmap", place, normalmap=texture, bsdf=bsdf)
 
     def _holds_normals(self, name: str, library: str, image: ImageMap) -> bool:
-        """Tell whether the picture of ``bump`` holds normals and not heights; it is read once."""
+        """Tell whether the picture of ``bump`` holds normals instead of heights; it is read once."""
         if name not in self._contents:
             self._contents[name] = content_of(self._search.note(self._path.parent / name))
         if self._contents[name] == "colours":
@@ -149,7 +149,7 @@ class Materials:
     def _image_or(
         self, number: object, word: str, library: str, material: Material, place: Place, *, has_uvs: bool
     ) -> object:
-        """Return the image of a material, or else the number in its place; one that is not used is told."""
+        """Return the image of a material, or else `number`; a number that an image replaces is reported."""
         name = self._file(library, material, word, has_uvs=has_uvs)
         if name is None:
             return number
@@ -158,7 +158,7 @@ class Materials:
         return _bitmap(name, material.images[word], place, raw=word not in _COLORS)
 
     def _file(self, library: str, material: Material, word: str, *, has_uvs: bool) -> str | None:
-        """Return the file of a material's image, if it can be used."""
+        """Return the file of a material's image, or None; an unusable image is reported."""
         image = material.images.get(word)
         if image is None:
             return None
@@ -184,26 +184,26 @@ def _bitmap(name: str, image: ImageMap, place: Place, *, raw: bool) -> Object:
 
 
 def _turning(image: ImageMap) -> str | None:
-    """Return the option that asks for other normals than those in the picture."""
+    """Return an option that asks for normals other than those in the picture, or None."""
     if image.multiplier != 1.0:
         return "another '-bm' than 1"
     return "a negative '-s'" if min(image.scale) < 0.0 else None
 
 
 def file_beside(path: Path, folder: str, name: bytes) -> str | None:
-    """Return the file of that name in a folder beside `path`, if there is one; Windows' separators are understood."""
+    """Return the file of that name in a folder beside `path`, or None; Windows' separators are understood."""
     for spelling in dict.fromkeys((name, name.replace(b"\\", b"/"))):
         found = os.path.join(folder, os.fsdecode(spelling))
         try:
             if spelling and (path.parent / found).is_file():
                 return found
-        except (OSError, ValueError):  # a name that no file can have
+        except (OSError, ValueError):  # such as an invalid file name
             continue
     return None
 
 
 def _to_uv(image: ImageMap) -> list[list[float]] | None:
-    """Return where the image lies, for an OBJ file's v, which is turned over: 1 - v."""
+    """Return the `to_uv` of an image, or None for the identity; the v of an OBJ file is turned over: 1 - v."""
     if image.scale == (1.0, 1.0) and image.offset == (0.0, 0.0):
         return None
     (su, sv), (ou, ov) = image.scale, image.offset
@@ -215,8 +215,8 @@ def _unquoted(name: bytes) -> bytes:
 
 
 def _content(path: Path) -> bytes:
-    """Return what is in a file; raises OSError, or ValueError for a name that none can have."""
-    if path.exists() and not path.is_file():  # a device may never end, a pipe never begin
+    """Return the content of a library; raises OSError, or ValueError for an invalid name or UTF-16."""
+    if path.exists() and not path.is_file():  # reading a device or a pipe may never end
         raise ValueError("not a regular file")
     content = path.read_bytes()
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):

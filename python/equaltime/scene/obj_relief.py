@@ -1,4 +1,4 @@
-"""The pictures of ``bump`` in MTL files: heights, or the normals that some exporters write under this word.
+"""The pictures of ``bump`` in MTL files: heights, or normals, which some exporters write under this word.
 
 The normals are in tangent space. Red leans along u, and green leans along the file's v: upwards in the picture.
 """
@@ -18,13 +18,13 @@ __all__ = ["Content", "content_of", "is_mirrored"]
 
 Content = Literal["grey", "normals", "colours"]
 _SAMPLES: Final = 256
-"""Rows and columns of texels that are looked at to tell normals from other colours."""
+"""Largest number of rows and of columns of texels that are examined to tell normals from other colours."""
 _SHARE: Final = 0.75
-"""How many of the texels that are not grey are normals in a picture of normals."""
+"""Fraction of the coloured texels that must be unit normals in a picture of normals."""
 
 
 def content_of(path: Path) -> Content:
-    """Return what is in a picture; one that cannot be read is refused where the scene reads it, and grey here."""
+    """Return the kind of content of a picture. An unreadable one counts as grey; the scene's own reading refuses it."""
     try:
         texels = read_picture(path, raw=True).texels
     except ValueError:
@@ -39,7 +39,7 @@ def content_of(path: Path) -> Content:
 
 
 def is_mirrored(mesh: MeshData) -> bool:
-    """Tell whether some faces show their image in a mirror from the front; the mesh has uvs, with v upwards."""
+    """Tell whether some faces, seen from the front, show their image mirrored; the mesh has uvs, with v upwards."""
     assert mesh.uvs is not None, "only what has uvs has an image"
     a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
     (u1, v1), (u2, v2) = (b - a).T, (c - a).T

@@ -1,7 +1,7 @@
-"""Numbers of textures and of meshes that the parameters which use them do not allow.
+"""Numbers of textures and meshes outside the range of the parameters that use them.
 
-A plain number of that size is refused where it stands. Texels are counted instead: one pixel of a photograph in a
-million may have been sharpened beyond white.
+A plain number outside the range is refused where it stands. Texels are only counted: sharpening may have raised one
+pixel of a photograph in a million beyond white.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Outside:
     """The number of texels, vertices or faces."""
     least: float
     most: float
-    """The least and the largest of all numbers of the texture."""
+    """The smallest and the largest of all numbers of the texture."""
 
     def __str__(self) -> str:
         allowed = "lies in [0, 1]" if self.name in FACTORS else "is not negative"
@@ -53,7 +53,7 @@ class Outside:
 
 
 def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over the parameters of a part whose bitmaps have texels that they do not allow."""
+    """Iterate over the parameters of a part whose bitmaps have texels out of range."""
     for name, texture in _parameters(node):
         bitmap = texture.times if isinstance(texture, MeshAttribute) else texture
         if isinstance(bitmap, Bitmap):
@@ -63,7 +63,7 @@ def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
 
 
 def of_mesh(shape: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over the parameters on a mesh for which its attributes have numbers that they do not allow."""
+    """Iterate over the parameters on a mesh whose mesh attributes have values out of range."""
     if not isinstance(shape, MeshFile):
         return
     for node in shape.nodes():

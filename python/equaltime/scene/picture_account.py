@@ -1,7 +1,7 @@
-"""The account of a picture: what its file holds, less what its reader has used, is told.
+"""The account of a picture: everything in its file that the reader has not used is reported.
 
-Everything that OpenImageIO reports is an entry: channels, parts, attributes. A reader takes what it uses. Entries that
-describe the file, such as dates and compression, say nothing about the picture, and are no part of the account.
+Everything that OpenImageIO reports is an entry: channels, parts, attributes. A reader takes the entries that it uses.
+Entries that only describe the file, such as dates and compression, are not part of the account.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ OF_FORMATS: Final = (
     *("gif", "webp", "bmp", "dpx", "cineon", "targa", "hdr", "iff", "jpeg2000", "jpegxl", "pnm", "psd", "rla", "sgi"),
     *("fits", "dds", "softimage", "ICCProfile", "nuke", "equaltime"),
 )
-"""Words before the colon of attributes that tell how a file, or a photograph, was made."""
+"""Prefixes, before the colon, of attributes that tell how a file or a photograph was made."""
 USED: Final = frozenset(
     {
         *("Orientation", "PixelAspectRatio", "chromaticities", "oiio:ColorSpace", "oiio:Gamma", "ICCProfile"),
         *("ICCProfile:profile_description", "jpeg:ColorSpace", "tiff:ColorSpace", "textureformat", "hdr:exposure"),
     }
 )
-"""Attributes that readers of pictures use, or else must tell."""
+"""Attributes that readers of pictures use or must report."""
 MOST_NAMES: Final = 6
 
 
@@ -53,21 +53,21 @@ class Account:
         self._notes: dict[str, None] = {}
 
     def channels(self, *names: str) -> None:
-        """Take channels, which are used."""
+        """Take channels that are used."""
         for name in names:
             self._channels.pop(name, None)
 
     def attribute(self, name: str, *harmless: object) -> Any:
-        """Take an attribute that is used and return its value, None if there is none or it is one of the harmless."""
+        """Take a used attribute and return its value; None if it is missing or equal to one of `harmless`."""
         value = self._attributes.pop(name, None)
         return None if value in harmless else value
 
     def note(self, message: str) -> None:
-        """Remember to tell what the reader knows not to use."""
+        """Remember a remark of the reader."""
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:
-        """Return what there is to tell, one line a kind."""
+        """Return all remarks, one line per kind."""
         return (*self._notes, *self._left())
 
     def _left(self) -> Iterator[str]:
@@ -79,7 +79,7 @@ class Account:
 
 
 def _bears(attribute: Any) -> bool:
-    """Tell whether an attribute may change the picture: words that no reader asks for are descriptions."""
+    """Tell whether an attribute may change the picture; text that no reader asks for is only a description."""
     name = str(attribute.name)
     if name in USED:
         return True

@@ -1,4 +1,4 @@
-"""Which channels of a picture are its colour: by their names, in the first layer that has one."""
+"""Chooses the channels of a picture that are its colour: by name, in the first layer that has a colour."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ROLES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The channels of a picture that are used, by their places in the file."""
+    """The channels of a picture that are used, by their positions in the file."""
 
     kind: Literal["colour", "XYZ", "luminance and chroma", "grey"]
     channels: tuple[int, ...]
     alpha: int | None
-    """The opacity that belongs to them."""
+    """Channel of the opacity, or None."""
     named: bool
-    """The names of the channels say that they are this."""
+    """Whether the names of the channels say that they are of this kind."""
 
 
 KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"], str], ...]] = (
@@ -36,11 +36,11 @@ KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"
     ("luminance and chroma", "Y RY BY"),
     ("grey", "Y"),
 )
-"""The channels of each kind of colour, what is wanted most first; X, Y, Z are those of the CIE, as in Mitsuba."""
+"""The channels of each kind of colour, most wanted first; X, Y, Z are CIE XYZ, as in Mitsuba."""
 
 
 def choose(names: Sequence[str]) -> Choice:
-    """Return which channels are the colour: those of the first of `KINDS` that a layer has, else the first ones.
+    """Return the channels of the colour: the first of `KINDS` that a layer has, else the first channels.
 
     Channels without a layer come first.
     """
@@ -65,7 +65,7 @@ def choose(names: Sequence[str]) -> Choice:
 def rgb_of_luminance_chroma(pixels: NDArray[np.float32], weights: Sequence[float]) -> NDArray[np.float32]:
     """Return the colours (H, W, 3) of Y, RY = (R - Y) / Y and BY = (B - Y) / Y, as OpenEXR defines them.
 
-    Y is the sum of R, G and B by the weights.
+    Y is the sum of R, G and B, weighted by `weights`.
     """
     luminance, over_red, over_blue = np.moveaxis(pixels.astype(np.float64), 2, 0)
     red, blue = luminance * (1.0 + over_red), luminance * (1.0 + over_blue)

@@ -1,6 +1,6 @@
 """Pictures that a scene names, for textures and skies: the whole display window, upright, in linear sRGB.
 
-The section "Pictures" of ``scenes/README.md`` says what becomes of all that a file may have.
+The section "Pictures" of ``scenes/README.md`` describes the treatment of everything that a file may have.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ __all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "uprigh
 Array = NDArray[Any]
 
 WINDOWED: Final = frozenset({"openexr", "rla"})
-"""Formats whose pictures have a display window; the offsets of others are places on a page, or mean nothing."""
+"""Formats with a display window; in other formats, offsets are positions on a page or have no meaning."""
 MOST_SHOWN: Final = 1 << 27
-"""Bytes of a display window that any file may declare: the pixels outside the data window stand nowhere in the file."""
+"""Bytes of a display window that any file may declare; its pixels outside the data window take no space in the file."""
 MOST_PARTS: Final = 64
-"""Parts and levels that are counted: in some formats one is found by decoding all before it."""
+"""Largest number of parts and levels that are counted; some formats find one only by decoding all before it."""
 NEAR_SRGB: Final = (2.15, 2.45)
-"""Powers that mean sRGB in practice: 2.2, which files with its curve declare, and that of its upper part."""
+"""Range of powers that mean sRGB in practice: 2.2, which sRGB files declare, and 2.4, the power of its upper part."""
 ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
-"""Names of colour spaces that earlier releases of OpenImageIO give."""
+"""Colour-space names that earlier releases of OpenImageIO give."""
 UNSAID: Final = frozenset({"", "rec709"})
-"""OpenImageIO's words for formats that say nothing of their colours, such as PPM and PFM."""
+"""OpenImageIO's words for formats that do not declare their colours, such as PPM and PFM."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +48,7 @@ class Texels:
     srgb: bool
     """Whether uint8 texels are encoded as sRGB."""
     told: tuple[str, ...] = ()
-    """Sentences about what is not used of the file."""
+    """Remarks on unused parts of the file."""
 
     @property
     def linear(self) -> NDArray[np.float32]:
@@ -64,17 +64,17 @@ class Stored:
     """The pixels of a display window as they stand in a file."""
 
     colors: Array
-    """(H, W, 1 or 3), not multiplied by the opacity unless the file has them so."""
+    """(H, W, 1 or 3), multiplied by the opacity only if the file stores them so."""
     alpha: Array | None
     """(H, W, 1)"""
     choice: Choice
     kind: str
-    """How colours are stored: ``encoded``, ``signed`` (whole numbers with a sign) or ``linear``."""
+    """Storage of the colours: ``encoded``, ``signed`` (signed integers) or ``linear``."""
     account: Account
 
 
 def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object] = lambda spec: None) -> Stored:
-    """Return the picture at `path`: types in ``kept`` as the file has them, others as float32.
+    """Return the picture at `path`; types in ``kept`` stay as in the file, others become float32.
 
     ``check`` is given OpenImageIO's description before pixels are read. Raises ImageError for a file that cannot be
     read, ValueError for one that declares too much.
@@ -99,7 +99,7 @@ def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object]
 
 
 def read_picture(path: Path, raw: bool = False) -> Texels:
-    """Return the picture at `path`, or with `raw` its numbers without a change of colour.
+    """Return the picture at `path`, or with `raw` its numbers without colour conversion.
 
     Raises ValueError for a file that cannot be read, and for texels that are not finite.
     """
@@ -122,16 +122,16 @@ def read_picture(path: Path, raw: bool = False) -> Texels:
 
 
 def largest(pixels: Array) -> float:
-    """Return the number that means all of a channel."""
+    """Return the value of a full channel: the maximum of an integer type, else 1."""
     return float(np.iinfo(pixels.dtype).max) if np.issubdtype(pixels.dtype, np.integer) else 1.0
 
 
 def _pixels(source: Any, spec: Any, file_format: str, path: Path, kept: Container[str]) -> Array:
-    """Return all channels (H, W, C): types in ``kept`` as the file has them, others as float32."""
+    """Return all channels (H, W, C); types in ``kept`` stay as in the file, others become float32."""
     if wrong := excess(spec, path):
         raise ValueError(f"{path}: {wrong}")
     if str(spec.format) == "double" and file_format == "tiff" and (spec.tile_width or spec.height == 1):
-        # release 3.2 returns other numbers, without a word
+        # release 3.2 silently returns wrong numbers
         raise ValueError(f"{path}: OpenImageIO misreads tiles and single rows of float64; write the file as float32")
     kind = str(spec.format) if str(spec.format) in kept and not _is_mixed(spec) else "float"
     given = source.read_image(0, 0, 0, spec.nchannels, kind)
@@ -160,7 +160,7 @@ def _kind(spec: Any, file_format: str) -> str:
 
 
 def _count_parts(source: Any, account: Account) -> None:
-    """Tell the parts and levels of a file behind the first."""
+    """Report that parts and levels of a file after the first are not used."""
     levels = _counted(lambda number: source.seek_subimage(0, number))
     if levels > 1:
         account.note(f"{levels - 1} smaller copies of it are not used")
@@ -189,7 +189,7 @@ class _Window:
 
 
 def _window(spec: Any, file_format: str, path: Path, account: Account) -> _Window:
-    """Return where the pixels of a file are; raises ValueError for a display window that is too large."""
+    """Return the position of a file's pixels; raises ValueError for a display window that is too large."""
     if file_format not in WINDOWED:
         if spec.x or spec.y:
             account.note("its offset on a page is not used")
@@ -201,7 +201,7 @@ def _window(spec: Any, file_format: str, path: Path, account: Account) -> _Windo
 
 
 def _shown(pixels: Array, window: _Window) -> Array:
-    """Return the pixels (H, W, C) of the display window: black where there are none."""
+    """Return the pixels (H, W, C) of the display window; black outside the data window."""
     height, width, channels = pixels.shape
     if (window.x, window.y, window.width, window.height) == (0, 0, width, height):
         return np.ascontiguousarray(pixels)
@@ -215,13 +215,13 @@ def _shown(pixels: Array, window: _Window) -> Array:
 
 
 def _orientation(path: Path, account: Account) -> int:
-    """Return Exif's number of the orientation; takes what a header says of it and tells the rest of the header."""
+    """Return Exif's orientation number, from a Radiance header if there is one, and note that header's variables."""
     number = account.attribute("Orientation")
     if (aspect := account.attribute("PixelAspectRatio", 1.0)) is not None:
         account.note(f"pixels of aspect {aspect:g} are taken for squares: a picture spans u and v in [0, 1]")
     if (header := radiance.header(path)) is not None:
         number, variables = header
-        for name in ("hdr:exposure", "oiio:ColorSpace", "oiio:Gamma"):  # which OpenImageIO makes of the variables
+        for name in ("hdr:exposure", "oiio:ColorSpace", "oiio:Gamma"):  # made by OpenImageIO from the variables
             account.attribute(name)
         for name, value in variables.items():
             account.note(f"{name}={value} in its header is not used")
@@ -229,10 +229,10 @@ def _orientation(path: Path, account: Account) -> int:
 
 
 def upright(pixels: Array, orientation: int) -> Array:
-    """Return pixels (H, W, ...) turned by Exif's number, 1 to 8, so that row 0 is at the top and column 0 at the left.
+    """Return pixels (H, W, ...) turned upright: row 0 at the top, column 0 at the left.
 
-    The number says where row 0 and column 0 of the file are seen: top and left (1), top right, bottom right, bottom
-    left, left top, right top, right bottom, left bottom (8).
+    `orientation` is Exif's number, 1 to 8: where row 0 and column 0 of the file are seen. The numbers mean top and left
+    (1), top right, bottom right, bottom left, left top, right top, right bottom, left bottom (8).
     """
     if orientation >= 5:
         pixels = np.swapaxes(pixels, 0, 1)
@@ -243,11 +243,11 @@ def upright(pixels: Array, orientation: int) -> Array:
     return np.ascontiguousarray(pixels)
 
 
-# -- what their numbers mean ------------------------------------------------------------------------------------------
+# -- colour spaces ----------------------------------------------------------------------------------------------------
 
 
 def _linear(colors: Array, stored: Stored, raw: bool) -> Texels:
-    """Return the colours in linear sRGB, or in bytes encoded as sRGB; as they are with `raw`."""
+    """Return the colours in linear sRGB, or as bytes encoded as sRGB; with `raw`, unchanged."""
     account = stored.account
     curve, primaries = _color_space(stored.kind, raw, account)
     if stored.choice.kind == "luminance and chroma":
@@ -269,7 +269,7 @@ def _linear(colors: Array, stored: Stored, raw: bool) -> Texels:
 
 
 def _color_space(kind: str, raw: bool, account: Account) -> tuple[float | str, Sequence[float]]:
-    """Return the curve (``srgb`` or a power) and the primaries of the colours, from what the file says of them."""
+    """Return the curve (``srgb`` or a power) and the primaries of the colours, as the file declares them."""
     curve: float | str = "srgb" if kind == "encoded" else 1.0
     primaries: Sequence[float] = REC709
     name, gamma = account.attribute("oiio:ColorSpace"), account.attribute("oiio:Gamma")
@@ -299,7 +299,7 @@ def _named(name: str, gamma: object) -> tuple[float | str, Sequence[float]] | No
 
 
 def _tell_conversions(raw: bool, account: Account) -> None:
-    """Tell what OpenImageIO has converted in its own way, and profiles of colours that are not sRGB."""
+    """Note conversions that OpenImageIO makes by itself, and colour profiles other than sRGB."""
     for name in ("jpeg:ColorSpace", "tiff:ColorSpace"):
         if (space := account.attribute(name, "RGB", "YCbCr", "palette")) is not None:
             account.note(f"colours in {space} are turned into RGB without a profile")

@@ -1,4 +1,4 @@
-"""Where the parts of a model stand in its file."""
+"""Places of the parts of a model in its file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALONE: Final = ("sensor", "integrator")
 
 
 class Places:
-    """The places of shapes by their index, and of all parts by what they are."""
+    """The places of shapes by index, and of all parts by identity or equality."""
 
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
         self.shapes = shapes
@@ -24,9 +24,9 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return where `part`, or the first that is equal to it, stands; None if it was made later.
+        """Return the place of `part`, or of the first part equal to it; None if it was made later.
 
-        Of a kind that a scene has once it is the one that there is: its size or depth may have been changed.
+        A scene has only one sensor and one integrator, so their places are found even after a change of size or depth.
         """
         if (place := self._known.get(id(part))) is not None:
             return place
@@ -35,7 +35,7 @@ class Places:
 
 
 def told_once(place: Place, message: str) -> tuple[Place, str]:
-    """Return a place and what is wrong there; a message that names the same file gives it its line instead."""
+    """Return place and message; if the message repeats the place's file, move its line number into the place."""
     found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
     if found is None or place != Place(place.file):
         return place, message
@@ -43,4 +43,4 @@ def told_once(place: Place, message: str) -> tuple[Place, str]:
 
 
 NOWHERE: Final = Places((), ())
-"""For a model that was made by hand."""
+"""Places of a model that was made in memory."""

@@ -1,7 +1,7 @@
-"""Headers of Radiance pictures (``.hdr``): which way their rows run, and what their variables say.
+"""Headers of Radiance pictures (``.hdr``): the direction of their rows, and their variables.
 
-OpenImageIO 3.2 takes two of the eight orientations for each other (``+X … +Y`` and ``-X … -Y``) and names few of the
-variables, so that the header, which is text, is read here. See Ward, "File Formats", radsite.lbl.gov/radiance/refer.
+OpenImageIO 3.2 confuses two of the eight orientations (``+X … +Y`` and ``-X … -Y``) and reports few of the variables.
+The header, which is text, is therefore read here. See Ward, "File Formats", radsite.lbl.gov/radiance/refer.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ __all__ = ["header"]
 
 MAGIC: Final = (b"#?RADIANCE", b"#?RGBE")
 LONGEST: Final = 1 << 16
-"""Bytes of a header: real ones have some hundred."""
+"""Largest size of a header in bytes; real headers have some hundred."""
 ORIENTATIONS: Final = {
     **{"-Y +X": 1, "-Y -X": 2, "+Y -X": 3, "+Y +X": 4},
     **{"+X -Y": 5, "-X -Y": 6, "-X +Y": 7, "+X +Y": 8},
 }
-"""Exif's number of each: first the direction from row to row, then that within a row; y grows upwards."""
+"""Exif's number of each orientation: direction from row to row, then direction within a row; y grows upwards."""
 _VARIABLE: Final = re.compile(rb"(EXPOSURE|COLORCORR|PRIMARIES|PIXASPECT|GAMMA)=\s*(.*)")
 _SIZE: Final = re.compile(rb"([-+][XY]) +\d+ +([-+][XY]) +\d+ *$")
 
 
 def header(path: Path) -> tuple[int, dict[str, str]] | None:
-    """Return Exif's number of the orientation and the variables that change colours; None if the file is no such one.
+    """Return Exif's orientation number and the variables that change colours; None for other kinds of files.
 
-    A variable that stands several times has all its values, in order.
+    The value of a variable that occurs several times lists all its values, in order.
     """
     with path.open("rb") as file:
         begin = file.read(LONGEST)

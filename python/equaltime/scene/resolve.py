@@ -1,4 +1,4 @@
-"""Turns the tree into the model: finds what references refer to, which plugin each object is, and what is wrong."""
+"""Turns the tree into the model: resolves references, finds the plugin of each object, and reports problems."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ VOLUMETRIC: Final = ("medium", "phase")
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model, if it is valid, and all valid parts with the objects that they came from."""
+    """The model, or None if it is invalid, and all valid parts with the objects that they came from."""
 
     model: SceneModel | None
     shapes: list[Object] = field(hash=False)
-    """Where the shapes of the model came from, in their order."""
+    """The objects from which the model's shapes were made, in the same order."""
     parts: list[tuple[Object, Plugin]] = field(hash=False)
 
 
 @dataclass(slots=True)
 class _Fields:
-    """What an object's children say: values by parameter, and the parameters whose problems have been told."""
+    """Values of an object's parameters, and the parameters whose problems were already reported."""
 
     values: dict[str, Any] = field(default_factory=dict)
     failed: set[str] = field(default_factory=set)
     size: int = 1
-    """Objects that there are with all references followed, this one included."""
+    """Number of objects, this one included, with all references followed."""
 
 
 def resolve(root: Object, report: Report) -> Resolved:
-    """Return the model of the scene `root`; what is wrong is reported, and then it may be None."""
+    """Return the model of the scene `root`; problems are reported, and the model may then be None."""
     return _Resolver(root, report).scene()
 
 
@@ -85,7 +85,7 @@ class _Resolver:
             self._report.add(alias.place, f"the name '{alias.name}' is already taken (at {first.place})")
 
     def _name(self, node: Object) -> str | None:
-        """Return what people call `node`: its id, or its key if it stands at the top."""
+        """Return the name of `node`: its id, or its key at the top level."""
         return node.id or self._top.get(node)
 
     # -- the scene ---------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ class _Resolver:
         shapes: list[Shape],
         emitters: list[FreeEmitter],
     ) -> SceneModel | None:
-        """Return the scene with these parts, or None if it lacks something or is wrong as a whole."""
+        """Return the scene with these parts, or None if it has no sensor."""
         fields: dict[str, Any] = {}
         for kind in ("integrator", "sensor"):
             nodes = [node for node in self._top if self._kind(node) == kind]
@@ -124,14 +124,14 @@ class _Resolver:
             for _, part in parts.get(kind, [])[:1]:
                 fields[kind] = part
             if kind == "sensor" and not nodes and shapes:
-                fields[kind] = Perspective()  # until all files are read
+                fields[kind] = Perspective()  # replaced once all files are read
                 self._report.note("the scene has no sensor: one is added that has everything in view")
             elif kind == "sensor" and not nodes and None not in self._built.values():
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
 
     def _is_idle(self, node: Object) -> bool:
-        """Tell whether `node` cannot be rendered and need not be, since nothing refers to it; that is noted."""
+        """Tell whether an unsupported `node` can be ignored because nothing refers to it; if so, note it."""
         helps = self._kind(node) in ("bsdf", "texture", "medium", "phase", "volume")
         if not helps or node.id is None or {node.id, self._top.get(node)} & self._mentioned:
             return False
@@ -141,7 +141,7 @@ class _Resolver:
         return unknown is not None
 
     def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
-        """Return the emitters that stand on their own, with one environment at most; report those that cannot."""
+        """Return the emitters that need no shape, at most one of them an environment; misplaced ones are reported."""
         free: list[tuple[Object, FreeEmitter]] = []
         for node, emitter in emitters:
             if isinstance(emitter, Area):
@@ -157,7 +157,7 @@ class _Resolver:
     # -- objects -----------------------------------------------------------------------------------------------------
 
     def plugin(self, node: Object) -> Plugin | None:
-        """Return the plugin that `node` describes, or None if it is wrong; the same node gives the same plugin."""
+        """Return the plugin that `node` describes, or None if it is invalid; the same node gives the same plugin."""
         if node in self._open:
             names = " -> ".join(f"'{self._name(step) or step.type}'" for step in [*self._open, node])
             self._report.add(node.place, f"the object contains itself: {names}")
@@ -176,7 +176,7 @@ class _Resolver:
         fields = self._fields(node, plugin)
         if not self._check_size(node, fields.size):
             return None
-        # All instances of a group share it, so that it counts once.
+        # All instances share one group, so it counts once.
         self._sizes[node] = 1 if issubclass(plugin, ShapeGroup) else fields.size
         try:
             return plugin(id=self._name(node), **fields.values)
@@ -189,14 +189,14 @@ class _Resolver:
             return None
 
     def _check_size(self, node: Object, size: int) -> bool:
-        """Tell whether `node` is no more than a file could hold; references can double it with each level."""
+        """Tell whether `node` is within the limit on objects; references can double its size with each level."""
         if size > self._most:
             message = f"with all references followed these are {size} objects; the limit for this file is {self._most}"
             self._report.add(node.place, message)
         return size <= self._most
 
     def _wrong_type(self, node: Object, plugin: type[Plugin] | None) -> str:
-        """Say what is wrong with the type of `node`: misspelt, of another family, or not supported yet."""
+        """Return a message about the type of `node`: misspelt, of another family, or not supported yet."""
         what = self._kind(node) or "plugin"
         origin = "" if node.variable is None else f", the value of ${node.variable},"
         if plugin is not None:
@@ -217,14 +217,14 @@ class _Resolver:
         return f"unknown {what} '{node.type}'{origin.rstrip(',')}{hint}"
 
     def _kind(self, node: Object) -> Kind | None:
-        """Return the family of `node` as far as the spelling or the type tells it."""
+        """Return the family of `node`, if its spelling or its type tells it."""
         if node.kind is not None:
             return node.kind
         if node.type in PLUGINS:
             return PLUGINS[node.type].kind
         return mitsuba_kind(node.type) or next((kind for kind in MITSUBA if kind == node.key), None)
 
-    # -- what is in an object ----------------------------------------------------------------------------------------
+    # -- contents of an object ---------------------------------------------------------------------------------------
 
     def _fields(self, node: Object, plugin: type[Plugin]) -> _Fields:
         """Return the parameters that the children of `node` give."""
@@ -259,7 +259,7 @@ class _Resolver:
             fields.values[name] = value.data
 
     def _set_object(self, fields: _Fields, plugin: type[Plugin], child: Child, nested: Plugin) -> None:
-        """Put `nested` where it belongs: by its name if that is a slot for its family, else by its family."""
+        """Assign `nested` to the parameter of its name if that takes its family, else to its family's parameter."""
         place, role = child.node.place, plugin.roles.get(nested.kind)
         if nested.kind in plugin.slots().get(child.name or "", ()):
             role = child.name
@@ -283,19 +283,19 @@ class _Resolver:
             fields.values[role] = nested
 
     def _is_spare(self, name: str, nested: Plugin) -> bool:
-        """Tell whether a shape's part is an attribute by its name, and none that others look up."""
+        """Tell whether a shape's part is named like a mesh attribute, and no reference mentions it."""
         is_attribute = nested.kind == "texture" and name.startswith(("vertex_", "face_"))
         return is_attribute and name not in self._mentioned
 
     # -- references --------------------------------------------------------------------------------------------------
 
     def _is_reference(self, child: Child, plugin: type[Plugin]) -> bool:
-        """Tell whether a string stands where an object is expected: then it is the object's name."""
+        """Tell whether a string stands in place of an object, so that it is the object's name."""
         data = child.node.data if isinstance(child.node, Value) else None
         return isinstance(data, str) and (child.name in plugin.roles.values() or child.name in plugin.slots())
 
     def _target(self, child: Child, parent: Object) -> Object | None:
-        """Return the object that `child` is or refers to; anything else is reported."""
+        """Return the object that `child` is or refers to, else None; problems are reported."""
         node = child.node
         if isinstance(node, Object):
             return node

@@ -1,4 +1,4 @@
-"""A loaded scene: the model, the files that it names, and the core's view of it, made once when it is needed."""
+"""A loaded scene: the model, the files that it names, and the core's scene, which is built once when needed."""
 
 from __future__ import annotations
 
@@ -66,18 +66,18 @@ class Scene(Shown):
     model: SceneModel
     """The description, with references resolved."""
     source: Path | None
-    """The file that it was read from, if it was."""
+    """The file that the scene was read from, if any."""
     assets: Assets = field(repr=False)
-    """The meshes and images that it names."""
+    """The meshes and images that the scene names."""
     warnings: tuple[str, ...] = ()
-    """What is odd about its files but does no harm, and what was replaced."""
+    """Harmless oddities of the files, and replacements."""
     substitutions: tuple[Substitution, ...] = ()
-    """What was replaced or left out, if that was asked for."""
+    """Parts that were replaced or left out on request."""
     places: Places = field(default=NOWHERE, repr=False)
-    """Where its parts stand in their files."""
+    """Places of the scene's parts in their files."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
-    """`own_max_depth`, once `with_` has changed the path length."""
+    """The value of `own_max_depth`, once `with_` has changed the path length."""
 
     def __str__(self) -> str:
         width, height = self.size
@@ -86,7 +86,7 @@ class Scene(Shown):
         return f"{self.source or 'made in memory'}: {width}x{height}, {shapes} shapes, {depth}"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a copy or another process gets: all but the core's scene, which is built anew there."""
+        """Return the state for a copy or another process: everything except the core's scene, which is rebuilt."""
         return {name: value for name, value in self.__dict__.items() if name != "core"}
 
     @property
@@ -101,26 +101,26 @@ class Scene(Shown):
 
     @property
     def own_max_depth(self) -> int:
-        """The `max_depth` that the file asks for, with its variables defined, whatever `with_` has changed since."""
+        """The `max_depth` of the file, with its variables defined; changes by `with_` do not affect it."""
         return self.max_depth if self._own_max_depth is None else self._own_max_depth
 
     @property
     def spp(self) -> int | None:
-        """Samples per pixel that the file asks for, or None if it does not say."""
+        """Samples per pixel that the file asks for, or None if it gives no number."""
         sensor = self.model.sensor
         given = "sampler" in sensor.model_fields_set and "sample_count" in sensor.sampler.model_fields_set
         return sensor.sampler.sample_count if given else None
 
     @property
     def extensions(self) -> dict[str, str] | None:
-        """The extensions that a glTF file uses, and what becomes of them; None if this is none."""
+        """Extensions that a glTF file uses, each with its treatment; None for other kinds of files."""
         if self.source is None or self.source.suffix.lower() not in GLTF:
             return None
         return self.assets.extensions(self.source.name)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Every file that the scene was read from: its own, those that it includes, meshes, images, spectra."""
+        """Every file that the scene was read from: scene file, included files, meshes, images, spectra."""
         found = {*self.assets.files, *([] if self.source is None else [self.source])}
         return tuple(sorted(path for path in found if path.is_file()))
 
@@ -130,18 +130,19 @@ class Scene(Shown):
         return dict(self._seconds)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the scene as the dictionary that `load_dict` reads, with absolute file names: JSON as it stands.
+        """Return the scene as the dictionary that `load_dict` reads: valid JSON, with absolute file names.
 
-        ``mitsuba.load_dict`` reads it too, once its transforms, nested lists, are Mitsuba's own; see
+        ``mitsuba.load_dict`` reads it too, once its transforms (nested lists) are replaced by Mitsuba's type; see
         `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
         """
         return export.scene_dict(self.model, self.assets.absolute)
 
     def write(self, path: str | Path, *, copy: bool = False) -> tuple[Path, ...]:
-        """Write the scene as a new TOML or XML file, and return what was written; see `equaltime.scene.export.convert`.
+        """Write the scene as a new TOML or XML file, and return the written files.
 
-        The same scene is read from it: the same bits in every image. With `copy`, meshes and images are copied into a
-        folder beside it, otherwise named by where they are. Raises SceneError.
+        Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
+        copied into a folder beside it; otherwise the file names their present places. Raises SceneError. See
+        `equaltime.scene.export.convert`.
         """
         path = Path(path)
         try:
@@ -150,22 +151,22 @@ class Scene(Shown):
             raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 
     def surfaces(self) -> Iterator[Surface]:
-        """Iterate over the shapes as they stand in world space at the shutter's centre, in the order of the model."""
+        """Iterate over all shapes' surfaces, in world space at the shutter's centre, in the order of the model."""
         return geometry.surfaces(still(self.model), self.assets)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that can change the image, the contents of meshes and images included."""
+        """SHA-256 of everything that can change the image, including the contents of meshes and images."""
         return digest(self.model, self.assets)
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The core's scene, built at the first use.
+        """The core's scene, built at its first use.
 
         Raises
         ------
         SceneError
-            If the core cannot use it.
+            If the core cannot use the scene.
         RenderError
             If there is not enough memory, or there are not enough threads, to build it.
         """
@@ -187,7 +188,7 @@ class Scene(Shown):
         return core
 
     def _problem(self, message: str) -> Problem:
-        """Return the core's complaint with the place of the shape that it is about, if it is about one."""
+        """Return the core's error as a problem, with the place of the shape that it names, if any."""
         about = _SHAPE.match(message)
         built = shown(self.model)
         if about and int(about[1]) < len(built) <= len(self.places.shapes):
@@ -195,11 +196,11 @@ class Scene(Shown):
         return Problem(str(self.source or ""), message)
 
     def place_of(self, part: Plugin) -> str:
-        """Return where a part of the model stands in its file; empty if nobody wrote it."""
+        """Return the place of a part of the model in its file; empty if the part is in no file."""
         return str(self.places.of(part) or "")
 
     def replaced(self, model: SceneModel) -> Scene:
-        """Return the scene with another description of the same files."""
+        """Return the scene with another model that uses the same files."""
         return dataclasses.replace(self, model=model, _seconds={"load": self._seconds.get("load", 0.0)})
 
     def with_(
@@ -211,15 +212,15 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
-        A new size without a crop renders the whole film. A new path length makes another problem, whose error says
-        nothing of the scene's own (`own_max_depth`).
+        A new size without a crop renders the whole film. A new path length makes another problem: its error says
+        nothing about the scene's own (`own_max_depth`).
 
         Raises
         ------
         SceneError
-            For values that make no sense.
+            For invalid values.
         ValueError
-            If a size or a crop has more or fewer of them.
+            If a size or a crop has the wrong number of values.
         """
         model, film = self.model, self.model.sensor.film
         changes: dict[str, Any] = {}
@@ -246,8 +247,8 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
     path
         The file. Other files that it names are looked for relative to its folder.
     substitute
-        Replace what cannot be rendered by something that can, as far as there is a likeness, instead of refusing it;
-        what was replaced by what is in `Scene.substitutions`, and among its warnings.
+        Replace unsupported parts by similar ones, where there are any, instead of refusing them. `Scene.substitutions`
+        and the warnings list the replacements.
     defines
         Values for the variables (``$name``) of the file, as ``-D name=value`` on the command line.
 
@@ -261,7 +262,7 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
 
 
 def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Do what `load` does, with the variables in a mapping: any name may be one."""
+    """Read a scene file like `load`, with the variables in a mapping, so that any name may be a variable."""
     started = perf_counter()
     path = Path(path)
     report = Report()
@@ -271,18 +272,19 @@ def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bo
 
 
 def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Read a scene from nested dictionaries, the same that ``mitsuba.load_dict`` takes.
+    """Read a scene from nested dictionaries, as ``mitsuba.load_dict`` takes them.
 
-    Beyond those it takes a sequence of three numbers for a colour, the name of an object for the object, and for
-    transforms NumPy arrays, nested lists and lists of steps (see `equaltime.scene.transforms.parse`). Files are looked
-    for relative to the current folder. With `substitute`, what cannot be rendered is replaced, as in `load`.
+    Two extensions: a sequence of three numbers stands for a colour, and the name of an object for the object. In
+    addition, transforms may be NumPy arrays, nested lists or lists of steps (see `equaltime.scene.transforms.parse`).
+    Files are looked for relative to the current folder. With `substitute`, unsupported parts are replaced, as in
+    `load`.
 
     Raises
     ------
     SceneError
         With every problem that was found, each with its path of keys.
     TypeError
-        If it is no dictionary.
+        If `scene` is not a dictionary.
 
     """
     if not isinstance(scene, Mapping):
@@ -307,7 +309,7 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
 def _finish(
     root: Object | None, report: Report, source: Path | None, search: Search, started: float, *, substitute: bool
 ) -> Scene:
-    """Make the scene of a tree, or raise SceneError with all problems."""
+    """Return the scene of a tree, or raise SceneError with all problems."""
     assets = Assets(search)
     done: tuple[Substitution, ...] = ()
     if root is not None and substitute:

@@ -1,7 +1,7 @@
-"""A JSON schema of scene files in TOML or JSON, for editors that complete and check while one types.
+"""A JSON schema of scene files in TOML or JSON, for completion and checks in editors.
 
-It knows every plugin, parameter, value and unit that the model knows. What only the loader can tell, such as whether a
-name refers to something, it lets pass.
+It covers every plugin, parameter, value and unit of the model. It accepts whatever only the loader can check, such as
+whether a name refers to something.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ COLOR: Final[Schema] = {"$ref": "#/$defs/color"}
 OBJECT: Final[Schema] = {"$ref": "#/$defs/object"}
 REFERENCE: Final[Schema] = {"$ref": "#/$defs/reference"}
 ANY: Final[Schema] = {"anyOf": [OBJECT, REFERENCE, {"type": "array", "items": {"anyOf": [OBJECT, REFERENCE]}}]}
-"""Objects, one or several, whatever the key is called."""
+"""One object or several, under any key."""
 MERGE: Final = "merge"
-"""A shape that stays in no model; see `equaltime.scene.merged`."""
+"""A shape that is replaced before the model is made; see `equaltime.scene.merged`."""
 PARTS: Final = {"homogeneous": ("sigma_s", "sigma_a")}
-"""Coefficients that a plugin takes in place of its own."""
+"""Coefficients that a plugin accepts instead of its own."""
 
 
 def scene_schema() -> Schema:
-    """Return the schema, JSON as it stands."""
+    """Return the schema as JSON data."""
     plugins = {f"{plugin.kind}.{name}": _plugin(name, plugin) for name, plugin in PLUGINS.items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -64,7 +64,7 @@ def _strings(description: str) -> Schema:
 
 
 def _families() -> dict[str, Schema]:
-    """Return what an object may be, of any family and of each: its type says which plugin it must agree with."""
+    """Return the schemas of an object of any family and of each family; its type selects the plugin's schema."""
     kinds: dict[str, str] = {name: plugin.kind for name, plugin in PLUGINS.items()}
     kinds[MERGE] = "shape"
     families = {family: [name for name, kind in kinds.items() if kind == family] for family in kinds.values()}
@@ -88,7 +88,7 @@ def _array(items: Schema, *counts: int) -> Schema:
 
 
 def _shared() -> dict[str, Schema]:
-    """Return what plugins have in common."""
+    """Return the definitions that plugins share."""
     rgb = {"properties": {"type": {"const": "rgb"}, "value": {}}, "required": ["type", "value"]}
     spectrum = {
         "properties": {"type": {"const": "spectrum"}, "value": {}, "filename": {"type": "string"}},
@@ -177,7 +177,7 @@ def _plugin(name: str, plugin: type[Plugin]) -> Schema:
 
 
 def _merge() -> Schema:
-    """Return the schema of shapes in one, of which each is a part of the scene."""
+    """Return the schema of a ``merge``; each shape in it is a part of the scene."""
     part: Schema = {"anyOf": [{"$ref": "#/$defs/shape"}, REFERENCE]}
     return {
         "type": "object",
@@ -190,7 +190,7 @@ def _merge() -> Schema:
 
 @cache
 def _meanings(plugin: type) -> dict[str, str]:
-    """Return the strings that stand below a plugin's own parameters in the source, which only a schema needs."""
+    """Return the docstrings of a plugin's own parameters, from its source code; only a schema needs them."""
     if not issubclass(plugin, Plugin):
         return {}
     definition = ast.parse(inspect.getsource(plugin)).body[0]
@@ -232,16 +232,16 @@ def _field(plugin: type[Plugin], name: str, hint: Any) -> Schema:
 
 
 LOOSE: Final = frozenset({"int_ior", "ext_ior", "focal_length", "material"})
-"""Parameters that are a number or a word."""
+"""Parameters that are a number or a string."""
 
 
 def _nested(kinds: list[Any], *, many: bool) -> Schema:
-    """Return the schema of an object of one of these families, of its name, or of a list of such."""
+    """Return the schema of an object of one of these families or its name; with `many`, also of a list of them."""
     objects = [{"$ref": f"#/$defs/{kind}"} for kind in kinds]
     one = [NAME, REFERENCE, *objects]
     return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}] if many else one}
 
 
 def _holds(hint: object, wanted: object) -> bool:
-    """Tell whether a type is part of another, through unions and annotations."""
+    """Tell whether `wanted` is part of a type, through unions and annotations."""
     return hint == wanted or any(_holds(argument, wanted) for argument in get_args(hint) if hint != Color)

@@ -1,4 +1,4 @@
-"""Where the files that a scene names are looked for."""
+"""Looks for the files that a scene names."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ __all__ = ["Search"]
 
 
 class Search:
-    """An ordered list of folders: that of the scene file, those that it adds, those of the files that it includes."""
+    """An ordered list of folders: the scene file's own, folders that the scene adds, and folders of included files."""
 
     def __init__(self, folder: Path) -> None:
         self._home = folder
         self._folders = [folder]
         self.files: set[Path] = set()
-        """Every file that was found, or `note` was told of."""
+        """Every file that was found, or that `note` was given."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
-        """Look in `folder` too, after all others or before them."""
+        """Search `folder` too, after all other folders, or with `first` before them."""
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 
     def find(self, name: str) -> Path:
-        r"""Return the first file or folder of that name; where there is none, what it would be beside the scene file.
+        r"""Return the first file or folder of that name; if there is none, its path beside the scene file.
 
-        Names that were written on Windows, such as ``textures\wood.png``, are understood where no file has them.
+        Names written on Windows, such as ``textures\wood.png``, are understood if no file has exactly that name.
         """
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
             for folder in self._folders:
@@ -33,7 +33,7 @@ class Search:
         return self._home / name
 
     def note(self, path: Path) -> Path:
-        """Remember a file that is read without being looked for, and return it."""
+        """Remember a file that is read without `find`, and return it."""
         self.files.add(path)
         return path
 
@@ -41,5 +41,5 @@ class Search:
 def _exists(path: Path) -> bool:
     try:
         return path.exists()
-    except (OSError, ValueError):  # such as a name that no file can have
+    except (OSError, ValueError):  # such as an invalid file name
         return False

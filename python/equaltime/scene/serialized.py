@@ -1,7 +1,7 @@
 """Reads Mitsuba's ``.serialized`` meshes: several in one file, each a header and a zlib stream.
 
-The format is described with Mitsuba's plugin ``serialized``; versions 3 and 4 are read. Nothing that a file declares is
-believed before the data is there: memory follows what the stream holds.
+The format is described with Mitsuba's plugin ``serialized``; versions 3 and 4 are read. Declared sizes are not trusted:
+memory grows only with the data in the stream.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MAGIC: Final = 0x041C
 HAS_NORMALS, HAS_UVS, HAS_COLORS, FLAT, SINGLE, DOUBLE = 0x0001, 0x0002, 0x0008, 0x0010, 0x1000, 0x2000
 KNOWN: Final = HAS_NORMALS | HAS_UVS | HAS_COLORS | FLAT | SINGLE | DOUBLE
 MOST_INFLATED: Final = 1032
-"""By what factor zlib can compress at most: a stream of n bytes holds no more than so many times n."""
+"""Largest compression factor of zlib: a stream of n bytes holds at most 1032 n bytes."""
 CHUNK: Final = 1 << 20
 LONGEST_NAME: Final = 1 << 16
 
@@ -44,7 +44,7 @@ def _fail(path: Path, message: str) -> _core.MeshError:
 
 
 def _header(file: BinaryIO, path: Path, begin: int) -> int:
-    """Return the version of the mesh at `begin`, leaving the file behind its header."""
+    """Return the version of the mesh at `begin`; the file is then positioned after the header."""
     file.seek(begin)
     header = file.read(4)
     if len(header) < 4 or (found := struct.unpack("<HH", header))[0] != MAGIC:
@@ -55,7 +55,7 @@ def _header(file: BinaryIO, path: Path, begin: int) -> int:
 
 
 def _offset(file: BinaryIO, path: Path, index: int, version: int, size: int) -> int:
-    """Return where mesh `index` begins, as the table at the end of the file has it; the first needs no table."""
+    """Return the offset of mesh `index`, from the table at the end of the file; the first mesh needs no table."""
     if index == 0:
         return 0
     width, code = (8, "<Q") if version == 4 else (4, "<I")
@@ -74,7 +74,7 @@ def _offset(file: BinaryIO, path: Path, index: int, version: int, size: int) -> 
 
 
 class _Inflated:
-    """What a zlib stream holds, read in order."""
+    """Reads the contents of a zlib stream in order."""
 
     def __init__(self, file: BinaryIO, path: Path, size: int) -> None:
         self._file = file
@@ -100,7 +100,7 @@ class _Inflated:
         return out
 
     def number(self, code: str, what: str) -> int:
-        """Return the next integer, `code` being that of `struct`."""
+        """Return the next integer, in the format `code` of `struct`."""
         return int(struct.unpack(code, self.read(struct.calcsize(code), what))[0])
 
     def rows(self, count: int, width: int, kind: str, what: str) -> NDArray[np.generic]:
@@ -109,7 +109,7 @@ class _Inflated:
         return np.frombuffer(values, dtype=kind).reshape(count, width)
 
     def vectors(self, count: int, width: int, kind: str, what: str) -> NDArray[np.float64]:
-        """Return the next (count, width) numbers in float64, those too that are none."""
+        """Return the next (count, width) numbers as float64, including NaNs."""
         with np.errstate(invalid="ignore"):
             return self.rows(count, width, kind, what).astype(np.float64)
 
@@ -136,7 +136,7 @@ def _mesh(stream: _Inflated, path: Path, version: int) -> _core.MeshData:
 
 
 def _told(flags: int) -> Iterator[str]:
-    """Iterate over what the flags of a mesh ask for and do not get."""
+    """Iterate over remarks on the flags of a mesh that are not used."""
     if flags & FLAT:
         yield "its flag for flat faces is not used, as in Mitsuba 3; face_normals = true makes them flat"
     if unknown := flags & ~KNOWN:

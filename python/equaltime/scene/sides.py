@@ -1,4 +1,4 @@
-"""Takes ``twosided`` apart: what the front and the back of a surface do, each seen from its own side."""
+"""Splits ``twosided`` into the BSDFs of the front and the back, each seen from its own side."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
 
 
 def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
-    """Return the BSDFs of the front and the back, free of ``twosided``; None absorbs everything.
+    """Return the BSDFs of the front and the back, without ``twosided``; None absorbs everything.
 
-    What lets light through is the same on both sides, and knows which of them it is on. A wrapper is put around each
-    side of what it wraps: a hole is one on both sides, also where the back absorbs what does not pass.
+    A transmitting BSDF is the same on both sides, and itself distinguishes them. A wrapper is put around each side of
+    the BSDF that it wraps. A hole is therefore a hole on both sides, even where the rest of the back absorbs light.
     """
     if isinstance(bsdf, TwoSided):
         return sides(bsdf.bsdf[0])[0], sides(bsdf.bsdf[-1])[0]
@@ -34,7 +34,7 @@ def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
 def turns(bsdf: Bsdf) -> bool:
     """Tell whether a bent normal on the back of `bsdf` is the front's turned round.
 
-    It is unless ``twosided`` is around what bends it, which shows the back a mirror image of the front.
+    Otherwise ``twosided`` is around the map that bends it, and the back shows a mirror image of the front.
     """
     if isinstance(bsdf, BlendBsdf):
         return any(map(turns, bsdf.bsdf))

@@ -1,4 +1,4 @@
-"""A scene on a film of fewer pixels, for pilots: the same view, and of it the same crop window."""
+"""Scenes on a film with fewer pixels, for pilots: the same view with the same part cropped."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Crop = tuple[int, int, int, int]
 
 
 def smaller(scene: Scene, most: float) -> Scene:
-    """Return the scene with about so many pixels in its crop window, as it is if it has no more."""
+    """Return the scene with about `most` pixels in its crop window; `scene` itself if it has no more."""
     crop = scene.model.sensor.film.crop
     scale = math.sqrt(most / (crop[2] * crop[3]))
     if scale >= 1.0:
@@ -23,7 +23,7 @@ def smaller(scene: Scene, most: float) -> Scene:
 
 
 def smaller_film(size: Size, crop: Crop, scale: float) -> tuple[Size, Crop]:
-    """Return a film's size and crop window (x, y, width, height) scaled, of a pixel at least."""
+    """Return a film's size and crop window (x, y, width, height), scaled; each side has at least one pixel."""
     (across, left, columns), (down, top, rows) = (
         _scaled(scale, *axis) for axis in zip(size, crop[:2], crop[2:], strict=True)
     )
@@ -31,7 +31,7 @@ def smaller_film(size: Size, crop: Crop, scale: float) -> tuple[Size, Crop]:
 
 
 def _scaled(scale: float, length: int, start: int, extent: int) -> tuple[int, int, int]:
-    """Return a film's length along one axis, and the start and the extent of the part that is cropped, scaled."""
+    """Return, scaled, a film's length along one axis, and the start and the extent of its crop window."""
     small = max(1, math.floor(length * scale + 1e-9))
     begin = min(round(start * scale), small - 1)
     end = min(small, max(begin + 1, round((start + extent) * scale)))

@@ -1,4 +1,4 @@
-"""Spectra as they are written: one value, pairs of wavelength and value, or a file of such pairs."""
+"""Spectra as files write them: one value, pairs of wavelength and value, or a file of such pairs."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from equaltime.scene.model import Curve, Spectrum
 __all__ = ["curve", "parse_spectrum", "read_spectrum"]
 
 LARGEST = 1 << 22
-"""Bytes of a file of pairs; a spectrum of every tenth of a nanometre has a hundred thousand."""
+"""Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes a hundred thousand."""
 
 
 def parse_spectrum(text: str) -> Spectrum | Curve:
-    """Return ``0.5`` or ``400:0.1, 500:0.2, ...`` as a spectrum; raises ValueError with a message for people."""
+    """Return ``0.5`` or ``400:0.1, 500:0.2, ...`` as a spectrum; raises ValueError with a readable message."""
     words = re.split(r"[\s,]+", re.sub(r"\s*:\s*", ":", text.strip(", \t\r\n")))
     if not any(":" in word for word in words):
         if len(words) != 1:
@@ -28,7 +28,7 @@ def parse_spectrum(text: str) -> Spectrum | Curve:
 
 
 def curve(pairs: Iterable[object]) -> Curve:
-    """Return the spectrum through pairs of wavelength and value; raises ValueError if they are something else."""
+    """Return the spectrum through pairs of wavelength and value; raises ValueError for anything else."""
     points: list[tuple[float, float]] = []
     for pair in pairs:
         if not isinstance(pair, list | tuple) or len(pair) != 2:
@@ -55,7 +55,7 @@ def read_spectrum(path: Path) -> Curve:
 
 @lru_cache(maxsize=16)  # many parts of a scene may name one file
 def _curve_of(content: bytes) -> Curve | str:
-    """Return the curve that a file holds, or why it holds none."""
+    """Return the curve in a file, or the reason why there is none."""
     lines = (line.partition("#")[0].split() for line in content.decode("utf-8-sig", "replace").splitlines())
     try:
         return curve(line for line in lines if line)

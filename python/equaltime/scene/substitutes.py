@@ -1,7 +1,7 @@
-"""Replaces what equaltime cannot render by something that it can, on request, and says what it did.
+"""Replaces, on request, parts that equaltime cannot render by similar ones, and lists the replacements.
 
-A substitute is not the same image: it keeps the shape of things and the colours that can be carried over. What has no
-likeness is left out. Without the request all of this is refused, by name and place.
+A substitute does not make the same image: it keeps the shape of objects and the colours that can be carried over. A
+part without a similar substitute is left out. Without the request, all such parts are refused, by name and place.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from equaltime.scene.tree import Child, Object, Reference, Value
 __all__ = ["Substitution", "substituted"]
 
 Made = tuple[Object | None, str]
-"""What stands for an object, or None if nothing does, and how people call that."""
+"""The substitute of an object, or None if it is left out; and the substitute's description."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -29,9 +29,9 @@ class Substitution:
 
     place: str
     what: str
-    """What the file asks for, such as ``bsdf 'measured'``."""
+    """The replaced part, such as ``bsdf 'measured'``."""
     by: str
-    """What was taken instead, such as ``'diffuse'``; empty if it was left out."""
+    """The substitute, such as ``'diffuse'``; empty if the part was left out."""
 
     def __str__(self) -> str:
         done = f"is replaced by {self.by}" if self.by else "is left out"
@@ -52,7 +52,7 @@ class _Replacer:
         """Names of objects that are left out."""
 
     def contents(self, node: Object) -> Object:
-        """Return `node` with all that is in it replaced where needed."""
+        """Return `node` with its contents replaced where needed."""
         children: list[Child] = []
         for child in node.children:
             if not isinstance(child.node, Object):
@@ -64,7 +64,7 @@ class _Replacer:
         return self._parameters(_holding(node, children))
 
     def without_references(self, node: Object) -> Object:
-        """Return `node` without references to what was left out."""
+        """Return `node` without references to objects that are left out."""
         children = [
             Child(child.name, self.without_references(child.node)) if isinstance(child.node, Object) else child
             for child in node.children
@@ -73,7 +73,7 @@ class _Replacer:
         return _holding(node, children)
 
     def _is_lost(self, child: Child, parent: Object) -> bool:
-        """Tell whether a child names what was left out: as a reference, or in a word where an object is expected."""
+        """Tell whether a child names an object that is left out, by a reference or by a string in its place."""
         if isinstance(child.node, Reference):
             return child.node.id in self.gone
         plugin, word = PLUGINS.get(parent.type), child.node.data if isinstance(child.node, Value) else None
@@ -98,7 +98,7 @@ class _Replacer:
         return made
 
     def _parameters(self, node: Object) -> Object:
-        """Leave out the parameters that are known and not supported."""
+        """Return `node` without the parameters that are known but not supported."""
         plugin = PLUGINS.get(node.type)
         gone = plugin.later | plugin.old if plugin is not None else frozenset[str]()
         kept: list[Child] = []
@@ -111,13 +111,13 @@ class _Replacer:
 
 
 def _holding(node: Object, children: list[Child]) -> Object:
-    """Return `node` with these children; itself if they are its own."""
+    """Return `node` with these children; `node` itself if the children are unchanged."""
     same = len(children) == len(node.children) and all(map(operator.is_, children, node.children))
     return node if same else dataclasses.replace(node, children=children)
 
 
 def _misspelt(type: str, kind: Kind) -> bool:
-    """Tell whether the name is no plugin's, of Mitsuba 3 or 0.6, but near one."""
+    """Tell whether the name is not one of Mitsuba 0.6, but near or equal to one of Mitsuba 3."""
     return type not in OLD.get(kind, ()) and nearest(type, MITSUBA[kind]) is not None
 
 
@@ -125,11 +125,11 @@ def _family(node: Object) -> Kind | None:
     return next((kind for kind, steps in SUBSTITUTES.items() if node.type in steps), None)
 
 
-# -- what stands for what ----------------------------------------------------------------------------------------------
+# -- the substitutes ---------------------------------------------------------------------------------------------------
 
 
 def _as(kind: Kind, type: str, names: Mapping[str, str] | None = None, **extra: object) -> Callable[[Object], Made]:
-    """Return what makes a `type` of an object, with those of its parameters that `names` gives new names to."""
+    """Return a function that makes a `type` of an object, and keeps the parameters in `names`, renamed."""
 
     def make(node: Object) -> Made:
         renamed = names or {}
@@ -149,7 +149,7 @@ def _nothing(_node: Object) -> Made:
 
 
 def _inner(node: Object) -> Made:
-    """Take the first object of the same family that is inside."""
+    """Return the first inner object of the same family, or else the family's fallback."""
     for child in node.children:
         if isinstance(child.node, Object) and (child.node.kind or mitsuba_kind(child.node.type)) == node.kind:
             named = dataclasses.replace(child.node, id=node.id, key=node.key)
@@ -158,7 +158,7 @@ def _inner(node: Object) -> Made:
 
 
 def _outputs(node: Object) -> Made:
-    """Keep those outputs that can be written; without any, the integrator inside."""
+    """Keep the outputs that can be written; if there are none, return the integrator inside."""
     aovs = next((str(c.node.data) for c in node.children if c.name == "aovs" and isinstance(c.node, Value)), "")
     pairs = [pair for pair in re.split(r"[\s,]+", aovs) if pair]
     kept = [pair for pair in pairs if pair.partition(":")[2] in {**OUTPUTS, **OWN_OUTPUTS}]
@@ -178,7 +178,7 @@ def _phong(node: Object) -> Made:
 
 
 def _blend(node: Object) -> Made:
-    """Blend the first two of a mixture by their weights; others are left out."""
+    """Blend the first two BSDFs of a mixture by their weights, and leave out the others."""
     weights = next((str(c.node.data) for c in node.children if c.name == "weights" and isinstance(c.node, Value)), "")
     numbers = [float(word) for word in re.findall(r"[0-9.]+(?:[eE][-+]?[0-9]+)?", weights)][:2]
     nested = [child for child in node.children if not isinstance(child.node, Value)][:2]
@@ -196,7 +196,7 @@ DISNEY: Final = {
     **{"sheenTint": "sheen_tint", "sheen_tint": "sheen_tint"},
     **{"clearcoatGloss": "clearcoat_gloss", "clearcoat_gloss": "clearcoat_gloss"},
 }
-"""The parameters of the Disney BSDF, in the spellings in use; what is left out has no likeness here."""
+"""Parameters of the Disney BSDF, in the spellings in use; parameters without an equivalent here are missing."""
 THIN: Final = ("base_color", "roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "eta")
 SPECULAR: Final = ("int_ior", "ext_ior", "diffuse_reflectance", "specular_reflectance", "nonlinear", "alpha")
 _diffuse = _as("bsdf", "diffuse", {"reflectance": "reflectance"})
@@ -249,11 +249,11 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
     ),
     "texture": {"scale": _inner, "volume": _as("texture", "uniform", value=0.5)},
 }
-"""For each plugin that cannot be rendered, what stands for it."""
+"""For each plugin that cannot be rendered, the function that makes its substitute."""
 FALLBACKS: Final[Mapping[Kind, Callable[[Object], Made]]] = {
     "bsdf": _diffuse,
     "integrator": _path,
     "sampler": _as("sampler", "independent", _same("sample_count")),
     "texture": _as("texture", "uniform", value=0.5),
 }
-"""For any other plugin of these families that is not known."""
+"""For these families, the function that makes the substitute of any other unknown plugin."""

@@ -1,4 +1,4 @@
-"""Where in a TOML file its keys stand, which the standard library's parser does not tell."""
+"""Finds the lines of keys in a TOML file, which the standard library's parser does not report."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Final
 
 __all__ = ["line_numbers", "malformed", "nearest"]
 
-# Quantifiers that give nothing back: a line of blanks would take a time that grows with the cube of its length.
+# Possessive quantifiers: with backtracking, a line of blanks would take time cubic in its length.
 _HEADER: Final = re.compile(r"\s*+\[\[?\s*+([A-Za-z0-9_.\- \"']++)\]\]?\s*+(#.*)?$")
 _ENTRY: Final = re.compile(r"\s*+([A-Za-z0-9_.\- \"']++)=")
 _LIST: Final = re.compile(r".*=\s*+\[\s*+(#.*)?$")
 _LITERAL: Final = re.compile(
     r"#[^\n]*"  # a comment
-    r'|"{3}(?:[^\\]|\\.)*?"{3,5}'  # strings over several lines, which may end in two quotes of their own
+    r'|"{3}(?:[^\\]|\\.)*?"{3,5}'  # multi-line strings, which may end in two quotes of their own
     r"|'{3}.*?'{3,5}"
     r'|"(?:[^"\\\n]|\\.)*"'  # strings on one line
     r"|'[^'\n]*'",
@@ -25,10 +25,10 @@ _ERROR_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document
 
 
 def line_numbers(text: str) -> dict[str, int]:
-    """Return the line of each key path that starts one.
+    """Return the line number of each key path that begins a line.
 
-    This is no second parser: it looks at table headers and at the beginnings of lines, which is where people put keys
-    and the entries of long lists. A path that it does not know is placed by `nearest`.
+    This is not a second parser: it only looks at table headers and at the beginnings of lines, where people put keys
+    and the entries of long lists. For any other path, `nearest` finds a line.
     """
     lines: dict[str, int] = {}
     counts: dict[str, int] = {}
@@ -52,7 +52,7 @@ def line_numbers(text: str) -> dict[str, int]:
 
 
 def nearest(lines: Mapping[str, int], path: str) -> int | None:
-    """Return the line of a key path such as ``scenes[1].size[0]``, or of what it is in; None if of neither."""
+    """Return the line of a key path such as ``scenes[1].size[0]``, or of a path around it; None if unknown."""
     while path:
         if path in lines:
             return lines[path]
@@ -61,20 +61,20 @@ def nearest(lines: Mapping[str, int], path: str) -> int | None:
 
 
 def malformed(error: tomllib.TOMLDecodeError, text: str) -> tuple[int, str]:
-    """Return the line and what is wrong there of a text that is not TOML."""
+    """Return the line and the message for a text that is not TOML."""
     line = _ERROR_LINE.search(str(error))
     number = int(line[1]) if line and line[1] else text.count("\n") + 1
     return number, f"not well-formed TOML: {_ERROR_LINE.sub('', str(error)).strip()}"
 
 
 def _begun(literal: re.Match[str]) -> str:
-    """Leave of a string over several lines its beginning alone: what looks like a key in it is none."""
+    """Blank a multi-line string except for its opening quotes, because text inside it can look like keys."""
     text = literal[0]
     return text[:3] + re.sub(r"[^\n]", " ", text[3:]) if text.startswith(('"""', "'''")) else text
 
 
 def _list_entry(line: str, number: int, path: str, lines: dict[str, int], counts: dict[str, int]) -> str:
-    """Note the entry of the list at ``path`` that the line begins; return the path, or nothing if the list ends."""
+    """Note the list entry that begins on this line; return ``path``, or an empty string if the list ends."""
     begin = line.lstrip(", \t\r")[:1]
     if begin == "]":
         return ""

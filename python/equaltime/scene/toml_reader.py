@@ -1,9 +1,9 @@
 """Reads TOML, equaltime's own spelling of a scene, into the tree.
 
-The tables of the file are the objects of the scene, with the same keys as Mitsuba's dictionaries; the scene itself
+The tables of the file are the objects of the scene, with the same keys as in Mitsuba's dictionaries. The scene itself
 needs no ``type``. A table ``default`` gives variables their values: a string ``"$name"`` is replaced by the value with
-its type, and ``-D name=value`` overrides it. ``include`` names a file, or several, whose objects are part of the
-scene; ``path`` folders where files are looked for first; a table ``alias`` gives objects further names.
+its type, and ``-D name=value`` overrides it. ``include`` names one or more files whose objects are part of the scene.
+``path`` names folders that are searched for files first. A table ``alias`` gives objects further names.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from equaltime.scene.variables import Variables
 __all__ = ["read_toml"]
 
 _OF_EXPERIMENTS = ("scenes", "strategies")
-"""Lists that no scene has."""
+"""Lists that an experiment has and no scene has."""
 
 
 def read_toml(
@@ -44,7 +44,7 @@ def read_toml(
 
 
 def _parsed(file: str, content: bytes, report: Report) -> tuple[str, dict[str, object]] | None:
-    """Return the text of a file and what it says; None, and a report, if it is not TOML."""
+    """Return the text of a file and its parsed content; None, with a report, if it is not TOML."""
     try:
         text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
         return text, tomllib.loads(text)
@@ -56,13 +56,13 @@ def _parsed(file: str, content: bytes, report: Report) -> tuple[str, dict[str, o
         report.add(Place(file, number), message)
     except RecursionError:
         report.add(Place(file), "not well-formed TOML: nested too deep")
-    except ValueError:  # the one thing that tomllib leaves to Python
+    except ValueError:  # tomllib leaves the limit on digits to Python
         report.add(Place(file), "a number has more digits than can be read")
     return None
 
 
 class _TomlReader(DictReader):
-    """A reader of dictionaries that has variables, includes other files and knows the lines of its own."""
+    """A reader of dictionaries that supports variables and includes, and knows the lines of its file."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class _TomlReader(DictReader):
         self._includes = includes
 
     def scene(self, table: dict[str, object], place: Place) -> Object | None:
-        """Return the scene with the contents of `table`, and of the files that it includes."""
+        """Return the scene with the contents of `table` and of the included files."""
         for name, value in self._table(table, "default", place, "variables").items():
             self._variables.declare(name, value)
         for folder in self._strings(table, "path", place):
@@ -101,7 +101,7 @@ class _TomlReader(DictReader):
         return scene
 
     def _table(self, table: dict[str, object], key: str, place: Place, what: str) -> dict[str, object]:
-        """Take the table `key` out of `table`."""
+        """Remove the table `key` from `table` and return it."""
         found = table.pop(key, {})
         if isinstance(found, dict):
             return found
@@ -109,7 +109,7 @@ class _TomlReader(DictReader):
         return {}
 
     def _strings(self, table: dict[str, object], key: str, place: Place) -> list[str]:
-        """Take `key` out of `table` if it is one string or several, with their variables replaced."""
+        """Remove `key` from `table` and return it if it is a string or several, with variables replaced."""
         found = table.get(key)
         texts = [found] if isinstance(found, str) else found
         if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
@@ -144,7 +144,7 @@ class _TomlReader(DictReader):
         return inner.scene(parsed[1], Place(str(path)))
 
     def locate(self, place: Place) -> Place:
-        """Return `place` with its line, or with that of what it is in."""
+        """Return `place` with the line of its key, or else with the line of the part around it."""
         line = self._lines.get(place.path, place.line)
         return Place(place.file, line, place.path)
 
@@ -154,7 +154,7 @@ class _TomlReader(DictReader):
         return self._variables.expand(text) if name is None else self._variables.value(name)
 
     def variable(self, text: str) -> str | None:
-        """Return the name of the variable that `text` consists of, if it does."""
+        """Return the name if `text` is one variable and nothing else."""
         return self._variables.single(text)
 
 
@@ -163,7 +163,7 @@ def _as_table(value: object) -> Mapping[str, object]:
 
 
 def _typed(value: object) -> object:
-    """Return a definition from the command line as what it would be in a file: ``64`` a number, ``path`` a string."""
+    """Return a command-line definition as its TOML value: ``64`` is a number, ``path`` a string."""
     if not isinstance(value, str):
         return value
     try:

@@ -1,7 +1,7 @@
 """Transforms as users write them: steps that are applied one after the other.
 
 All matrices are (4, 4) float64 arrays that map column vectors from local to world space. Angles are in degrees,
-counter-clockwise about the axis. Mistakes raise ValueError with a message for people.
+counter-clockwise about the axis. Invalid input raises ValueError with a readable message.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["compose", "look_at", "matrix", "numbers", "parse", "parse_animation"
 Matrix4 = NDArray[np.float64]
 
 _overflowing = np.errstate(over="ignore", invalid="ignore")
-"""For what absurdly large numbers may make infinite: the model refuses such a transform in words, without a warning."""
+"""Silences warnings about overflow of huge numbers; the model refuses such a transform with a message."""
 
 
 def translate(offset: Sequence[float]) -> Matrix4:
@@ -54,8 +54,8 @@ def rotate(axis: Sequence[float], angle: float) -> Matrix4:
 def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
     """Return the camera transform that stands at `origin`, looks at `target` and holds `up` upwards.
 
-    Without `up` (or with a zero one) some perpendicular direction serves, the same as in Mitsuba 3
-    (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+    Without `up` (or with a zero one), a perpendicular direction is chosen as in Mitsuba 3 (Duff et al. 2017, "Building
+    an Orthonormal Basis, Revisited").
     """
     forward = np.subtract(target, origin).astype(np.float64)
     if not np.any(forward):
@@ -72,14 +72,14 @@ def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float
 
 
 def perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a unit vector across the unit vector `n`, the one that Mitsuba 3 takes."""
+    """Return the unit vector perpendicular to the unit vector `n` that Mitsuba 3 chooses."""
     sign = math.copysign(1.0, n[2])
     a = -1.0 / (sign + n[2])
     return np.array([1.0 + sign * n[0] ** 2 * a, sign * n[0] * n[1] * a, -sign * n[0]])
 
 
 def matrix(values: Sequence[float]) -> Matrix4:
-    """Return the transform with 16 given numbers, or 9 for its linear part alone, row by row."""
+    """Return the transform with 16 given numbers, or with 9 numbers for its linear part, row by row."""
     if len(values) not in (9, 16):
         raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
     if len(values) == 16:
@@ -91,7 +91,7 @@ def matrix(values: Sequence[float]) -> Matrix4:
 
 @_overflowing
 def compose(steps: Sequence[Matrix4]) -> Matrix4:
-    """Return the transform that applies the steps in order, the first one first."""
+    """Return the transform that applies the steps in order, beginning with the first."""
     result = np.eye(4)
     for step in steps:
         result = step @ result
@@ -104,8 +104,8 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
     It may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
     one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
     ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``,
-    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``. If it may be `flat`, a map of the
-    plane, a 3x3 matrix will do, and so will two numbers in a step.
+    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``. With `flat`, for a map of the plane,
+    a 3x3 matrix and steps with two numbers are accepted too.
     """
     if isinstance(value, Mapping):
         value = [value]
@@ -127,7 +127,7 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
 def parse_animation(value: object) -> list[tuple[float, Matrix4]] | None:
     """Return the keys of ``{"animation": [{"time": t, "transform": …}, …]}``; None if `value` is something else.
 
-    In place of ``transform``, which is all that a transform may be, a key may have one step.
+    The ``transform`` of a key may be anything that `parse` accepts. A single step may take its place.
     """
     if not isinstance(value, Mapping) or "animation" not in value:
         return None
@@ -149,14 +149,14 @@ def _key(key: object) -> tuple[float, Matrix4]:
 
 
 def _lifted(plane: Matrix4) -> Matrix4:
-    """Return the (3, 3) map of (u, v, 1) as one of space that keeps the third axis."""
+    """Return the (3, 3) map of (u, v, 1) as a map of space that keeps the third axis."""
     result = np.eye(4)
     result[np.ix_([0, 1, 3], [0, 1, 3])] = plane
     return result
 
 
 def _spatial(step: Mapping[str, object]) -> Mapping[str, object]:
-    """Return a step in the plane as one in space: two numbers get a third that changes nothing."""
+    """Return a step of the plane as a step of space; two numbers get a neutral third one."""
     thirds = {"translate": 0.0, "scale": 1.0}
     return {
         name: [*value, thirds[name]]
@@ -195,7 +195,7 @@ def numbers(value: object, *counts: int) -> list[float]:
 def _finite(number: Real) -> bool:
     try:
         return math.isfinite(number)
-    except OverflowError:  # an integer beyond what a float64 holds
+    except OverflowError:  # an integer too large for float64
         return False
 
 

@@ -1,6 +1,6 @@
-"""A neutral tree of located nodes: what every reader makes of its file, and what the resolver turns into the model.
+"""A neutral tree of located nodes, which every reader makes of its file, and which the resolver turns into the model.
 
-The tree knows objects, references and values, and where each of them stands; it knows no plugins.
+The tree has objects, references and values with their places. It does not know any plugins.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ __all__ = [
 ]
 
 MOST_TOLD = 100
-"""Problems, and warnings, of one scene: a file that has more is broken all over."""
+"""Largest number of problems, and of warnings, that are reported for one scene; a broken file may have more."""
 MOST_LETTERS = 1000
-"""Of one problem: files are quoted, and may have very long names and values."""
+"""Longest text of one problem, in characters; files are quoted, and may have very long names and values."""
 MAX_DEPTH = 64
-"""How deep objects may be nested; real scenes need about five levels, a hostile file must not exhaust the stack."""
+"""Deepest nesting of objects; real scenes need about five levels, and a hostile file must not exhaust the stack."""
 FREE_ENTRIES = 4096
 USES_OF_EACH = 64
-"""What references and shared parts may make of a scene: so many objects, and so many for each of its own."""
+"""Limit on objects or entries once sharing is expanded: `FREE_ENTRIES`, plus `USES_OF_EACH` for each in the file."""
 
 
 class Place(NamedTuple):
-    """Where something stands: a file with a line, a path of keys, or both."""
+    """A place: a file with a line, a path of keys, or both."""
 
     file: str = ""
     line: int | None = None
@@ -56,22 +56,22 @@ class Place(NamedTuple):
 
 
 class Report:
-    """Collects the problems of a scene so that all of them are told together."""
+    """Collects the problems of a scene, so that all are reported together."""
 
     def __init__(self) -> None:
-        self._problems: dict[tuple[Place, str], None] = {}  # in the order of being found, and nothing is said twice
+        self._problems: dict[tuple[Place, str], None] = {}  # in order of discovery, without duplicates
         self._notes: dict[str, None] = {}
         self._untold = 0
 
     def add(self, place: Place, message: str) -> None:
-        """Note that something is wrong at `place`; raises SceneError at once if too much is."""
+        """Note a problem at `place`; raises SceneError at once if there are too many."""
         self._problems[place, message] = None
         if len(self._problems) >= MOST_TOLD:
             last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
-        """Remember to tell the user something that does no harm."""
+        """Remember a harmless remark for the user."""
         if len(self._notes) < MOST_TOLD:
             self._notes[quoted(message)] = None
         else:
@@ -79,12 +79,12 @@ class Report:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What there is to tell, in the order of being found."""
+        """All remarks, in order of discovery."""
         more = [f"and {self._untold} more warnings"] if self._untold else []
         return (*self._notes, *more)
 
     def raise_if_any(self) -> None:
-        """Raise SceneError with all problems found so far, in the order of their lines, if there are any."""
+        """Raise SceneError with all problems found so far, ordered by line, if there are any."""
         if self._problems:
             raise SceneError(self._ordered())
 
@@ -94,7 +94,7 @@ class Report:
 
 
 def quoted(text: str) -> str:
-    """Return a text that quotes a file as it is told: of a very long one, its beginning and its end."""
+    """Return the text of a message; a very long text is reduced to its beginning and its end."""
     if len(text) <= MOST_LETTERS:
         return text
     half = MOST_LETTERS // 2
@@ -111,7 +111,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Stands for the object with the given id."""
+    """A reference to the object with the given id."""
 
     place: Place
     id: str
@@ -127,7 +127,7 @@ class Alias:
 
 
 class Child(NamedTuple):
-    """Something inside an object; `name` is None where the file gives none."""
+    """A node inside an object; `name` is None where the file gives none."""
 
     name: str | None
     node: Node
@@ -135,17 +135,17 @@ class Child(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Object:
-    """A plugin with its contents, not yet checked; two are never the same, whatever is in them."""
+    """A plugin with its contents, not yet checked; objects are compared by identity."""
 
     place: Place
     type: str
     kind: Kind | None = None
-    """The family, if the spelling tells it (XML does)."""
+    """The family, if the spelling gives it (XML does)."""
     key: str | None = None
-    """The name that it has in what it is nested in."""
+    """The object's name inside the object around it."""
     id: str | None = None
     variable: str | None = None
-    """The variable that the type came from, if any."""
+    """The variable that gave the type, if any."""
     children: list[Child] = field(default_factory=list)
     aliases: list[Alias] = field(default_factory=list)
     """Further names of objects; only the scene has them."""
@@ -158,13 +158,13 @@ class Object:
                 yield from child.node.objects()
 
     def mentioned(self) -> set[str]:
-        """Return the names that references in here, aliases, and words that stand where objects may, can mean."""
+        """Return the names that references, aliases, and strings in place of objects may mean."""
         nodes = [child.node for inner in self.objects() for child in inner.children]
         words = {node.data for node in nodes if isinstance(node, Value) and isinstance(node.data, str)}
         return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
 
     def place_of(self, name: str) -> Place:
-        """Return the place of the child `name`, or of the object itself if it has none."""
+        """Return the place of the child `name`, or of the object itself if there is no such child."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
 
 

@@ -1,4 +1,4 @@
-"""What can be described and not yet be rendered."""
+"""Nodes that can be described but not rendered yet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Unsupported(ValueError):
-    """A node that the core cannot use yet; whoever knows where it stands adds the place."""
+    """A node that the core cannot use yet; the caller adds its place."""
 
     def __init__(self, node: Plugin, what: str = "") -> None:
         self.node = node
@@ -20,7 +20,7 @@ class Unsupported(ValueError):
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value` where only a constant can be used yet; raises `Unsupported` if it is a texture."""
+    """Return `value` where only a constant is supported so far; raises `Unsupported` if it is a texture."""
     if isinstance(value, TexturePlugin):
         raise Unsupported(value)
     return value

@@ -1,4 +1,4 @@
-"""Says in people's words what is wrong with the parameters of an object."""
+"""Explains problems of an object's parameters in plain words."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EXPECTED = {
     "string_type": "a string",
     "finite_number": "a finite number",
 }
-"""What was expected, for the errors where that is all there is to say."""
+"""The expected value, for errors that need no further explanation."""
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
-    """Return what is wrong with each parameter of `plugin` that `error` is about; "" stands for the whole."""
+    """Return a message for each parameter of `plugin` that `error` is about; "" stands for the whole plugin."""
     messages: dict[str, str] = {}
     for details in error.errors(include_url=False):
         if len(messages) > MOST_TOLD:
@@ -49,7 +49,7 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
     if kind == "missing":
         return f"'{title}' needs '{name}'"
     found = details["input"]
-    if kind == "value_error":  # one of the model's own checks, which says all but the value
+    if kind == "value_error":  # one of the model's own checks, whose message lacks only the value
         message = str(context["error"])
         tells_all = not name or shown(found) in message or _is_matrix(found) or isinstance(found, Animation)
         return message if tells_all else f"{message}; found {shown(found)}"
@@ -83,7 +83,7 @@ def _near(kind: str, context: Mapping[str, object], found: object) -> str:
 
 
 def shown(value: object) -> str:
-    """Return `value` for a message: short, an object by its type, a float32 matrix not in full."""
+    """Return `value` for a message: an object as its type, any other value in at most 80 characters."""
     if isinstance(value, Plugin):
         return repr(getattr(value, "type", type(value).__name__))
     if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):
@@ -94,5 +94,5 @@ def shown(value: object) -> str:
 def _is_matrix(found: Any) -> bool:
     try:
         return np.ndim(found) == 2
-    except ValueError:  # lists of unlike lengths
+    except ValueError:  # lists of different lengths
         return False

@@ -14,11 +14,11 @@ __all__ = ["Variables"]
 _VARIABLE = re.compile(r"\\?\$(\w*)")
 
 MOST_TEXT: Final = 1 << 23
-"""Characters that variables may put into a scene: values made of values can double with each of them."""
+"""Largest number of characters that variables may insert into a scene; values made of values can double each time."""
 
 
 class Variables:
-    """The definitions that hold in one file: the user's come first, then the file's defaults."""
+    """The values of variables; the user's definitions override the file's defaults."""
 
     def __init__(self, defines: Mapping[str, object]) -> None:
         self._defines = dict(defines)
@@ -36,11 +36,11 @@ class Variables:
         return match[1] if match and match[0].startswith("$") and self._longest(match[1]) == match[1] else None
 
     def _longest(self, word: str) -> str:
-        """Return the longest known name that a word begins with, as Mitsuba does; the word if there is none."""
+        """Return the longest known name with which `word` begins, as in Mitsuba; `word` itself if there is none."""
         return next((word[:end] for end in range(len(word), 0, -1) if word[:end] in self._values), word)
 
     def value(self, name: str) -> object:
-        """Return what `name` stands for; raises ValueError if that is unknown."""
+        """Return the value of `name`; raises ValueError if there is none."""
         self._used.add(name)
         if name not in self._values:
             near = nearest(name, self._values)

@@ -1,9 +1,9 @@
 """Parses XML into elements that know their lines.
 
-Declarations within the file, of entities above all, are refused: a scene has no use for them, and they are how XML
-files read other files or grow without bound. A document type elsewhere is never looked for. Text between elements
-means nothing, as in Mitsuba, and is told of. What Mitsuba reads though it is no XML is read and told of as well:
-hyphens within comments, an ``&`` that stands alone, blanks before the declaration, and bytes that are no UTF-8.
+Declarations inside the file, above all of entities, are refused: a scene does not need them, and with them XML files
+read other files or grow without bound. A document type in another file is never looked for. Text between elements has
+no meaning, as in Mitsuba, and is reported. Some malformed files that Mitsuba accepts are read too, with a report:
+hyphens within comments, an ``&`` that stands alone, blanks before the declaration, and bytes that are not UTF-8.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ class Element(NamedTuple):
 
 
 class _MalformedError(Exception):
-    """The file is no XML."""
+    """The file is not well-formed XML."""
 
     def __init__(self, place: Place, message: str) -> None:
         self.place, self.message = place, message
 
 
 class _RefusedError(Exception):
-    """Ends parsing at once: the file has something that must not even be read."""
+    """Ends parsing at once: the file contains something that must not be read."""
 
     def __init__(self, place: Place, message: str) -> None:
         self.place, self.message = place, message
@@ -47,7 +47,7 @@ _OTHER_ENCODING = re.compile(rb"\A<\?xml\b[^>]*\bencoding\s*=\s*[\"'](?!utf-?8[\
 
 
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
-    """Return the root element of `content`; what makes it unreadable is reported, and None is returned."""
+    """Return the root element of `content`; None, with a report, if it is unreadable."""
     try:
         try:
             return _parsed(file, content, report)
@@ -64,7 +64,7 @@ def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
 
 
 def _mended(content: bytes) -> bytes:
-    """Return what Mitsuba takes the file for, each line where it was."""
+    """Return the content as Mitsuba understands it, with the same line numbers."""
     content = _LATE_DECLARATION.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
     content = _COMMENT.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
     content = _LONE_AMPERSAND.sub(b"&amp;", content)

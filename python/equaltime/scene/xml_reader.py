@@ -1,4 +1,4 @@
-"""Reads Mitsuba's XML into the tree: variables are replaced, other files included, old files upgraded on the way."""
+"""Reads Mitsuba's XML into the tree: replaces variables, includes other files, and upgrades old files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
 _MAJOR: Final = re.compile(r"([0-9]{1,9})(?:\.|$)")
-"""Beginning of a version."""
+"""Major number at the beginning of a version."""
 ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
 
@@ -59,7 +59,7 @@ def _time(attributes: Mapping[str, str]) -> float:
 
 
 def _is_old(root: Element, report: Report) -> bool | None:
-    """Tell whether the file is older than version 2, by its root; None, and a report, if it does not say."""
+    """Tell whether the root's version is older than 2; None, with a report, if it has no valid version."""
     version = root.attributes.pop("version", None)
     if version is not None and (major := _MAJOR.match(version)) is not None:
         return int(major[1]) < 2
@@ -69,7 +69,7 @@ def _is_old(root: Element, report: Report) -> bool | None:
 
 
 class _Interpreter:
-    """Turns elements into nodes. What cannot be read is reported and left out, so that the rest is still looked at."""
+    """Turns elements into nodes. An unreadable element is reported and left out, so that the rest is still checked."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class _Interpreter:
         self._looked_at: set[int] = set()
 
     def report_unread(self, root: Element) -> None:
-        """Report the elements within `root` that nothing has looked at, such as one inside a number."""
+        """Report the elements within `root` that were never read, such as one inside a number."""
         for child in root.children:
             if id(child) in self._looked_at:
                 self.report_unread(child)
@@ -148,7 +148,7 @@ class _Interpreter:
         self._search.add(folder, first=True)
 
     def _included(self, element: Element) -> list[Child]:
-        """Return what the file that `element` names puts here: the contents of a scene, or one object."""
+        """Return the children that the file named by `element` adds: the contents of a scene, or one object."""
         attributes = self._attributes(element, ("filename",), ("name",))
         if attributes is None:
             return []
@@ -214,7 +214,7 @@ class _Interpreter:
         return None if curve is None else Value(element.place, curve)
 
     def _animation(self, element: Element) -> Value:
-        """Return an animation: of files, if it holds strings, or of transforms."""
+        """Return an animation: of files if it contains strings, else of transforms."""
         if any(child.tag == "string" for child in element.children):
             when = self._attributes(element, ("name",), ("time",)) or {}
             files = [file for child in element.children if (file := self._file(child)) is not None]
@@ -244,7 +244,7 @@ class _Interpreter:
         return None if time is None else (time, steps)
 
     def _step(self, element: Element) -> NDArray[np.float64]:
-        """Return one step of a transform; one that cannot be read does nothing."""
+        """Return one step of a transform; an unreadable step becomes the identity."""
         self._looked_at.add(id(element))
         if element.tag not in STEPS:
             self._report.add(element.place, f"unknown transform step <{element.tag}>{suggestion(element.tag, STEPS)}")
@@ -253,7 +253,7 @@ class _Interpreter:
         return np.eye(4) if step is None else step
 
     def _read(self, element: Element, rule: Rule[T]) -> T | None:
-        """Return what `rule` makes of `element`, or None if that cannot be read."""
+        """Return the value that `rule` reads from `element`; None, with a report, if it is unreadable."""
         attributes = self._attributes(element, rule.required, rule.optional)
         if attributes is None:
             return None
@@ -266,7 +266,7 @@ class _Interpreter:
     def _attributes(self, element: Element, required: Names, optional: Names = ()) -> dict[str, str] | None:
         """Return the attributes with variables replaced.
 
-        What is wrong is reported; None if the element cannot be read because something is missing or undefined.
+        Problems are reported. The result is None if an attribute is missing or a variable is undefined.
         """
         given, known = element.attributes, required + optional
         for name in sorted(given.keys() - known):
@@ -281,7 +281,7 @@ class _Interpreter:
         return None if missing or len(defined) < len(given) else defined
 
     def _expand(self, element: Element, name: str) -> str | None:
-        """Return an attribute with variables replaced; None, and a report, if one of them is undefined."""
+        """Return an attribute with variables replaced; None, with a report, if a variable is undefined."""
         try:
             return self._variables.expand(element.attributes.get(name, ""))
         except ValueError as error:

@@ -1,9 +1,9 @@
-"""Brings objects of files older than Mitsuba 2 into today's words.
+"""Translates objects of files older than Mitsuba 2 into today's words.
 
-Names go from camelCase to snake_case, ``diffuse_reflectance`` of a diffuse surface becomes ``reflectance``, and scale
-and offset of texture coordinates become ``to_uv``: what Mitsuba 3 does when it reads such files. Beyond that, old
-words that mean exactly what a new one means are replaced, and those that never touched the image are left out. Any
-other is left for the model to refuse by its name.
+As in Mitsuba 3, names change from camelCase to snake_case, ``diffuse_reflectance`` of a diffuse surface becomes
+``reflectance``, and scale and offset of texture coordinates become ``to_uv``. In addition, old words with exactly the
+meaning of a new one are replaced, and words that never touched the image are left out. The model refuses any other old
+word by its name.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ TYPES: Final = {
     "halton": "ldsampler",
     "hammersley": "ldsampler",
 }
-"""Plugins that have another name now, as far as the image is concerned."""
+"""New names of old plugins with the same effect on the image."""
 WITHOUT_EFFECT: Final = {
     "emitter": {"cache"},
     "film": {"attach_log", "burn", "exposure", "gamma", "high_quality_edges", "key", "tonemap_method"},
@@ -40,14 +40,14 @@ WITHOUT_EFFECT: Final = {
     "shape": {"collapse"},
     "texture": {"cache", "max_anisotropy"},
 }
-"""Parameters of each family that do not change the radiance in the image, or only in a way that is gone."""
+"""Parameters, by family, that do not change the image's radiance, or only in a way that no longer exists."""
 OF_THE_FILE: Final = {"digits", "file_format", "variable"}
-"""How films that are gone wrote their files; the name of the output says that now."""
+"""Parameters of removed films for the output file; the name of the output now decides."""
 PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectrumalpha": "rgba"}
 
 
 def upgraded(node: Object, report: Report) -> Object:
-    """Return `node`, with its children, in today's words; what was left out or replaced is noted."""
+    """Return `node`, with its children, in today's words; omissions and replacements are noted."""
     node = _with(node, [_renamed(child) for child in node.children])
     steps = (_without_effect, _pixels, _box, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
     for step in (*steps, _outside):
@@ -98,13 +98,13 @@ def _pixels(node: Object, _report: Report) -> Object:
 
 
 def _box(node: Object, _report: Report) -> Object:
-    """Take the width of a box for granted where it is one pixel; others are refused by the model."""
+    """Leave out a box filter's width of one pixel; the model refuses other widths."""
     is_pixel = node.type == "box" and _numbers(node, "radius").get("radius") == 0.5
     return _replaced(node, {"radius"}) if is_pixel else node
 
 
 def _bent(node: Object, _report: Report) -> Object:
-    """Give the texture that bends normals its name of today; one that only scales heights becomes a factor."""
+    """Give the texture that bends normals its new name; a ``scale`` texture around heights becomes a factor."""
     name = {"bumpmap": "texture", "normalmap": "normalmap"}.get(node.type)
     textures = [child for child in node.children if isinstance(child.node, Object) and child.node.kind == "texture"]
     if name is None or len(textures) != 1:
@@ -120,7 +120,7 @@ def _bent(node: Object, _report: Report) -> Object:
 
 
 def _scaled_texture(node: Object) -> tuple[Node, float] | None:
-    """Return the texture in one of the type ``scale`` and its factor, if that is a number."""
+    """Return the texture inside a ``scale`` texture, and its factor; None if the factor is not a number."""
     inner = [child.node for child in node.children if not isinstance(child.node, Value)]
     factor = _numbers(node, "scale").get("scale")
     return (inner[0], factor) if node.type == "scale" and len(inner) == 1 and factor is not None else None
@@ -135,19 +135,19 @@ def _vertex_colors(node: Object, report: Report) -> Object:
 
 
 def _strings(node: Object, *names: str) -> dict[str, str]:
-    """Return those parameters of `node` that have these names and are words."""
+    """Return the parameters of `node` that have these names and are strings."""
     found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
     return {name: v for name, v in found.items() if name in names and isinstance(v, str)}
 
 
 def _numbers(node: Object, *names: str) -> dict[str, float]:
-    """Return those parameters of `node` that have these names and are numbers."""
+    """Return the parameters of `node` that have these names and are numbers."""
     found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
     return {name: float(v) for name, v in found.items() if name in names and isinstance(v, int | float)}
 
 
 def _replaced(node: Object, gone: set[str], *values: tuple[str, object]) -> Object:
-    """Return `node` without the parameters `gone`, and with these values where the first of them stood."""
+    """Return `node` without the parameters `gone`, and with `values`, which get the place of the first of them."""
     place = next((child.node.place for child in node.children if child.name in gone), node.place)
     kept = [child for child in node.children if child.name not in gone]
     return _with(node, kept + [Child(name, Value(place, data)) for name, data in values])
@@ -163,7 +163,7 @@ def _to_uv(node: Object, _report: Report) -> Object:
 
 
 def _wrap(node: Object, _report: Report) -> Object:
-    """Read one rule for each axis as the one for both, where they are the same; others are refused by the model."""
+    """Merge equal wrap modes of both axes into one; the model refuses different modes."""
     axes = _strings(node, "wrap_mode_u", "wrap_mode_v")
     both = _strings(node, "wrap_mode").get("wrap_mode", "repeat")
     modes = {axes.get("wrap_mode_u", both), axes.get("wrap_mode_v", both)}
@@ -186,7 +186,7 @@ def _filter(node: Object, report: Report) -> Object:
 
 
 def _gamma(node: Object, _report: Report) -> Object:
-    """Read a gamma of 1 as raw data and one of -1, the file's own, as nothing; others are refused by the model."""
+    """Read a bitmap's gamma of 1 as raw data; drop other values without effect. The model refuses the rest."""
     gamma = _numbers(node, "gamma").get("gamma") if node.type in ("bitmap", "envmap") else None
     if gamma == 1.0 and node.type == "bitmap":
         return _replaced(node, {"gamma"}, ("raw", True))
@@ -194,7 +194,7 @@ def _gamma(node: Object, _report: Report) -> Object:
 
 
 def _outside(node: Object, _report: Report) -> Object:
-    """Divide the index of a metal by that of what is around it; today's ``eta`` and ``k`` are relative to that."""
+    """Divide a metal's index by that of the exterior medium; today's ``eta`` and ``k`` are relative to it."""
     values = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
     if node.type not in ("conductor", "roughconductor") or "ext_eta" not in values:
         return node

@@ -1,7 +1,7 @@
-"""What the attributes of Mitsuba's value elements and transform steps mean.
+"""Parsers for the attributes of Mitsuba's value elements and transform steps.
 
-Each parser takes the attributes of one element, where those that it requires are present. A mistake raises ValueError
-with a message for people.
+Each parser takes the attributes of one element; the required ones are present. Invalid values raise ValueError with a
+readable message.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ T = TypeVar("T")
 Vec3 = tuple[float, float, float]
 
 _BETWEEN: Final = re.compile(r"[\s,]+")
-"""What separates numbers."""
+"""Separator of numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rule(Generic[T]):
-    """How an element is read: the attributes that it must and may have, and what they give."""
+    """Rule for reading an element: its required and optional attributes, and the parser of its value."""
 
     required: tuple[str, ...]
     optional: tuple[str, ...]
@@ -45,7 +45,7 @@ def number(text: str) -> float:
         number = float(text)
     except ValueError:
         raise ValueError(f"expected a number, found {text!r}") from None
-    if "_" in text:  # which Python takes in numbers and Mitsuba does not
+    if "_" in text:  # Python accepts underscores in numbers, Mitsuba does not
         raise ValueError(f"expected a number, found {text!r}")
     if not math.isfinite(number):
         raise ValueError(f"expected a finite number, found {text!r}")
@@ -80,7 +80,7 @@ def _three(text: str) -> Vec3:
 
 
 def _vector(attributes: Attributes, default: float | None = None) -> Vec3:
-    """Read a vector from ``value`` or from ``x``, ``y`` and ``z``, which are all needed unless there is a default."""
+    """Read a vector from ``value`` or from ``x``, ``y`` and ``z``, which are all required unless there is a default."""
     parts = {"x", "y", "z"} & set(attributes)
     if "value" in attributes:
         if parts:
@@ -106,7 +106,7 @@ def _look_at(attributes: Attributes) -> NDArray[np.float64]:
 
 
 def _blackbody(attributes: Attributes) -> Curve:
-    """Read the light of a black body: ``5000`` or ``5000K``."""
+    """Read the spectrum of a black body at ``5000`` or ``5000K``, times a scale."""
     kelvins, scale = number(attributes["temperature"].strip().rstrip("kK")), number(attributes.get("scale", "1"))
     if kelvins <= 0.0 or scale < 0.0:
         raise ValueError("a black body needs a temperature above 0 and a scale that is not negative")
@@ -115,7 +115,7 @@ def _blackbody(attributes: Attributes) -> Curve:
 
 
 def _old_spectrum(text: str) -> Spectrum | Curve | Vec3:
-    """Read a spectrum, or three numbers: the samples of one in the Mitsuba 0.x that renders in RGB."""
+    """Read a spectrum, or three numbers, which are the samples in a Mitsuba 0.x that renders in RGB."""
     words = _BETWEEN.split(text.strip(", \t\r\n"))
     return _direction(text) if len(words) == 3 and ":" not in text else parse_spectrum(text)
 
@@ -133,7 +133,7 @@ def _srgb(text: str) -> Vec3:
 NAMED = ("name", "value")
 XYZ = ("value", "x", "y", "z")
 INTENT = ("intent",)
-"""Whether a colour is a reflectance or light: told the spectral Mitsuba 0.x how to make a spectrum of it."""
+"""Whether a colour is a reflectance or light; the spectral Mitsuba 0.x needed this to make a spectrum."""
 
 VALUES: Final[dict[str, Rule[object]]] = {
     "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),
@@ -153,7 +153,7 @@ OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "spectrum": Rule(NAMED, INTENT, lambda a: _old_spectrum(a["value"])),
     "srgb": Rule(NAMED, INTENT, lambda a: _srgb(a["value"])),
 }
-"""Those that Mitsuba had before version 2, or had another way."""
+"""Value elements that only Mitsuba before version 2 had, or that differed there."""
 
 STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "lookat": Rule(("origin", "target"), ("up",), _look_at),
@@ -163,4 +163,4 @@ STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "scale": Rule((), XYZ, lambda a: transforms.scale(_vector(a, 1.0))),
     "translate": Rule((), XYZ, lambda a: transforms.translate(_vector(a, 0.0))),
 }
-"""The steps of a transform; ``lookAt`` is what it was called before version 2."""
+"""The steps of a transform; ``lookAt`` is the name before version 2."""

@@ -1,7 +1,8 @@
 """Scenes written again: as a dictionary, as TOML, as XML for Mitsuba 3.
 
-`plain` turns a model into nested dictionaries in Mitsuba's words; `toml_writer` and `xml_writer` spell those; what is
-only inside a glTF file gets files of its own in `portable`; `files` puts them in place; `convert` does all of it.
+`plain` turns a model into nested dictionaries in Mitsuba's words. `toml_writer` and `xml_writer` turn these into text.
+`portable` writes the contents of a glTF file as separate files. `files` names and places files. `convert` does
+everything.
 """
 
 from __future__ import annotations

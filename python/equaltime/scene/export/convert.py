@@ -20,16 +20,16 @@ from equaltime.scene.model import SceneModel
 __all__ = ["FORMATS", "convert"]
 
 FORMATS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {".toml": write_toml, ".xml": write_xml}
-"""The kinds of files that can be written."""
+"""The kinds of files that can be written, by suffix, with their writers."""
 
 
 def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False) -> tuple[Path, ...]:
     """Write the scene as `file`, a new one, and return all files that were written, `file` first.
 
-    Meshes and images are named by their places relative to `file`, or, with `copy`, copied into a folder beside it.
-    What is inside a glTF file gets files of its own there, unless `file` is TOML, whose readers know glTF. Raises
-    SceneError for a kind of file that is unknown or a file that is there already, ValueError if one that the scene
-    names is gone.
+    Meshes and images are named by their places relative to `file`, or, with `copy`, copied into a folder beside it. For
+    XML, or with `copy`, meshes and bitmaps inside glTF files, and parts of OBJ files, become separate files there. TOML
+    without `copy` names glTF files directly, because its readers can read them. Raises SceneError for an unknown kind
+    of file or an existing file, ValueError if a file that the scene names is gone.
     """
     if file.suffix.lower() not in FORMATS:
         known = " or ".join(FORMATS)
@@ -41,7 +41,7 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
         model = portable(model, assets, folder)
 
     def name(filename: str) -> str:
-        """Say how a file is called; what is meant in it stays."""
+        """Return the name of a file in the written scene; a fragment that names a part stays."""
         path, inside = assets.path(filename), split(filename)[1]
         if copy and path.resolve().parent != folder.path.resolve():
             path = folder.copy(path)

@@ -1,4 +1,4 @@
-"""Names for the files of a written scene: the place where they are, or a copy beside the scene. None is overwritten."""
+"""Names for the files of a written scene: the existing place, or a copy beside the scene. No file is overwritten."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def relative(path: Path, to: Path) -> str:
 
 
 class Folder:
-    """The folder of a scene's own files; it is made when the first file comes into it."""
+    """The folder for the files of a written scene; it is made when the first file is put into it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -39,11 +39,11 @@ class Folder:
         self._tidied = False
 
     def copy(self, file: Path) -> Path:
-        """Return a copy of `file` in here."""
+        """Return a copy of `file` in this folder."""
         return self.put(file.name, lambda target: shutil.copyfile(file, target))
 
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
-        """Return a file in here that `write` has written; one with the same content that is there already will do."""
+        """Return a file in this folder that `write` has written; an existing file with the same content is reused."""
         self.path.mkdir(parents=True, exist_ok=True)
         try:
             with beside(self.path / name, self._tidied) as fresh:
@@ -51,7 +51,7 @@ class Folder:
                 write(fresh)
                 return self._keep(fresh, name)
         finally:
-            with suppress(OSError):  # it is not empty
+            with suppress(OSError):  # the folder is not empty
                 self.path.rmdir()
 
     def _keep(self, fresh: Path, name: str) -> Path:
@@ -65,7 +65,7 @@ class Folder:
         raise AssertionError("there is always another name")
 
     def _names(self, name: str) -> Iterator[Path]:
-        """Yield the names for a file: its own, then numbered ones."""
+        """Yield candidate names for a file: its own, then numbered ones."""
         yield self.path / name
         stem, suffix = Path(name).stem, Path(name).suffix
         for number in count(2):
@@ -80,10 +80,10 @@ def write_ply(
     uvs: Array | None,
     attributes: Mapping[str, Array] | None = None,
 ) -> None:
-    """Write a binary PLY file from which the very same numbers are read again.
+    """Write a binary PLY file that reads back as exactly the same numbers.
 
-    `vertices`, `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3); `attributes` of vertices by Mitsuba's names, (N, 1 or 3)
-    each.
+    Shapes: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). Vertex `attributes` by Mitsuba's names, each
+    (N, 1 or 3).
     """
     columns = {
         **dict(zip("xyz", vertices.T, strict=True)),
@@ -109,13 +109,13 @@ def write_ply(
 
 
 def _columns(attribute: str, values: Array) -> Iterator[tuple[str, Array]]:
-    """Iterate over the properties of vertices that are read as this attribute."""
+    """Iterate over the vertex properties that are read back as this attribute."""
     name = attribute.removeprefix("vertex_")
     names = "rgb" if name == "color" else [f"{name}_{number}" for number in range(values.shape[1])]
     yield from zip(names, values.T, strict=True)
 
 
 def _smallest(column: Array) -> str:
-    """Return the type that holds the numbers exactly."""
+    """Return the smallest PLY type that holds the numbers exactly."""
     with np.errstate(over="ignore"):
         return "<f4" if np.array_equal(column.astype("<f4").astype(np.float64), column) else "<f8"

@@ -1,7 +1,7 @@
-"""A model as nested dictionaries in Mitsuba's words: JSON as it stands, and the same scene when it is read again.
+"""A model as nested dictionaries in Mitsuba's words: valid JSON, and the same scene when read again.
 
-Colours are ``{"type": "rgb", "value": [r, g, b]}``, references ``{"type": "ref", "id": name}``, transforms are nested
-lists, which `with_transforms` replaces by Mitsuba's own; ``mitsuba.load_dict`` takes the rest as it is.
+Colours are ``{"type": "rgb", "value": [r, g, b]}``, references ``{"type": "ref", "id": name}``. Transforms are nested
+lists, which `with_transforms` replaces by Mitsuba's own type; ``mitsuba.load_dict`` accepts the rest unchanged.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ __all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "scene_dict", "with_t
 Dict = dict[str, Any]
 
 VECTORS: Final = frozenset({"position", "direction", "center", "p0", "p1"})
-"""Parameters of three numbers that are no colours."""
+"""Parameters of three numbers that are not colours."""
 TRANSFORMS: Final = frozenset({"to_world", "to_uv"})
 ALWAYS: Final = frozenset({"radiance", "intensity", "irradiance"})
-"""Parameters to spell out even at their default: Mitsuba's is a spectrum, ours the colour that it makes of it."""
+"""Parameters that are written even at their default: Mitsuba's default is a spectrum, ours the resulting colour."""
 RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias", "scene"})
-"""Names that mean something else at the top of a file."""
+"""Names with another meaning at the top of a file, which objects cannot have."""
 
 
 def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
-    """Return the whole scene `model`; `name_file` says how a file that it names is called in what is written."""
+    """Return the whole scene `model` as a dictionary; `name_file` maps the model's file names to those written."""
     writer = PlainWriter(name_file)
     parts: list[tuple[str, Plugin]] = [("integrator", model.integrator), ("sensor", model.sensor)]
     parts += [(f"shape_{i}", shape) for i, shape in enumerate(model.shapes)]
@@ -37,7 +37,7 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 
 
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
-    """Return the dictionary `node` with every transform handed to `transform`, such as mitsuba.ScalarTransform4f."""
+    """Return the dictionary `node` with `transform`, such as mitsuba.ScalarTransform4f, applied to every transform."""
     return {
         key: transform(value)
         if key in TRANSFORMS
@@ -49,7 +49,7 @@ def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[floa
 
 
 class PlainWriter:
-    """Writes nodes as dictionaries. What has a name and is used by others is written once, into `shared`."""
+    """Writes nodes as dictionaries. A named node that others use is written once, into `shared`."""
 
     def __init__(self, name_file: Callable[[str], str]) -> None:
         self._name_file = name_file
@@ -58,7 +58,7 @@ class PlainWriter:
         self.shared: Dict = {}
 
     def unique(self, name: str) -> str:
-        """Return `name`, or something like it that is not taken yet; without dots, Mitsuba's paths of keys."""
+        """Return `name` or a similar name that is free, without dots, which Mitsuba uses in paths of keys."""
         unique = plain = name.replace(".", "_") or "unnamed"
         number = 1
         while unique in self._taken:
@@ -68,7 +68,7 @@ class PlainWriter:
         return unique
 
     def node(self, plugin: Plugin) -> Dict:
-        """Return type and parameters that the scene gives; what it leaves out has the same default in Mitsuba."""
+        """Return the type and the parameters that the scene gives; the others have the same default in Mitsuba."""
         result: Dict = {"type": plugin.title}
         for name in type(plugin).model_fields:
             value = getattr(plugin, name)
@@ -82,7 +82,7 @@ class PlainWriter:
         return result
 
     def share(self, plugin: Plugin, name: str) -> Dict:
-        """Return a reference to `plugin`, which is written once; equal ones share it, whatever they are called."""
+        """Return a reference to `plugin`, which is written once; equal plugins share it, whatever their names."""
         nameless = plugin.model_copy(update={"id": None})
         if nameless not in self._names:
             self._names[nameless] = self.unique(name)

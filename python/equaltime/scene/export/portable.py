@@ -1,4 +1,4 @@
-"""Gives files of their own to meshes and bitmaps that are inside others, so that any renderer can read them."""
+"""Writes meshes and bitmaps that are inside other files as separate files, so that any renderer can read them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORMATS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "
 
 
 def portable(model: SceneModel, assets: Assets, folder: Folder) -> SceneModel:
-    """Return `model` with what is inside a glTF file, or a part of an OBJ file, in files written into `folder`."""
+    """Return `model` with meshes and bitmaps of glTF files, and parts of OBJ files, as separate files in `folder`."""
     return _Unpacker(assets, folder).node(model)
 
 
@@ -35,7 +35,7 @@ class _Unpacker:
         self._known: dict[str, str] = {}
 
     def node(self, plugin: P) -> P:
-        """Return `plugin` with everything in it taken out of glTF files; itself if there is nothing to do."""
+        """Return `plugin` with everything in it taken out of glTF and OBJ files; `plugin` itself if nothing changes."""
         changes: dict[str, Any] = {}
         for name in type(plugin).model_fields:
             value = getattr(plugin, name)
@@ -99,7 +99,10 @@ class _Unpacker:
 
 
 def _difference(mesh: Mesh, path: Path) -> str | None:
-    """Tell in what a mesh differs from what is read of it from a PLY file, but for faces without area; None if not."""
+    """Return a difference in vertices, normals or uvs between a mesh and the PLY file written from it, or None.
+
+    Faces are not compared, since those without area may differ.
+    """
     try:
         found = read_ply(path)
     except ValueError as error:
@@ -112,7 +115,7 @@ def _difference(mesh: Mesh, path: Path) -> str | None:
 
 
 def _name(shape: Gltf | Obj) -> str:
-    """Return what a shape is called in its file, with the file."""
+    """Return the name of a shape inside its file, prefixed with the file."""
     filename = mesh_files(shape.filename)[0]
     return filename if isinstance(shape, Gltf) else f"{filename}#/{shape.material}"
 

@@ -1,4 +1,4 @@
-"""Spells a scene's dictionary as TOML, one table for each object at the top."""
+"""Writes a scene's dictionary as TOML, one table for each object at the top level."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["write_toml"]
 
 
 def write_toml(scene: Mapping[str, Any]) -> str:
-    """Return the file whose scene is `scene`, as `plain.scene_dict` makes it."""
+    """Return the TOML text of `scene`, a dictionary made by `plain.scene_dict`."""
     tables = [_table(name, table) for name, table in scene.items() if name != "type"]
     return "\n".join(tables)
 
@@ -73,7 +73,7 @@ def _key(name: str) -> str:
 
 
 def _string(text: str) -> str:
-    """Return a basic string: quotes, backslashes and control characters escaped, all others as they are."""
+    """Return a basic TOML string: quotes, backslashes and control characters are escaped."""
 
     def escaped(match: re.Match[str]) -> str:
         letter = match[0]

@@ -1,4 +1,4 @@
-"""Spells a scene's dictionary as Mitsuba 3's XML."""
+"""Writes a scene's dictionary as Mitsuba 3's XML."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ __all__ = ["write_xml"]
 VERSION: Final = "3.0.0"
 INDENT: Final = "    "
 BY_NAME: Final = frozenset({"texture", "medium"})
-"""The families that Mitsuba finds by their names; others by what they are."""
+"""Families whose objects Mitsuba assigns to a parameter by name; others it assigns by family."""
 
 
 def write_xml(scene: Mapping[str, Any]) -> str:
-    """Return the file whose scene is `scene`, as `plain.scene_dict` makes it."""
+    """Return the XML text of `scene`, a dictionary made by `plain.scene_dict`."""
     kinds = {name: PLUGINS[part["type"]].kind for name, part in scene.items() if name != "type"}
     lines = [f'<scene version="{VERSION}">']
     for name, kind in kinds.items():
@@ -27,7 +27,7 @@ def write_xml(scene: Mapping[str, Any]) -> str:
 
 
 def _object(table: Mapping[str, Any], name: str, kind: str, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
-    """Iterate over the lines of the element of an object."""
+    """Iterate over the lines of an object's element."""
     head = f"{INDENT * depth}<{kind} type={_quoted(table['type'])}{' ' if name else ''}{name}"
     inner = [line for key, value in table.items() if key != "type" for line in _part(key, value, kinds, depth + 1)]
     if not inner:
@@ -39,7 +39,7 @@ def _object(table: Mapping[str, Any], name: str, kind: str, kinds: Mapping[str, 
 
 
 def _part(key: str, value: Any, kinds: Mapping[str, str], depth: int) -> Iterator[str]:
-    """Iterate over the lines of a parameter or of an object inside another."""
+    """Iterate over the lines of a parameter, or of an object inside another."""
     indent = INDENT * depth
     if isinstance(value, Mapping) and "animation" in value:
         held = f' time="{value["time"]!r}"' if "time" in value else ""
@@ -88,5 +88,5 @@ def _text(value: Any) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return `text` as an attribute's value; a dollar sign is no variable."""
+    """Return `text` as an attribute's value; dollar signs are escaped, so that none begins a variable."""
     return quoteattr(text.replace("$", r"\$"), {"\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})

@@ -1,10 +1,9 @@
-"""Lint: the hazards of a scene, told before it renders.
+"""Lint: the hazards of a scene, reported before it renders.
 
-Each module looks at one kind: `surfaces` (triangles, their facing, what closes), `lights`, `materials`, `media`,
-`extent` (size and place), `camera`. What cannot be rendered at all, such as an id that is taken twice or a vertex that
-is no number, is an error of loading and told there; what the readers of files mended is among the findings here.
-``fast`` leaves out what takes longer than a render should wait for: meshes beyond some ten thousand triangles, and
-texels.
+Each module looks at one kind: `surfaces` (triangles, their orientation, gaps), `lights`, `materials`, `media`, `extent`
+(size and place), `camera`. A scene that cannot be rendered at all is an error of loading: for example one with a
+duplicate id, or with a vertex that is not finite. Repairs by the readers of files are among the findings. ``fast``
+skips whatever takes longer than a render should wait for: meshes beyond some ten thousand triangles, and texels.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ __all__ = ["Finding", "Severity", "lint"]
 
 
 def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
-    """Return the hazards of a scene, warnings first; raises SceneError or ValueError for a file that is gone."""
-    with np.errstate(all="ignore"):  # what overflows is no hazard that is known, and NumPy's words help nobody
+    """Return the hazards of a scene, warnings first; raises SceneError or ValueError if a file is gone."""
+    with np.errstate(all="ignore"):  # overflow is not among the hazards, and NumPy's warnings would not help the user
         world = World(scene, fast=fast)
         found = [
             *check_surfaces(world),
@@ -41,7 +40,7 @@ def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
 
 
 def _mended(scene: Scene) -> list[Finding]:
-    """Return what the readers of files had to mend."""
+    """Return a note on the repairs by the readers of files, if there are any."""
     if not scene.warnings:
         return []
     return [

@@ -1,4 +1,4 @@
-"""Hazards of where the camera stands."""
+"""Hazards of the camera's position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def check_camera(world: World) -> Iterator[Finding]:
-    """Look for what fills the place of a camera that names no medium."""
+    """Find shapes with a medium around a camera that names no medium."""
     model = world.scene.model
     if model.sensor.medium is not None or not sees_media(model.integrator):
         return
@@ -36,8 +36,8 @@ def check_camera(world: World) -> Iterator[Finding]:
 
 
 def _holds(part: Part, point: Array) -> bool:
-    """Tell whether a point is within a closed surface."""
-    if part.grouped:  # which stands in a space of its own
+    """Tell whether a point is inside a sphere or a mesh."""
+    if part.grouped:  # its coordinates are in the group's own space
         return False
     if isinstance(part.surface, SphereSurface):
         return bool(np.linalg.norm(point - part.surface.center) < part.surface.radius)
@@ -45,9 +45,9 @@ def _holds(part: Part, point: Array) -> bool:
 
 
 def _winding(mesh: MeshSurface, point: Array) -> float:
-    """Return how often a mesh winds round a point: its solid angle from there over that of the sphere.
+    """Return the winding number of a mesh about a point: its signed solid angle divided by 4 pi.
 
-    By van Oosterom & Strackee (1983), triangle by triangle.
+    The solid angles are computed triangle by triangle, as by van Oosterom & Strackee (1983).
     """
     corners = mesh.vertices[mesh.faces] - point
     a, b, c = np.moveaxis(corners, 1, 0)

@@ -1,4 +1,4 @@
-"""Hazards of size and place: what is too far from the camera, or was written too far from its own origin."""
+"""Hazards of size and place: shapes too far from the camera, and meshes written too far from their own origin."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from equaltime.scene.model import MeshFile
 __all__ = ["check_extent"]
 
 STEPS: Final = 1000.0
-"""A shape of fewer steps of single precision is visibly coarse."""
+"""Smallest width of a shape, in rounding steps of single precision, that is not visibly coarse."""
 
 
 def check_extent(world: World) -> Iterator[Finding]:
@@ -45,14 +45,14 @@ def check_extent(world: World) -> Iterator[Finding]:
 
 
 def _steps(part: Part) -> float:
-    """Return how many rounding steps of its vertices a shape is wide."""
+    """Return the width of a shape in rounding steps of its vertices."""
     assert part.origin is not None
     farthest = float(np.abs(part.bounds - part.origin).max())
     return part.extent / float(np.spacing(np.float32(farthest))) if 0.0 < farthest < 3e38 else np.inf
 
 
 def _was_rounded(part: Part, world: World) -> bool:
-    """Tell whether the file's numbers are all of single precision, and coarse for the mesh's size."""
+    """Tell whether all vertices of the file are single-precision numbers, and coarse for the mesh's size."""
     assert isinstance(part.shape, MeshFile)
     vertices = world.scene.assets.mesh(part.shape).vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)

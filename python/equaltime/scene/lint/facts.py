@@ -1,7 +1,7 @@
-"""What there is to know of a mesh, in time that grows with its triangles and no faster: sums and hashes, few sorts.
+"""Facts about a mesh, in time that grows only linearly with its triangles: sums and hashes, few sorts.
 
-Two vertices are the same if they are at the same place once rounded as the core rounds them. Sums of 64-bit hashes
-stand for multisets: that two that differ agree has a probability of about 2^-64.
+Two vertices are equal if the core rounds them to the same position. Sums of 64-bit hashes represent multisets: two
+different multisets agree with a probability of about 2^-64.
 """
 
 from __future__ import annotations
@@ -21,38 +21,38 @@ Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
 
 CHUNK: Final = 1 << 16
-"""Triangles at a time, so that what is made of them stays in the cache."""
+"""Triangles that are processed at a time, so that intermediate results stay in the cache."""
 UNCERTAIN: Final = 1e-2
-"""Radians by which rounded vertices may tilt a triangle before it is told."""
+"""Angle, in radians, by which rounded vertices may tilt a triangle before it is reported."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshFacts:
-    """What one pass over the triangles tells."""
+    """Results of one pass over the triangles of a mesh."""
 
     degenerate: int
-    """Triangles of no area: what the core drops."""
+    """Number of triangles without area, which the core drops."""
     slivers: int
-    """Other triangles that rounding may tilt by more than `UNCERTAIN`."""
+    """Number of other triangles that rounding may tilt by more than `UNCERTAIN`."""
     sliver_area: float
-    """Their share of the area."""
+    """Fraction of the mesh's area in slivers."""
     tilt: float
-    """By how many radians the worst of them may be tilted."""
+    """Largest angle, in radians, by which rounding may tilt a sliver."""
     backwards: int
-    """Triangles of which all three shading normals are on the other side."""
+    """Number of triangles whose three shading normals all point to the back."""
     area: float
     volume: float
-    """Enclosed, if it is closed; negative if its front is inside."""
+    """Enclosed volume if the mesh is closed; negative if its front is inside."""
     closed: bool
-    """Every edge is there once in each direction."""
+    """Whether every edge occurs equally often in both directions, and some triangle has area."""
     faces: Hashes
-    """(M,) equal for triangles with the same corners."""
+    """(M,) hash of each triangle; equal for triangles with the same corners."""
     balance: int
-    """Sum over directed edges minus that over reversed ones; 0 if closed. Of several meshes, these add up."""
+    """Hash sum over directed edges minus the sum over reversed edges; 0 if closed. Several meshes' balances add up."""
 
 
 def facts(part: Part) -> MeshFacts:
-    """Look at all triangles of a mesh."""
+    """Collect the facts about all triangles of a mesh."""
     mesh = part.mesh
     assert mesh is not None
     points = part.points.astype(np.float64)
@@ -87,7 +87,7 @@ def facts(part: Part) -> MeshFacts:
 
 
 def border(parts: list[Part]) -> list[int]:
-    """Return how many edges of each mesh no other triangle of all of them shares."""
+    """Return, for each mesh, the number of its edges that no other triangle of any mesh shares."""
     keys, owners = [], []
     for number, part in enumerate(parts):
         assert part.mesh is not None
@@ -101,9 +101,9 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether a place is inside a shape that closes: a sphere, or a mesh of which every edge is shared.
+    """Tell whether a place is inside a closed shape: a sphere, or a mesh whose edges are all shared.
 
-    Not one of a group, which stands in the group's own space.
+    Shapes of a group never count, because their coordinates are in the group's own space.
     """
     if part.grouped:
         return False
@@ -115,12 +115,12 @@ def within(place: Array, part: Part) -> bool:
 
 
 def in_bounds(place: Array, part: Part) -> bool:
-    """Tell whether a place is in a shape's box."""
+    """Tell whether a place is inside a shape's bounding box."""
     return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
 
 
 def surrounds(part: Part, place: Array) -> bool:
-    """Tell whether a place is inside a closed mesh: the solid angle of all triangles (Van Oosterom & Strackee 1983)."""
+    """Tell whether a place is inside a closed mesh, by its solid angle (Van Oosterom & Strackee 1983)."""
     mesh = part.mesh
     assert mesh is not None
     if not in_bounds(place, part):
@@ -145,7 +145,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _tilt(a: Array, b: Array, c: Array, size: Array) -> Array:
-    """Return the angle by which one rounding step of the vertices may tilt each triangle."""
+    """Return the angle, in radians, by which one rounding step of the vertices may tilt each triangle."""
     edges = [np.einsum("ij,ij->i", e, e) for e in (b - a, c - b, a - c)]
     longest = np.sqrt(np.maximum(np.maximum(edges[0], edges[1]), edges[2]))
     largest = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)).max(axis=1)
@@ -164,13 +164,13 @@ def _mix(words: Hashes) -> Hashes:
 
 
 def _mixed(rows: Hashes) -> Hashes:
-    """Return a hash of each row of three."""
+    """Return a hash of each row of three words."""
     x, y, z = rows.T
     return _mix(_mix(_mix(x + np.uint64(0x9E3779B97F4A7C15)) + y) + z)
 
 
 def _balance(corners: Hashes) -> int:
-    """Return the sum over the directed edges of triangles (n, 3) minus that over their reverses, modulo 2^64."""
+    """Return the hash sum over directed edges of triangles (n, 3) minus the sum over their reverses, modulo 2^64."""
     total = np.uint64(0)
     turned = np.roll(corners, -1, axis=1)
     with np.errstate(over="ignore"):

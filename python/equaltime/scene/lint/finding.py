@@ -1,4 +1,4 @@
-"""What lint finds: a hazard, where it is, what becomes of it, and what to do."""
+"""Findings of lint: a hazard, its places, the renderer's treatment of it, and advice."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any, Final, Literal
 __all__ = ["MOST_PLACES", "Finding", "Severity"]
 
 Severity = Literal["warning", "note"]
-"""A warning is about what makes the image wrong or late; a note about what is dealt with, or may be meant."""
+"""Warning: the image may be wrong or late. Note: the hazard is dealt with, or may be intended."""
 
 MOST_PLACES: Final = 8
-"""How many places a finding names; `count` counts all."""
+"""Largest number of places that a finding names; `count` counts all."""
 
 
 @dataclass(frozen=True)
@@ -20,18 +20,18 @@ class Finding:
     """One kind of hazard in one scene."""
 
     check: str
-    """Its id."""
+    """Id of the check."""
     severity: Severity
     what: str
-    """What was found, with figures."""
+    """The hazard that was found, with figures."""
     where: tuple[str, ...]
     """The first `MOST_PLACES` shapes, BSDFs or lights, with their places in the file."""
     count: int
-    """Of triangles, vertices, texels or objects, as `what` says."""
+    """Number of triangles, vertices, texels or objects, as `what` says."""
     becomes: str
-    """What equaltime does about it."""
+    """The renderer's treatment of the hazard."""
     advice: str
-    """What the user can do about it."""
+    """Advice to the user."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the finding as JSON data."""
@@ -39,5 +39,5 @@ class Finding:
 
 
 def first_places(places: Iterable[object]) -> tuple[str, ...]:
-    """Return the places to name, each once."""
+    """Return the first `MOST_PLACES` different places."""
     return tuple(dict.fromkeys(map(str, places)))[:MOST_PLACES]

@@ -1,4 +1,4 @@
-"""Hazards of lights: dark ones, ones that face away from all there is, ones that no technique finds."""
+"""Hazards of emitters: zero power, facing away from everything, or light that no technique finds."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from equaltime.scene.model import (
 __all__ = ["check_lights"]
 
 AWAY = 1e-12
-"""Distance before a light, as a share of the scene's size, below which a point is in its plane: a few roundings."""
+"""Distance before a light, as a fraction of the scene's size, up to which a point is in its plane: a few roundings."""
 FLAT = 1e-4
-"""Largest angle between the normals of a flat light's triangles, in radians."""
+"""Largest angle, in radians, between the normals of a flat light's triangles."""
 
 
 def check_lights(world: World) -> Iterator[Finding]:
-    """Find hazards of emitters, and emitters without power."""
+    """Find hazards of emitters, among them emitters without power."""
     model = world.scene.model
     nodes = {
         id(node): node
@@ -81,7 +81,7 @@ def _is_dark(node: Plugin, world: World) -> bool:
 
 
 def _far_apart(world: World, lights: list[Plugin]) -> Iterator[Finding]:
-    """Find lights so dim beside others that lights picked by power are hardly ever these."""
+    """Find lights so dim beside the brightest that picking lights by power hardly ever picks them."""
     for name in ("radiance", "intensity", "irradiance"):
         spans = [(node, *span) for node in lights if (span := _span(node, name, world)) is not None]
         most = max((high for _, _, high in spans), default=0.0)
@@ -102,7 +102,7 @@ def _far_apart(world: World, lights: list[Plugin]) -> Iterator[Finding]:
 
 
 def _span(node: Plugin, name: str, world: World) -> tuple[float, float] | None:
-    """Return the least and the largest positive value of a light's colours, or of its texels; None if it has none."""
+    """Return the smallest and the largest positive value of a light's colour or environment map, or None."""
     if isinstance(node, EnvMap):
         if name != "radiance":
             return None
@@ -115,10 +115,10 @@ def _span(node: Plugin, name: str, world: World) -> tuple[float, float] | None:
 
 
 def _turned_away(world: World) -> Iterator[Finding]:
-    """Flat lights with nothing before them: neither a shape nor the camera."""
+    """Find flat lights with neither a shape nor the camera in front of them."""
     corners = [part.bounds for part in world.parts if not part.grouped]
     if not corners or world.skipped or any(part.grouped for part in world.parts):
-        return  # what is left out may be before the light, as may instances, which stand where only the core knows
+        return  # a skipped mesh, or an instance, which only the core places, may be in front of the light
     boxes = np.array([*corners, np.array([world.camera, world.camera])])
     size = float((boxes[:-1, 1].max(axis=0) - boxes[:-1, 0].min(axis=0)).max())
     found = []
@@ -127,7 +127,7 @@ def _turned_away(world: World) -> Iterator[Finding]:
             continue
         place, normal = plane
         before = (np.where(normal > 0.0, boxes[:, 1], boxes[:, 0]) - place) @ normal
-        before[number] = 0.0  # its own box reaches before it where it stands askew
+        before[number] = 0.0  # the box of a tilted light reaches in front of its plane
         if float(before.max()) <= AWAY * size:
             found.append(part)
     if found:
@@ -143,7 +143,7 @@ def _turned_away(world: World) -> Iterator[Finding]:
 
 
 def _plane(part: Part) -> tuple[Array, Array] | None:
-    """Return a point of a flat light and the direction of its front."""
+    """Return a point of a flat light and the unit normal of its front; None if it is not flat or too complex."""
     if isinstance(part.surface, DiskSurface):
         x, y, _, place = part.surface.to_world[:3].T
         normal = np.cross(x, y)
@@ -164,7 +164,7 @@ def _plane(part: Part) -> tuple[Array, Array] | None:
 
 
 def _enclosed(world: World) -> Iterator[Finding]:
-    """Find point and spot lights inside closed shapes that let nothing out, with the camera outside."""
+    """Find point and spot lights inside closed opaque shapes that do not contain the camera."""
     solid = [part for part in world.parts if not part.grouped and not lets_light_through(part)]
     lights = [e for e in world.scene.model.emitters if isinstance(e, Point | Spot) and not _is_dark(e, world)]
     shut = [part for part in solid if not within(world.camera, part)]
@@ -182,7 +182,7 @@ def _enclosed(world: World) -> Iterator[Finding]:
 
 
 def _through_glass(world: World) -> Iterator[Finding]:
-    """Find lights without extent: no ray meets them, so none of their light comes off a mirror or through glass."""
+    """Find lights without extent beside smooth mirrors or glass: no ray meets such lights, so caustics are lost."""
     lights = [
         e for e in world.scene.model.emitters if isinstance(e, Point | Spot | Directional) and not _is_dark(e, world)
     ]
@@ -220,12 +220,12 @@ def _through_glass(world: World) -> Iterator[Finding]:
 
 
 def _is_smooth(leaf: BsdfPlugin) -> bool:
-    """Tell whether all it reflects and lets through goes into single directions."""
+    """Tell whether the BSDF reflects and transmits into single directions only."""
     return isinstance(leaf, Conductor | Dielectric) and not isinstance(leaf, RoughConductor | RoughDielectric)
 
 
 def _hides(leaf: BsdfPlugin, freely: bool) -> bool:
-    """Tell whether it is glass that lights without extent do not shine through; ``freely``: if thin, they do."""
+    """Tell whether the BSDF is glass that blocks lights without extent; with ``freely``, thin glass does not."""
     return isinstance(leaf, Dielectric) and _is_smooth(leaf) and not (freely and isinstance(leaf, ThinDielectric))
 
 

@@ -1,4 +1,4 @@
-"""Hazards of materials: surfaces that return all light, textures beyond what a factor may be."""
+"""Hazards of materials: surfaces that return all light, and textures out of their parameter's range."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from equaltime.scene.out_of_range import of_mesh, of_textures
 __all__ = ["check_materials"]
 
 WHITE: Final = 0.999
-"""From here on a path needs a thousand bounces to lose its light."""
+"""Reflectance from which a path needs a thousand bounces to lose its light."""
 
 
 def check_materials(world: World) -> Iterator[Finding]:
-    """Look at all BSDFs and textures."""
+    """Find surfaces that return nearly all light, and textures that are out of range."""
     nodes = list({id(node): node for node in world.scene.model.nodes()}.values())
     white = [node for node in nodes if isinstance(node, Diffuse) and _reflects(node) >= WHITE]
     if white and world.scene.max_depth == -1:
@@ -39,7 +39,7 @@ def _reflects(node: Diffuse) -> float:
 
 
 def _textures(world: World, nodes: list[Plugin]) -> Iterator[Finding]:
-    """Numbers of textures and of meshes outside what the parameters that use them may be."""
+    """Find numbers of textures and meshes that are out of the range of the parameters that use them."""
     assets = world.scene.assets
     shapes = [(shape, str(name)) for shape, name, _ in world.names.solids()]
     found = [(outside, world.called(outside.texture)) for node in nodes for outside in of_textures(node, assets)]

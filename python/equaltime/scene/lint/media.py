@@ -1,4 +1,4 @@
-"""Hazards of media: those that are too dense for the numbers that rays are made of."""
+"""Hazards of media: densities that are too large for rays in single precision."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from equaltime.scene.model import Medium
 __all__ = ["check_media"]
 
 SHORTEST: Final = 1e-7
-"""The shortest mean free path as a share of the scene's extent, as in the core, which refuses shorter ones."""
+"""Shortest mean free path, as a fraction of the scene's extent; the core has the same limit and refuses shorter ones.
+"""
 
 
 def check_media(world: World) -> Iterator[Finding]:
@@ -46,7 +47,7 @@ def _densest(medium: Medium) -> float:
 
 
 def _extent(world: World) -> float:
-    """Return the longest side of all that stands in the scene itself; 0 if instances or large meshes are left out."""
+    """Return the longest side of the scene's bounds; 0 if it has instances, or if meshes were skipped."""
     if not world.parts or world.skipped or any(part.grouped for part in world.parts):
         return 0.0
     corners = np.array([part.bounds for part in world.parts])

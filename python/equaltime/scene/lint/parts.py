@@ -1,4 +1,4 @@
-"""The scene as lint looks at it: surfaces as they are rendered, rounded where the core rounds them."""
+"""The scene as lint looks at it: surfaces as they are rendered, with vertices rounded as in the core."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
 
 FAST_TRIANGLES: Final = 10_000
-"""How many triangles are looked at where there is no time."""
+"""Number of triangles that a fast check looks at in total; further meshes are skipped."""
 
 
 @dataclass(eq=False)
 class Part:
-    """One surface."""
+    """One surface of the scene."""
 
     shape: Solid
     name: Name
     surface: Surface
     grouped: bool
-    """It is part of a group, in whose own space it stands."""
+    """Whether the surface is part of a group, in whose own space it stands."""
     origin: Array | None = None
-    """What becomes 0 before vertices are rounded; see `World.parts`."""
+    """Point that is moved to 0 before vertices are rounded; see `World.parts`."""
 
     @cached_property
     def mesh(self) -> MeshSurface | None:
-        """Its triangles, in the scene's units, if it has any."""
+        """The surface's triangles, in the scene's units, or None."""
         if isinstance(self.surface, QuadSurface):
             return self.surface.mesh()
         return self.surface if isinstance(self.surface, MeshSurface) else None
@@ -61,7 +61,7 @@ class Part:
         assert self.mesh is not None
         assert self.origin is not None
         with np.errstate(over="ignore"):
-            return (self.mesh.vertices - self.origin).astype(np.float32) + np.float32(0.0)  # no zero has a sign
+            return (self.mesh.vertices - self.origin).astype(np.float32) + np.float32(0.0)  # turns -0 into +0
 
     @cached_property
     def bounds(self) -> Array:
@@ -75,13 +75,13 @@ class Part:
 
     @property
     def one_sided(self) -> bool:
-        """Whether the back absorbs everything while the front does not."""
+        """Whether only one side absorbs everything; a black front that emits counts too."""
         sides = self.surface.sides
         return (sides.front is None) != (sides.back is None) or (sides.front is None and sides.radiance is not None)
 
     @property
     def refracts(self) -> bool:
-        """Whether it is an interface between two media, which must close to have an inside."""
+        """Whether the surface is an interface between two media, which must close to have an inside."""
         return any(
             (isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior != leaf.ext_ior)
             or (isinstance(leaf, Principled) and leaf.transmits)
@@ -90,7 +90,7 @@ class Part:
 
 
 class World:
-    """All that lint looks at; meshes are placed when first asked for."""
+    """The scene for lint; its meshes are placed when first needed."""
 
     def __init__(self, scene: Scene, *, fast: bool = False) -> None:
         self.scene = scene
@@ -98,15 +98,15 @@ class World:
         self.camera = as_array(poses(scene.model.sensor.to_world)[0])[:3, 3]
         self.fast = fast
         self.skipped = 0
-        """Meshes that were not looked at for want of time."""
+        """Number of meshes that were skipped to save time."""
 
     def called(self, node: Plugin) -> str:
-        """Return what people call a part of the scene that is no shape."""
+        """Return the name of a part of the scene that is not a shape."""
         return str(Name(node.id, node.title, self.scene.place_of(node)))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """Every surface once, those of groups after all others."""
+        """All surfaces, each once; surfaces of groups come last."""
         parts = tuple(self._surfaces())
         corners = np.array([part.bounds for part in parts if not part.grouped]).reshape(-1, 3)
         origin = np.clip(self.camera, corners.min(axis=0), corners.max(axis=0)) if len(corners) else self.camera
@@ -122,7 +122,7 @@ class World:
                 if self.fast and (budget := budget - len(data.faces)) < 0:
                     self.skipped += 1
                     continue
-                flat = shape if data.normals is not None else shape.replace(face_normals=True)  # spares making normals
+                flat = shape if data.normals is not None else shape.replace(face_normals=True)  # avoids making normals
                 yield Part(shape, name, self._surface(shape, flat), grouped)
             else:
                 yield Part(shape, name, self._surface(shape, shape), grouped)
@@ -136,7 +136,7 @@ class World:
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:
-        """Those that are triangles."""
+        """The surfaces that are made of triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
 
 

@@ -1,4 +1,4 @@
-"""Hazards of surfaces: triangles that are none, that coincide, that face the wrong way, that do not close."""
+"""Hazards of surfaces: triangles without area, coincident triangles, wrong orientation, and gaps."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from equaltime.scene.lint.parts import Part, World
 __all__ = ["check_surfaces"]
 
 MUCH = 1e-2
-"""The share of a mesh's area from which slivers are no trifle."""
+"""Fraction of a mesh's area in slivers above which the finding is a warning."""
 
 
 def check_surfaces(world: World) -> Iterator[Finding]:
-    """Look at all triangles."""
+    """Find the hazards of all surfaces."""
     known = {part: facts(part) for part in world.meshes}
     yield from _degenerate(known)
     yield from _slivers(known)
     yield from _backwards(known)
     yield from _coincident(known)
-    if not world.skipped:  # what is left out may be inside, or close the others
+    if not world.skipped:  # a skipped mesh may be inside another, or close it
         yield from _inverted(world, known)
         yield from _around_camera(world)
         yield from _open(world, known)
@@ -114,7 +114,7 @@ def _coincident(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
 
 
 def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
-    """Find closed shapes whose front is inside, looked at from outside."""
+    """Find closed shapes whose front is inside while the camera is outside."""
     found = []
     for part in world.parts:
         if part.grouped or not (part.one_sided or part.refracts):
@@ -142,7 +142,7 @@ def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
 
 
 def _around_camera(world: World) -> Iterator[Finding]:
-    """Find closed shapes around the camera that turn their black backs to it."""
+    """Find closed one-sided shapes around the camera whose front is outside."""
     found = [part for part in world.parts if part.one_sided and _faces_out(part) and within(world.camera, part)]
     if found:
         yield Finding(
@@ -163,7 +163,7 @@ def _faces_out(part: Part) -> bool:
 
 
 def _encloses(part: Part, world: World) -> bool:
-    """Tell whether other shapes are within, as in a room or in a sky, for which the front is inside on purpose."""
+    """Tell whether other shapes are inside `part`, as in a room or a sky, where an inward front is intended."""
     low, high = part.bounds
     return any(
         other is not part and not other.grouped and ((low <= other.bounds) & (other.bounds <= high)).all()
@@ -172,7 +172,7 @@ def _encloses(part: Part, world: World) -> bool:
 
 
 def _open(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
-    """Refracting meshes that leave a gap, all of them taken together: liquids in glasses close each other."""
+    """Find refracting meshes with gaps, all taken together, because liquids in glasses close each other."""
     clear = [part for part in world.parts if part.refracts and not part.grouped]
     meshes = [part for part in clear if part in known]
     if not sum(known[part].balance for part in meshes) % (1 << 64):
