@@ -159,12 +159,11 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 
         ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
 
-    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
-    ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
-    samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
-    plain
-    variance of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy samples is
-    O(1/N) of the estimate.
+    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is ``E Σ n_r
+    (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the samples of
+    a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the plain variance
+    of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy samples is O(1/N)
+    of the estimate.
 
     Parameters
     ----------
@@ -195,14 +194,11 @@ def image_error(
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
     Each limit is formed on the logarithm, around the error by its own reference. Its width comes from the variance of
-    the
-    estimate and from the variance of the realised error. (The square of a Gaussian varies by twice its mean's square,
-    and
-    no less than its estimate from two replicates does.) Few effective contributions call for Student's t.
+    the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice its mean's
+    square, and no less than its estimate from two replicates does.) Few effective contributions call for Student's t.
 
     The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
-    upper
-    limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
+    upper limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
 
     Parameters
     ----------

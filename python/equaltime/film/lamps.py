@@ -52,7 +52,7 @@ _LEAST, _MANY = 1e-9, 20.0
 """Range of the expected meetings of a replicate with a lamp: below it there are as good as none, and above it the
 replicates' variance shows the lamp."""
 _ROUNDING = 0.05
-"""Relative uncertainty of a meeting's light, at most: the light is estimated from few points."""
+"""Largest relative error of the light of meetings: it is estimated from few points."""
 _RARE = 0.025
 """Chance below which a case need not be covered by an upper limit."""
 _DOUBTED = 2.0

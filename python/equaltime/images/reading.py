@@ -105,7 +105,7 @@ def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[
 
 def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
     """Return the clearest reason why OpenImageIO does not read a file."""
-    said = complaint(speaker)  # OpenImageIO prints messages that are not fetched when the process ends
+    said = complaint(speaker)  # or OpenImageIO prints the message when the process ends
     if not Path(path).exists():
         return "no such file"
     return said or "not an image that can be read"

@@ -72,8 +72,8 @@ class PriceList:
     free: tuple[str, ...]
     """Effects that the scene does not use: no instruction in the path loop, no memory."""
     shares: Mapping[str, Mapping[str, Interval]]
-    """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each
-    kind sum to 1."""
+    """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each kind
+    sum to 1."""
     truncated: Mapping[int, Interval]
     """Error of cutting paths at each depth."""
     outputs: Mapping[str, Interval]

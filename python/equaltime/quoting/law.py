@@ -135,7 +135,7 @@ class Law:
         return Estimate(value, low, high, unit="spp")
 
     def _first_within(self, error: float, end: Literal["value", "low", "high"]) -> float:
-        """Return the least even count at which the error, or an end of its interval, is at most ``error``, up to 2^40."""
+        """Return the least even count, up to 2^40, at which an end of the error's interval is at most ``error``."""
 
         def reached(half: int) -> bool:
             return bool(getattr(self.error_at(2.0 * half), end) <= error)

@@ -65,7 +65,7 @@ class Parts:
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of paths longer than ``depth`` and all others, as a share: 1 less both of `apart`."""
+        """Return twice the covariance of paths longer than ``depth`` and all others: 1 less both of `apart`."""
         longer, crossed = self._longer(depth)
         return share_of(2.0 * (crossed - longer), self.whole)
 

@@ -92,7 +92,7 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render that will have ``samples`` per pixel; its samples so far are the pilot."""
+        """Return a probe of a session's render of ``samples`` per pixel in all; its samples so far are the pilot."""
         return cls(
             session.job.scene,
             session.decided,

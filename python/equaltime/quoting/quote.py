@@ -78,7 +78,7 @@ def quote(
 
 def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:
     """Split the light with the work that the pilot left, or, with ``always``, with as much as it took if need be."""
-    from equaltime.quoting.noise_light import (  # here, since it measures by what measures renders
+    from equaltime.quoting.noise_light import (  # here, as it imports the tools that measure renders
         LEAST_PATHS,
         noise_light,
     )

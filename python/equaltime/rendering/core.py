@@ -99,7 +99,7 @@ class AdaptiveRenderer(_core.Renderer):
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's sample count over the mean count ``samples``, (H, W), running the pilot if needed."""
+        """Return each pixel's sample count over the mean count ``samples``, (H, W); the pilot must have ended."""
         if self._rates is None:
             self._decide(self)
         assert self._rates is not None

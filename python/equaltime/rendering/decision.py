@@ -29,7 +29,7 @@ class Decision:
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with the decisions; counts only if even, since uneven ones follow from a pilot."""
+        """Return the strategy with the decisions; counts only if even, since uneven counts follow from a pilot."""
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":
             decided["roulette"] = self.roulette

@@ -31,11 +31,9 @@ def merge(paths: Sequence[str | os.PathLike[str]]) -> Result:
     """Join renders of the same scene by the same strategy whose samples are different.
 
     Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
-    Its
-    standard error and its error come from the spread of all parts and their replicates
-    (`equaltime.film.parts_of_merge`).
-    The result can be merged again. The order of merging changes the image and its standard error by one float32 ulp at
-    most. Of the outputs beside the image, only alpha is joined.
+    Its standard error and its error come from the spread of all parts and their replicates
+    (`equaltime.film.parts_of_merge`). The result can be merged again. The order of merging changes the image and its
+    standard error by one float32 ulp at most. Of the outputs beside the image, only alpha is joined.
 
     Parameters
     ----------

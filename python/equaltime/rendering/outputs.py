@@ -82,7 +82,7 @@ def outputs(
 
 def _rays(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float64]:
     """Return the number of rays that a sample of each pixel takes (H, W)."""
-    plain = strategy.model_copy(update={"adaptive": "none"})  # as many samples of each
+    plain = strategy.model_copy(update={"adaptive": "none"})  # the same number of samples in each pixel
     renderer = make_renderer(scene, plain, seed, threads, pixel_rays=True)
     renderer.advance(samples)
     return renderer.pixel_rays.astype(np.float64) / samples
