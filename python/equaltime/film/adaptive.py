@@ -91,7 +91,7 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """log of (error² times rays) with even counts over that with counts by rates, and its standard error."""
+    """Logarithm of error² times rays with even counts over that with counts by rates, and its standard error."""
 
     value: float
     error: float

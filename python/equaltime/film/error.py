@@ -159,11 +159,11 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 
         ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
 
-    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is ``E Σ n_r
-    (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the samples of
-    a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the plain variance
-    of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy samples is O(1/N)
-    of the estimate.
+    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
+    ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
+    samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
+    plain variance of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy
+    samples is O(1/N) of the estimate.
 
     Parameters
     ----------

@@ -47,8 +47,7 @@ _MOST_SECONDS = 10.0
 _FIRST = 4
 """Least samples a pixel of a pilot for a render with even counts."""
 _SHARE_OF_ALL_PIXELS = 0.4
-"""Fraction of the sample allowance that the pilot uses; the rest is for the probe (`equaltime.quoting.probe`), if any.
-"""
+"""Fraction of the sample allowance that the pilot uses; the rest is for a probe (`equaltime.quoting.probe`)."""
 _PROBE_SHARE = 0.9
 """Fraction of the remaining sample allowance that the probe plans to use; the rest is reserve."""
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
@@ -65,8 +64,7 @@ class Quote:
     error: Estimate
     """Error of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
     memory: Estimate
-    """Peak bytes of the process, including the scene and all libraries, from the first sample until the image is saved.
-    """
+    """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
     prices: Mapping[float, Estimate] = field(hash=False)
     """Seconds to each of `TARGETS` that the pilot has not reached."""

@@ -54,8 +54,7 @@ class Compared:
     """Metrics by name (`equaltime.images.metrics`) of this very image, with the noise of the other image subtracted if
     known. If there is too much of that noise, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
-    """P-value of equal expectations; None if they cannot be tested. A small value means that one of the two is biased.
-    """
+    """P-value of equal expectations; None if they cannot be tested. If it is small, one of the two is biased."""
     own: Estimate | None
     """Error that the file's record states, with the stated doubt; None if the record states no error."""
     doubt: str

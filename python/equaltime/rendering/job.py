@@ -15,8 +15,7 @@ from equaltime.strategy import Strategy
 __all__ = ["Job", "Traps"]
 
 Traps = Literal["ignore", "check", "stop"]
-"""Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end the process by SIGFPE (``stop``).
-"""
+"""Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,8 +35,7 @@ class Progress:
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
     error: Estimate | None
-    """Error of the image as of a recent pass; None before the first estimate, and once the samples have doubled since.
-    """
+    """Error of the image as of a recent pass; None before an estimate, or once the samples have doubled since."""
 
 
 ProgressCallback = Callable[[Progress], object]

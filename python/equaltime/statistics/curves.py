@@ -95,8 +95,7 @@ class Runs:
     doubt: str = ""
     """Reason why the mean over repeats is not that of typical runs, by the final images (`equaltime.film.tails`)."""
     missing: str = ""
-    """Reason why later errors may be larger than any repeat shows, so that upper ends of errors and times do not hold.
-    """
+    """Reason why later errors may exceed all repeats, so that upper ends of errors and times do not hold."""
     unseen: float = 0.0
     """Relative amount by which relMSE may be larger because of light that no repeat met."""
     shared: float = 0.0
