@@ -5,10 +5,9 @@ of a sample. For low-discrepancy samples the exponent beyond the pilot differs b
 within it, whatever the pilot saw. Over a factor of twenty that makes an uncertainty of 0.3 in the logarithm of the
 samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a probe: a few
 hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with looks at the
-error where the render itself would look. Pilot and probe together are at most a twentieth of the work, or ten seconds
-if that is less, or 8 samples a pixel. Intervals are at 95 %. They include the pixels that were not drawn, the chance of
-later samples, and the speed of the machine. Heavy tails add uncertainty, and the quote says so if the pilot has met
-them.
+error where the render itself would look. Pilot and probe together take at most max(8 samples a pixel, min(5 % of the
+work, 10 s)). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples, and the
+speed of the machine. Heavy tails add uncertainty, and the quote says so if the pilot has met them.
 """
 
 from __future__ import annotations
@@ -43,9 +42,10 @@ TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
 
 _PILOT_SHARE = 0.05
 _MOST_SECONDS = 10.0
-"""Longest time of pilot plus probe, in seconds: nobody waits minutes for the price of an hour."""
+"""Longest time of pilot plus probe, in seconds, unless 8 samples a pixel take longer: nobody waits minutes for the
+price of an hour."""
 _FIRST = 4
-"""Least samples a pixel of a pilot for a render with even counts."""
+"""Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
 _SHARE_OF_ALL_PIXELS = 0.4
 """Fraction of the sample allowance that the pilot uses; the rest is for a probe (`equaltime.quoting.probe`)."""
 _PROBE_SHARE = 0.9
