@@ -53,9 +53,9 @@ class Observer:
     def quoted(self, quote: Quote) -> None:
         """Receive the price of the error, or the error that the time will buy: once, early.
 
-        A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to 4096 pixels
-        are first rendered to the end (`equaltime.quoting.probe`): at most 3 % of the work, or 4 samples per pixel if
-        that is more. These samples are not part of the image.
+        A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
+        4096 pixels are first rendered to the end (`equaltime.quoting.probe`): at most 3 % of the work, or 4 samples per
+        pixel if that is more. These samples are not part of the image.
         """
 
     def unquoted(self, why: str) -> None:
