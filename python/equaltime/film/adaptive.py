@@ -1,28 +1,29 @@
-"""Adaptive sampling: after an equal pilot, every pixel's samples grow at a rate of its own.
+"""Adaptive sampling: after an equal pilot, every pixel's samples grow at its own rate.
 
 **Unbiased by construction.** The mean of a pixel's samples is unbiased if their number does not depend on them. With
-the metric ``error`` it does not: the number is a function of the pilot samples of *other* pixels alone, and pixels use
-independent random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Three numbers that
-belong to the whole image would let the pixel in by the back door. For its mean a pixel on a black tile of a chessboard
-takes that of the white ones; for whether it is worth while, the gain within these; and for the mean of all weights,
-which keeps the total, that of those whose neighbourhoods do not reach into its tile. No sample is discarded, and no
-later one changes a rate. A crop is an image by itself, with another mean: here alone it has not the bits of the whole.
+the metric ``error`` the number is a function of the pilot samples of *other* pixels alone, and pixels use independent
+random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Three image-wide numbers would
+make a pixel's count depend on its own samples, so each is computed without that pixel. Tiles are coloured like a
+chessboard. A pixel on a black tile takes the image's mean from the white tiles. It takes the gain, which decides
+whether rates are used at all, from pixels within white tiles. It takes the mean of all weights, which keeps the total,
+from pixels whose neighbourhoods do not reach into its tile. No sample is discarded, and no later sample changes a rate.
+With adaptive sampling a crop does not reproduce the bits of the full image, because its means differ.
 
-**What is best.** A pixel's part of error² (`equaltime.film.error`) is ``v / (n D)``, v the variance of one sample,
-n their number, D the denominator; if a sample takes c rays, the sum is smallest for a given number of rays where n
-grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. For sqrt(v) the
-neighbours' standard deviations of single samples are averaged, the nearer ones by more: not the differences of their
-replicates, which are one number where those are eight, and not their squares, of which one rare bright sample would
-send all the others to where nothing else is.
+**Best rates.** A pixel's part of error² (`equaltime.film.error`) is ``v / (n D)``, with v the variance of one sample, n
+the number of samples and D the denominator. If a sample takes c rays, the sum is smallest for a given number of rays
+where n grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. sqrt(v) is
+the average of the neighbours' standard deviations of single samples, with larger weights for nearer neighbours. The
+differences of replicates would give one number per pixel instead of eight. Squares would not do either: one rare bright
+sample would send all other samples to a place without other noise.
 
-**Whether it is worth while.** Even points make less of the noise than single samples show, and a pilot of few events
-knows little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
+**Whether rates pay.** Even points reduce the noise more than single samples show, and a pilot of few events knows
+little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
 follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one colour this gives
-the gain in error² times rays (`Gain`). If it is above its standard error, pixels of the other colour get their rates,
-and otherwise all alike. Where a caustic's rare paths make most of the noise, the gain is one of the mean over many
-images: most of them meet none of these paths, and have spent their samples elsewhere.
+the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other colour get their
+rates, and otherwise all the same rate. Where a caustic's rare paths make most of the noise, the gain is one of the mean
+over many images: most images meet none of these paths, and have spent their samples elsewhere.
 
-The other metrics are there to be compared with: they look at the pixel itself, so they are biased, and named so.
+The other metrics exist for comparison. They look at the pixel itself, so they are biased, and are labelled so.
 """
 
 from __future__ import annotations
@@ -48,16 +49,17 @@ PILOT = 8
 _TILE = 16
 """Side of a tile, in pixels."""
 _LEAST = 0.1
-"""The rate that every pixel has however quiet its neighbours were, since a pilot sees little."""
+"""Least rate of a pixel, however quiet its neighbours were, since a pilot sees little."""
 _MOST = 0.5
-"""Of the image's samples: what one tile may add to them, which does not see its own weights in the mean."""
+"""Largest share of the image's samples that one tile may receive. The limit is needed because a tile's own weights are
+excluded from the mean that normalises them."""
 _JUDGED = 64
-"""Samples a pixel at which the gain is judged. It is one number, so that a longer render begins with the bits of a
-shorter one; more samples gain more, as they leave the pilot behind."""
+"""Samples a pixel at which the gain is judged. It is a constant, so that a longer render begins with the bits of a
+shorter one. More samples gain more, as the pilot's part shrinks."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
-    """Return rates (H, W) of mean about 1 from the pilot of other pixels, as said above."""
+    """Return rates (H, W) of mean about 1 from the pilot of other pixels, as the module describes."""
     height, width = pilot.samples.shape
     if min(height, width) < 2 * _TILE:
         return np.ones((height, width))
@@ -89,16 +91,16 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """The logarithm of error² times rays with even counts over that with counts by rates, and its standard error."""
+    """Logarithm of error² times rays with even counts over that with counts by rates, and its standard error."""
 
     value: float
     error: float
 
     @classmethod
     def of(cls, noise: Floats, rays: Floats, rates: Floats, samples: int = _JUDGED) -> Gain:
-        """Judge rates by what pixels have of error² and of rays in an even pilot; no rate may follow from its pixel's.
+        """Judge rates by the error² and the rays of pixels in an even pilot; no rate may follow from its own pixel.
 
-        All pixels count alike for the standard error, as if they were independent (the influence function).
+        The standard error treats all pixels as independent (the influence function).
         """
         counts = PILOT / samples + rates * (1.0 - PILOT / samples)
         even, uneven = (noise, rays), (noise / counts, rays * counts)
@@ -115,14 +117,15 @@ class Gain:
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return what is known of every pixel after the pilot, with the deviation of its samples."""
+    """Return the statistics of every pixel after the pilot, with the standard deviation of its samples."""
     return replace(pixel_statistics(moments), deviation=sample_deviations(moments))
 
 
 def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
-    """Give every tile with the mean weight of the pixels whose 7x7 neighbourhoods do not reach into it.
+    """Yield every tile with the mean weight of the pixels whose 7x7 neighbourhoods do not reach into it.
 
-    Sums from all four sides that end before the tile: a difference of sums would leave a rounding error of its own.
+    Sums from all four sides end before the tile: a difference of sums would depend on the tile through its rounding
+    error.
     """
     height, width = weights.shape
     padded = np.zeros((height + 1, width + 1))
@@ -148,7 +151,7 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates in proportion to how far values scatter over the 7x7 around the pixel, which noise and edges do."""
+    """Return rates in proportion to the scatter of values over the 7x7 around the pixel, from noise and edges."""
     around = neighbours(*pilot.samples.shape)
     local = box_sum(pilot.mean) / around
     scatter = np.maximum(box_sum(np.square(pilot.mean)) / around - np.square(local), 0.0)
@@ -157,7 +160,7 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates 0 where the pixel's own error seems below half the image's, and alike elsewhere: the common rule."""
+    """Return rate 0 where the pixel's own error seems below half the image's, else equal rates: the common rule."""
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))
     return goes_on / max(float(goes_on.mean()), 1e-3)
@@ -179,5 +182,5 @@ def _weights(variance: Floats, value: Floats, dark: float) -> Floats:
 
 
 def _relative(weights: Floats, mean: float) -> Floats:
-    """Return rates in proportion to the weights, on top of a least: 1 for a weight that is the mean."""
+    """Return rates in proportion to the weights, on top of a least rate: 1 for a weight equal to the mean."""
     return _LEAST + (1.0 - _LEAST) * weights / mean if 0.0 < mean < np.inf else np.ones_like(weights)

@@ -1,17 +1,18 @@
 """A render's own estimate of its error, from independent replicates.
 
-The samples of a pixel belong to R replicates. Where these are nets of their own (sample ``i`` is in replicate ``i mod
-R``), the spread of their means is an honest measure of the error of the image under any sampler; the sample variance
-inside a replicate is not (low-discrepancy points are correlated on purpose), and is not used here. Where replicates are
-the halves of one net, `equaltime.film.second_nets` tells by what factor their spread is off.
+The samples of a pixel belong to R replicates. If these are separate nets (sample ``i`` is in replicate ``i mod R``),
+the spread of their means is an honest measure of the error of the image under any sampler. The sample variance inside a
+replicate is not (low-discrepancy points are correlated on purpose), and is not used here. If replicates are the halves
+of one net, `equaltime.film.second_nets` measures the factor by which their spread is off.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
-own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once: by its own
-mean it would excuse itself. So there are three references, all of them between the pixel and its 7x7 local mean
-(cpp/film/error_parts.cpp): a lenient one with the pixel, for the lower limit; a cautious one without it, for the upper
-limit; and a weighted geometric mean of both denominators, for the value. None is below the light of lamps that are
-known to be in the pixel. All arrays are float64 here, indexed ``[y, x, channel]``, in the units of the image.
+own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once. Divided by
+its own mean, such a pixel would hide its error. So there are three references, all of them between the pixel and its
+7x7 local mean (cpp/film/error_parts.cpp): a lenient one with the pixel, for the lower limit; a cautious one without it,
+for the upper limit; and a weighted geometric mean of both denominators, for the value. No reference is below the light
+of lamps that are known to be in the pixel. All arrays are float64 here, indexed ``[y, x, channel]``, in the units of
+the image.
 """
 
 from __future__ import annotations
@@ -46,19 +47,18 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 _LEAST_DOUBT = 0.03
-"""Least standard deviation of the logarithm of an error. References are made of the noisy image itself: on ordinary
-scenes the median of stated over realised errors is 0.97 to 1.06 from 8 samples a pixel on
-(tests/bench/stated_errors.py)."""
+"""Least standard deviation of log(error). References are made from the noisy image itself: on ordinary scenes the
+median of stated over realised errors is 0.97 to 1.06 from 8 samples a pixel on (tests/bench/stated_errors.py)."""
 _Z95 = 1.960
 _MANY = 300.0
-# The logarithm of an upper limit over its estimate, beyond which it says nothing, and soon is more than float64 holds.
+# Largest log of an upper limit over its estimate. A larger one says nothing, and float64 soon overflows.
 _MOST_KNOWN = 100.0
-# Binary exponent of an image's mean beyond which the square of a square is more, or less, than float64 holds.
+# Binary exponent of an image's mean beyond which its fourth power overflows or underflows float64.
 _MOST_EXPONENT = 200
 
 Unit = Literal["%", "s", "spp", "MB"]
 _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
-"""What a number is multiplied by where it is printed."""
+"""Factors by which numbers are multiplied when they are printed."""
 
 
 @dataclass(frozen=True)
@@ -66,28 +66,28 @@ class Estimate:
     """A number with its 95 % interval."""
 
     value: float
-    """NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
+    """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
     low: float
     high: float
     doubt: str = ""
-    """Why the upper limit cannot be trusted; empty where it can (`equaltime.film.tails`)."""
+    """Reason why the upper limit cannot be trusted; empty if it can (`equaltime.film.tails`)."""
     unit: Unit = "%"
-    """In which it is printed: a fraction as per cent, or seconds, samples per pixel, bytes as megabytes."""
+    """Unit when printed: fractions as per cent, seconds, samples per pixel, bytes as megabytes."""
 
     @property
     def trusted(self) -> bool:
-        """Whether the interval may be relied on."""
+        """Whether the interval can be trusted."""
         return not self.doubt
 
     @property
     def known(self) -> bool:
-        """Whether there is an estimate at all."""
+        """Whether there is a finite estimate."""
         return math.isfinite(self.value)
 
     def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the error of an image that has this noise and a bias, if it has one: their squares add up.
+        """Return the error of an image with this noise and a bias, if it has one: their squares add up.
 
-        It is in doubt if either is.
+        The result is in doubt if either is.
         """
         if bias is None:
             return self
@@ -100,7 +100,7 @@ class Estimate:
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers for JSON, with the unit, and the doubt if there is one.
 
-        JSON has no infinity. A limit that is None is none. A value that is None is unknown, or infinite where ``never``
+        JSON has no infinity. A limit of None stands for no limit. A value of None is unknown, or infinite if ``never``
         stands beside it.
         """
         numbers = {"value": self.value, "low": self.low, "high": self.high}
@@ -110,7 +110,7 @@ class Estimate:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
-        """Return what `as_dict` made these data of; data without a unit are of a time when all were errors."""
+        """Read the data that `as_dict` returned; data without a unit date from when every estimate was an error."""
         never = bool(data.get("never"))
         none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
         value, low, high = (other if data[key] is None else float(data[key]) for key, other in none.items())
@@ -124,12 +124,12 @@ class Estimate:
 
 
 UNKNOWN = Estimate(math.nan, 0.0, math.inf)
-"""An error of which nothing is known, but that no error is below 0."""
+"""Error of which nothing is known except that it is at least 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class PixelStatistics:
-    """What is known of every pixel: enough for the image, its standard error and its error."""
+    """Statistics of every pixel: enough for the image, its standard error and its error."""
 
     mean: Floats
     """(H, W, 3): the image; 0 where there is no sample."""
@@ -140,15 +140,15 @@ class PixelStatistics:
     degrees: float
     """Degrees of freedom behind each pixel's variance: R - 1 for R replicates."""
     deviation: Floats | None = None
-    """(H, W, 3): standard deviation *of one sample*, where that was asked for."""
+    """(H, W, 3): standard deviation *of one sample*; None if it was not asked for."""
     factors: Floats | None = None
-    """(H, W): what the spread of replicates was multiplied by to be the variance; None where it was not."""
+    """(H, W): factor from the spread of replicates to the variance; None if none was applied."""
     common_doubt: float = 0.0
-    """Relative standard deviation of a factor that all variances have in common."""
+    """Relative standard deviation of the factor that all variances have in common."""
 
     @property
     def spread(self) -> Floats:
-        """(H, W, 3): the variance of the mean as it would be if replicates were independent."""
+        """(H, W, 3): variance of the mean if replicates were independent."""
         return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 
@@ -161,13 +161,14 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 
     Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
     ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
-    samples of a replicate are independent, and for equal counts under any sampler (then it is the plain variance of K
-    equal means, over K). Counts differ by at most one, so what is left for low-discrepancy samples is O(1/N) of it.
+    samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
+    plain variance of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy
+    samples is O(1/N) of the estimate.
 
     Parameters
     ----------
     moments
-        (R, H, W) structured array with fields ``count``, ``mean`` (3) (and others, which are not used).
+        (R, H, W) structured array with fields ``count`` and ``mean`` (3); other fields are ignored.
     """
     mean, variance, samples = join_replicates(moments)
     return PixelStatistics(mean, variance, samples, float(len(moments) - 1))
@@ -176,8 +177,9 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
 
-    One pixel's replicates say little (R - 1 degrees of freedom), so the variance *of one sample* is averaged over the
-    pixels of the 7x7 neighbourhood that lie in the image and have one, and divided by the pixel's own count.
+    One pixel's replicates say little (R - 1 degrees of freedom). So the variance *of one sample* is averaged over the
+    7x7 neighbourhood, as far as it lies in the image and variances are known. The result is divided by the pixel's own
+    count.
     """
     return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 
@@ -191,18 +193,18 @@ def image_error(
     """Estimate the error of the image by the definition at the top of this file.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
-    Each limit is formed on the logarithm, around the error by its own reference, from the variance of the estimate and
-    that of the realised error (the square of a Gaussian varies by twice its mean's square, and no less than its
-    estimate from two replicates does). Few effective contributions call for Student's t.
+    Each limit is formed on the logarithm, around the error by its own reference. Its width comes from the variance of
+    the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice its mean's
+    square, and no less than its estimate from two replicates does.) Few effective contributions call for Student's t.
 
-    Unknown (`UNKNOWN`) while a pixel has samples in fewer than two replicates. A black image has value 0 and the upper
-    limit ``inf``: nothing was seen, so nothing is known; or 0 if nothing can be hidden.
+    The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
+    upper limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
 
     Parameters
     ----------
     hidden
-        Tells at a level what part of error² no sample has found: what black pixels and small lamps may hide
-        (`equaltime.film.unseen`). The upper limit is wider by that.
+        Returns, for a level, the part of error² that no sample has found: light that black pixels and small lamps may
+        hide (`equaltime.film.unseen`). The upper limit is wider by that part.
     least
         (H, W, 3): light that is surely in a pixel's mean; no reference is below it.
     """
@@ -226,7 +228,7 @@ def error_and_brightest(
 
 
 def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> tuple[Estimate, float]:
-    """Return the error by what samples have seen, and the share of its square that the brightest path makes."""
+    """Return the error from light that samples have seen, and the brightest path's share of its square."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
         return UNKNOWN, 0.0
     m = float(pixels.mean.mean())
@@ -235,7 +237,7 @@ def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> 
     if not math.isfinite(m):
         return UNKNOWN, 0.0
     if abs(exponent := math.frexp(m)[1]) > _MOST_EXPONENT:
-        scale = math.ldexp(1.0, -exponent)  # an error is relative, and a power of two leaves its bits as they are
+        scale = math.ldexp(1.0, -exponent)  # errors are relative, and scaling by a power of two keeps their bits
         scaled = replace(pixels, mean=pixels.mean * scale, variance=pixels.variance * scale * scale)
         return _seen_error(scaled, level, None if least is None else least * scale)
     parts = error_parts(pixels, m, least)
@@ -249,10 +251,10 @@ def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> 
 
 
 def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, level: float) -> float:
-    """Return half the interval of the logarithm of the error that these contributions make, at a level.
+    """Return half the width of the interval of log(error) for these contributions, at a level.
 
-    Infinite where they are too few. ``moved`` is what the noise of references adds to the variance of error², relative
-    to its square.
+    It is infinite if the contributions are too few. ``moved`` is the variance that the noise of references adds to
+    error², relative to the square of error².
     """
     degrees = pixels.degrees
     square = float(contributions.mean())
@@ -268,7 +270,7 @@ def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, le
 
 
 def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
-    """Return half the interval of the logarithm of an error at 95 %, as `image_error` will find it.
+    """Return half the width of the 95 % interval of log(error), as `image_error` will find it.
 
     Parameters
     ----------
@@ -280,21 +282,21 @@ def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
 
 
 def _of_gaussians(degrees: float) -> float:
-    """Return the variance of the square of a Gaussian, over the mean square of its estimate from so many degrees."""
+    """Return the variance of a squared Gaussian over the mean square of its estimate with these degrees of freedom."""
     return 2.0 / (1.0 + 2.0 / degrees)
 
 
 def _quantile(level: float, degrees: float) -> float:
-    """Return the two-sided quantile of Student's t, or of the normal distribution where they hardly differ."""
+    """Return the two-sided quantile of Student's t, or of the normal distribution from 300 degrees of freedom on."""
     if degrees >= _MANY:
         return NormalDist().inv_cdf(0.5 + 0.5 * level)
-    from scipy.special import stdtrit  # here, since not everyone needs it
+    from scipy.special import stdtrit  # here, because not every render needs scipy
 
     return float(stdtrit(degrees, 0.5 + 0.5 * level))
 
 
 def load_quantiles() -> None:
-    """Import what limits of errors may need, which takes a tenth of a second: before a clock runs."""
+    """Import scipy's quantiles before a clock runs: limits of errors may need them, and the import takes 0.1 s."""
     import scipy.special  # noqa: F401
 
 
@@ -310,11 +312,11 @@ class ErrorParts:
 
 
 def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
-    """Return each pixel's part of error²; ``m`` is the mean of the image, ``least`` as `image_error` takes it.
+    """Return each pixel's part of error²; ``m`` is the mean of the image, ``least`` is as in `image_error`.
 
-    The variance that the noise of references adds is found by the delta method: pixel j moves the local means around
-    it, and m, by its own noise; all contributions there share that. Both derivatives have one sign, so the parts add up
-    in absolute value.
+    The variance that the noise of references adds is found by the delta method. The noise of pixel j moves m and the
+    local means around j, and all contributions there share that. Both derivatives have one sign, so the parts add up in
+    absolute value.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size
@@ -324,10 +326,10 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
 
 
 def _spread(contributions: Floats, degrees: float) -> float:
-    """Return the variance of one contribution.
+    """Return the variance of one contribution, as half the mean square difference of adjacent ones.
 
-    Half the mean square difference of adjacent ones: their noise without what the picture itself varies. A handful
-    could miss even the variance that Gaussian noise would have, so for these that is the least.
+    Differences of neighbours leave out most variation of the picture itself. Fewer than 30 contributions could show
+    less than even the variance of Gaussian noise, so that variance is their lower limit.
     """
     steps = [np.square(np.diff(contributions, axis=axis)) for axis in (0, 1)]
     pairs = sum(step.size for step in steps)

@@ -1,10 +1,10 @@
 """Light that specular surfaces focus: a reason to doubt an error, known from the scene before the first sample.
 
 Light that a small lamp sends through glass, or by way of a mirror, is met by chance alone: no sample can aim at it. A
-diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its samples. While ``n p`` is
-small, n being the samples of a pixel, most pixels have met none of that light, no variance shows what they lack, and
-the error is higher than its interval says. Whether that can matter is told by how bright the light would make a white
-surface, and by how many paths meet specular surfaces at all.
+diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its samples. Let n be the
+samples of a pixel. While ``n p`` is small, most pixels have met none of that light, and no variance shows that they
+lack it. The error is then higher than its interval says. Two numbers tell whether that can matter: how bright the light
+would make a white surface, and how many paths meet specular surfaces at all.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ __all__ = ["Focus"]
 
 _PATHS = 4096
 _SMALL = 0.25
-"""Share of a diffuse surface's samples: emitters that fill more are met by the first samples."""
+"""Largest share of a diffuse surface's samples for a small emitter: the first samples meet larger ones."""
 _MANY = 10.0
-"""Expected meetings of a pixel's samples with focused light, from which on its variance shows that light."""
+"""Expected meetings of a pixel's samples with focused light from which its variance shows that light."""
 _MATTERS = 0.5
-"""Share of the stated error that light without a variance must be able to make, to be a reason for doubt."""
+"""Least share of the stated error that light without a variance must be able to make to be a reason for doubt."""
 
 
 @dataclass(frozen=True)
 class Focus:
-    """What emitters are to the specular surfaces that paths meet."""
+    """Emitters as the specular surfaces of a scene see them."""
 
     paths: float
     """Share of paths that meet a specular surface."""
@@ -41,13 +41,13 @@ class Focus:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
-        """Return that of the core's scene, by a few thousand paths."""
+        """Return the focus of the core's scene, found by 4096 paths."""
         vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 
     @classmethod
     def none(cls) -> Focus:
-        """Return that of a scene without specular surfaces."""
+        """Return the focus of a scene without specular surfaces."""
         return cls(0.0, 0.0, 0.0)
 
     @property
@@ -56,20 +56,20 @@ class Focus:
         return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
 
     def rare(self, samples: float) -> bool:
-        """Tell whether so many samples of a pixel may have met none of that light, so that no variance shows it."""
+        """Tell whether a pixel with this many samples may have met none of that light, so that no variance shows it."""
         return self.possible and samples * self.share < _MANY
 
     def doubt(self, samples: float, error: float, mean: float) -> str:
-        """Return why the upper limit of an error cannot be trusted; empty where it can.
+        """Return why the upper limit of an error cannot be trusted; empty if it can.
 
         Parameters
         ----------
         samples
-            Of a pixel, on average.
+            Samples of a pixel, on average.
         error
             Relative error of the image, as stated.
         mean
-            Of the image over pixels and channels.
+            Mean of the image over pixels and channels.
         """
         if not self.rare(samples) or not mean > 0.0:
             return ""
@@ -83,10 +83,10 @@ class Focus:
         )
 
     def as_dict(self) -> dict[str, float]:
-        """Return it as JSON data."""
+        """Return the three numbers as JSON data."""
         return {"paths": self.paths, "light": self.light, "share": self.share}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
-        """Return what `as_dict` made these data of; none where there are no data."""
+        """Read the data that `as_dict` returned; None stands for a scene without specular surfaces."""
         return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

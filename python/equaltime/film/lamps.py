@@ -1,27 +1,27 @@
-"""Lamps that are in sight but smaller than a pixel: what a render lacks whose samples have not met them.
+"""Lamps that are in sight but smaller than a pixel: the light that a render lacks while its samples miss them.
 
-In sight are lamps that the camera sees, and those that it sees in mirrors and through glass, which chains of specular
-vertices find from the camera's side.
+In sight are lamps that the camera sees directly, in mirrors or through glass. The latter two are found by chains of
+specular vertices from the camera's side.
 
 A lamp that fills a thousandth of a pixel is met by one sample of a thousand. Until then the pixel's samples agree that
-it is dark, and with low-discrepancy samples both replicates soon agree again, that each has met it once: either way its
-variance seems to be nothing. But lamps know where they are. Points of them, seen through the film from their side, say
-what share ``a`` of a pixel's samples meet one, and what mean light ``l`` that adds; 4096 points take milliseconds.
+it is dark. With low-discrepancy samples both replicates soon agree again, once each has met it once. Either way the
+pixel's variance seems to be zero. But the places of lamps are known. Points on them, projected onto the film, tell what
+share ``a`` of a pixel's samples meet one, and what mean light ``l`` that adds; 4096 points take milliseconds.
 
 Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp, and some whole number ``k`` of them does. Where
-all R replicates agree on it, they agree on what is wrong by ``(k/x - 1) l``. The chance of that is ``p(k)^R``; p is
-Poisson's chance, of the three ``k`` nearest ``x`` (samples may be more even, but are less so where a pixel sees a
-sliver). A pixel has met no more lamps than it is bright: a dark one knows ``k``. The mean over all ``k`` is what
-agreement hides.
+all R replicates agree on k, their common error is ``(k/x - 1) l``. The chance of that is ``p(k)^R``. p is Poisson's
+chance, restricted to the three ``k`` nearest ``x`` (samples may be more even, but are less so where a pixel sees a
+sliver). A pixel has met no more lamps than its brightness allows, so for a dark one ``k`` is known. The mean over all
+``k`` is the error that agreement hides.
 
-Replicates that differ show more than they are wrong by, on average just as much as agreement hides, since their
-variance is unbiased. That is taken off: over many pixels the two balance, and what is left is of the few that make
-much of the error. Of one of them, that makes the most of it, the worst ``k`` counts and not the mean, if its chance is
-2.5 % or more.
+Replicates that differ show more error than there is, on average exactly as much more as agreement hides, since their
+variance is unbiased. That excess is subtracted. Over many pixels the two balance, and the remainder is due to the few
+pixels that make much of the error. For the pixel that contributes most, use the worst ``k`` with a chance of at least
+2.5 % instead of the mean over ``k``.
 
-A lamp that one replicate has met much too soon shows, but makes its neighbourhood, by which errors are divided, too
-bright as well. What the estimate would be more by if such lamps were no brighter than they are is added too. All this
-widens the upper limit of the error, and never moves the estimate.
+A lamp that one replicate has met much too soon shows in the variance. But it also makes its neighbourhood, by which
+errors are divided, too bright. So the amount by which the estimate would rise if such lamps had their true brightness
+is added too. All this widens the upper limit of the error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -42,39 +42,41 @@ Floats = NDArray[np.float64]
 
 _POINTS = 4096
 _CHAINS = 2**17
-"""Specular chains that look for lamps in mirrors, a tenth of a second of one core; or one a pixel of a large image."""
+"""Number of specular chains that search for lamps in mirrors, a tenth of a second of one core; a large image gets one
+chain a pixel."""
 _LARGEST = 0.25
-"""Share of a pixel: what fills more is met by the first samples."""
+"""Largest share of a pixel that a small lamp fills; the first samples meet a larger one."""
 _SURELY = 3.0
-"""Standard deviations, of its points, by which a share is surely below that: few points tell little."""
+"""Standard deviations, from its points, by which a share must be below `_LARGEST`: few points tell little."""
 _LEAST, _MANY = 1e-9, 20.0
-"""Samples of a replicate that should meet the lamp: as good as none, and so many that replicates tell."""
+"""Range of the expected meetings of a replicate with a lamp: below it there are as good as none, and above it the
+replicates' variance shows the lamp."""
 _ROUNDING = 0.05
-"""Of the light that meetings make, at most: what is known of it comes from few points."""
+"""Largest relative error of the light of meetings: it is estimated from few points."""
 _RARE = 0.025
-"""Chance of what an upper limit need not hold."""
+"""Chance below which a case need not be covered by an upper limit."""
 _DOUBTED = 2.0
-"""Standard deviations by which light is surely there: what few points or chains tell is less certain."""
+"""Standard deviations subtracted from light that is surely there: few points or chains make it uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Lamps in sight: small ones, of which samples may miss some, and the light of all."""
+    """Lamps in sight: small ones, which samples may miss, and the light of all."""
 
     pixels: NDArray[np.intp]
-    """(N,): those that see small lamps, in the order of ``y * width + x``."""
+    """(N,): pixels that see small lamps, as ``y * width + x``, in ascending order."""
     light: Floats
-    """(N, 3): what small lamps add to the mean of each, in the units of the image."""
+    """(N, 3): light that small lamps add to the mean of each pixel, in the units of the image."""
     share: Floats
-    """(N,): of the samples of each, those that meet one."""
+    """(N,): share of each pixel's samples that meet a small lamp."""
     lit: NDArray[np.intp]
     """(M,): pixels that see lamps of any size, in the same order."""
     surely: Floats
-    """(M, 3): the light of lamps that is certainly in the mean of each, however few points or chains found it."""
+    """(M, 3): light of lamps that is certainly in the mean of each, however few points or chains found it."""
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
-        """Return those of the core's scene; in mirrors too, if there are specular surfaces that send light on."""
+        """Return the lamps of the core's scene; with ``mirrors``, also lamps that specular surfaces show."""
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
             found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
@@ -82,9 +84,9 @@ class Lamps:
         points, moments = np.zeros(len(lit)), np.zeros((len(lit), 2, 3))
         np.add.at(points, each, np.concatenate([number for _, _, number in found]))
         np.add.at(moments, each, np.concatenate([both for _, both, _ in found]))
-        with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square has no share
+        with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows has no share
             light, squares = moments[:, 0], moments[:, 1].sum(axis=-1)
-            # of a lamp of one radiance, exactly its share; of several, nearly that of the brightest
+            # for a lamp of one radiance, exactly its share; for several, nearly the share of the brightest
             share = np.square(light).sum(axis=-1) / np.maximum(squares, np.finfo(np.float64).tiny)
         small = (share > 0.0) & (share * (1.0 + _SURELY / np.sqrt(points)) < _LARGEST)
         surely = np.maximum(1.0 - _DOUBTED / np.sqrt(points), 0.0)[:, None] * light
@@ -93,16 +95,16 @@ class Lamps:
 
     @classmethod
     def none(cls) -> Lamps:
-        """Return no lamp at all."""
+        """Return an empty set of lamps."""
         return cls.small(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
-        """Return small lamps alone, of which everything is certain."""
+        """Return small lamps alone, whose light is certain."""
         return cls(pixels, light, share, pixels, light)
 
     def least(self, height: int, width: int) -> Floats | None:
-        """Return the light (H, W, 3) that is surely in the mean of each pixel; None where no lamp is in sight."""
+        """Return the light (H, W, 3) that is surely in the mean of each pixel; None if no lamp is in sight."""
         if not self.lit.size:
             return None
         light = np.zeros((height * width, 3))
@@ -111,7 +113,7 @@ class Lamps:
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
-        """Return those that the `channels` of renders of one image tell of: the larger of what they say."""
+        """Return the lamps that `channels` of renders of one image hold; where renders differ, the larger values."""
         if not parts:
             return cls.none()
         planes = reduce(np.fmax, parts).reshape(-1, 4)
@@ -134,7 +136,7 @@ class Lamps:
         light = self.light[lacking]
         mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.spread))
         floor = (0.1 * float(pixels.mean.mean())) ** 2
-        # the truth is no darker than what lamps add
+        # the true value is at least the light of the lamps
         denominator = np.square(np.maximum(mean, light)) + floor
         square, seen = ((of / denominator).mean(axis=-1) for of in (np.square(light), variance))
         times, alike = _meetings(x, replicates)
@@ -145,12 +147,12 @@ class Lamps:
         return max(whole, 0.0) / pixels.samples.size
 
     def outshone(self, pixels: PixelStatistics) -> float:
-        """Return by how much error² would be estimated higher if no lamp that was met too soon were in the image."""
+        """Return by how much the estimate of error² would rise if lamps met too soon had their true brightness."""
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon
         where, light = self.pixels[lacking], self.light[lacking]
         mean, variance = (of.reshape(-1, 3)[where] for of in (pixels.mean, pixels.spread))
-        # what k meetings in one replicate add to the mean they add to its standard error
+        # k meetings in one replicate add the same to the mean and to its standard error
         met = replicates * x * np.sqrt(variance.sum(axis=-1) / np.square(light).sum(axis=-1))
         too_much = np.maximum(np.floor(met * (1.0 + _ROUNDING)) / (replicates * x) - 1.0, 0.0)[:, None] * light
         wrong = np.minimum(too_much, np.maximum(mean - light, 0.0))
@@ -167,17 +169,17 @@ class Lamps:
         return max(float(others + theirs - now), 0.0) / pixels.samples.size
 
     def _lacking(self, pixels: PixelStatistics, most: float) -> tuple[NDArray[np.bool_], Floats]:
-        """Tell which have been met less often than ``most`` in each replicate, as is expected, and how often."""
+        """Return a mask of lamps with fewer than ``most`` expected meetings a replicate, and their expectations."""
         expected = pixels.samples.ravel()[self.pixels] / (pixels.degrees + 1.0) * self.share
         lacking = (expected > 0.0) & (expected < most)
         return lacking, np.maximum(expected[lacking], _LEAST)
 
 
 def _meetings(expected: Floats, replicates: float) -> tuple[Floats, Floats]:
-    """Return how often lamps may have been met, over what was expected, and the chance that all agree on it, (N, 3)."""
+    """Return possible over expected numbers of meetings, and the chance that all replicates have each, (N, 3)."""
     expected = expected[:, None]
     times = np.maximum(np.ceil(expected - 1.5), 0.0) + np.arange(3.0)
-    # over Poisson's chance of the first, which is the same factor for all
+    # divided by Poisson's chance of the first, a factor common to all
     chances = np.cumprod(np.where(np.arange(3) > 0, expected / np.maximum(times, 1.0), 1.0), axis=-1)
     return times / expected, (chances / chances.sum(axis=-1, keepdims=True)) ** replicates
 

@@ -1,4 +1,4 @@
-"""Moments of a film's pixels, and the sums over the parts of a merged one: the types of their arrays."""
+"""Array types for the moments of a film's pixels, and for the sums over the parts of a merged film."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ __all__ = ["DTYPE", "MOST", "PARTS", "deviations", "nonfinite", "squared_deviati
 
 DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", "<u4", (3,))])
 """One pixel in one replicate: the mean of its samples, their number, and the root mean square of their deviations from
-the mean (over n, not n - 1), by channel: the upper half of a float64 (`deviations`). A film is a (R, H, W) array of
-them, the core's own."""
+the mean (over n, not n - 1), by channel. A deviation is the upper half of a float64 (`deviations`). A film of the core
+is a (R, H, W) array of this type."""
 MOST: Final = 2**32 - 1
-"""Samples that a pixel of a replicate can have."""
+"""Most samples of a pixel in one replicate."""
 PARTS: Final = np.dtype(
     [
         *((name, "<u8") for name in ("parts", "uneven", "squares")),
         *((name, "<f8", (3,)) for name in ("within", "between")),
     ]
 )
-"""Sums over the parts that have samples in a pixel: their number; that of parts whose replicates have unequal counts;
-``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+"""Sums over the parts that have samples in a pixel: the number of parts; the number of parts whose replicates have
+unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
 
 
 def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
@@ -31,7 +31,7 @@ def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """Return standard deviations as moments hold them: with 21 significant bits, at whatever scale."""
+    """Return standard deviations as moments store them: with 21 significant bits, at any scale."""
     bits = np.ascontiguousarray(deviation, np.float64).view(np.uint64)
     return ((bits + np.uint64(2**31)) >> np.uint64(32)).astype(np.uint32)
 
@@ -42,7 +42,7 @@ def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
-    """Return the first pixel (x, y) of (R, H, W) moments that holds a number which is not finite, if there is one."""
+    """Return the first pixel (x, y) of (R, H, W) moments with a number that is not finite; None if all are finite."""
     finite = np.isfinite(moments["mean"]).all(axis=(0, 3)) & np.isfinite(deviations(moments)).all(axis=(0, 3))
     if finite.all():
         return None

@@ -12,21 +12,21 @@ __all__ = ["RADIUS", "neighbours", "others_count", "window_around"]
 Floats = NDArray[np.float64]
 
 RADIUS = 3
-"""Of a neighbourhood, in pixels."""
+"""Distance from the centre of a neighbourhood to its edge, in pixels; 3 makes it 7x7."""
 
 
 def neighbours(height: int, width: int) -> Floats:
-    """(H, W, 1): how many pixels of the image lie in the 7x7 neighbourhood of each."""
+    """Return the number of the image's pixels in the 7x7 neighbourhood of each pixel, (H, W, 1)."""
     return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
 
 
 def others_count(height: int, width: int) -> Floats:
-    """(H, W, 1): the same without the pixel itself."""
+    """Return the number of the image's other pixels in each pixel's 7x7 neighbourhood, (H, W, 1); at least 1."""
     return np.maximum(neighbours(height, width) - 1.0, 1.0)
 
 
 def window_around(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the rows and columns that hold all that is set, of which there is some, and its neighbourhoods."""
+    """Return the rows and columns that hold all pixels set in the mask (at least one) and their neighbourhoods."""
     rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     return _around(rows), _around(columns)
 

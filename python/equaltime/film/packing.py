@@ -1,13 +1,13 @@
-"""Arrays of numbers as channels of an image that compress well, and nothing of them is lost.
+"""Lossless storage of arrays of numbers as image channels that compress well.
 
-EXR has no float64, and its compression finds nothing in numbers whose last digits are noise. So an array (L, H, W) of a
-NumPy type is stored byte by byte: byte k of all numbers of a row is a channel, four pixels to a uint32 word, so that
-the channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low ones of whole numbers
+EXR has no float64, and its compression gains nothing on numbers whose last digits are noise. So an array (L, H, W) of a
+NumPy type is stored byte by byte: byte k of all numbers of a row is a channel. A uint32 word holds four pixels, so the
+channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low bytes of whole numbers are
 zero.
 
-The means of a film are close to the image, which is in the file anyway: what is stored of a mean is how many float64
-lie between it and what the image says of it. The image says nearly everything of the last replicate that has samples,
-as it is the mean of all. A film with one sample a pixel costs nothing beside its image.
+The means of a film are close to the image, which is in the file anyway. So a mean is stored as the number of float64
+between it and its prediction from the image. The prediction is nearly exact for the last replicate that has samples, as
+the image is the mean of all. A film with one sample a pixel costs nothing beside its image.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from equaltime.film.moments import DTYPE
 __all__ = ["channel_names", "packed", "packed_moments", "packed_shape", "unpacked", "unpacked_moments"]
 
 _ROWS: Final = 64
-"""Of an image that are worked on at once, which bounds the memory."""
+"""Rows of an image that are packed at once, which bounds the memory."""
 _WORD: Final = 4
 """Pixels, of a byte each, in a word."""
 
@@ -42,7 +42,7 @@ def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
 
 
 def packed_shape(height: int, width: int) -> tuple[int, int]:
-    """Return height and width of the words of an image."""
+    """Return height and width of an image in words."""
     return height, -(-width // _WORD)
 
 
@@ -60,7 +60,7 @@ def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
 
 
 def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the (L, H, W) numbers of a type that `packed` made these words from."""
+    """Return the (L, H, W) numbers of this type from the words that `packed` made of them."""
     height, columns, channels = words.shape
     layers = channels // dtype.itemsize
     planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
@@ -72,7 +72,7 @@ def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDA
 
 
 def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return the (R, H, W) moments of a film as words; ``image`` (H, W, 3) is what stands beside them in the file."""
+    """Return the (R, H, W) moments of a film as words; ``image`` (H, W, 3) is the image in the same file."""
     height, width = image.shape[:2]
     words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
     for row in range(0, height, _ROWS):
@@ -85,14 +85,14 @@ def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray
 
 
 def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
-    """Return the moments that `packed_moments` made these words from, beside the same image."""
+    """Return the moments from the words that `packed_moments` made of them; ``image`` is the same image."""
     height, width = image.shape[:2]
     moments = np.empty((words.shape[-1] // DTYPE.itemsize, height, width), DTYPE)
     for row in range(0, height, _ROWS):
         rows = slice(row, row + _ROWS)
         part = unpacked(words[rows], width, DTYPE)
         apart = _signed(np.ascontiguousarray(part["mean"]).view(np.uint64))
-        for replicate in range(len(part)):  # the last is foretold by those before
+        for replicate in range(len(part)):  # the last is predicted from those before
             foretold = _foretold(part, image[rows], replicate)
             part["mean"][replicate] = _floats(_ordered(foretold) + apart[replicate])
         moments[:, rows] = part
@@ -100,7 +100,7 @@ def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> N
 
 
 def _foretold(moments: NDArray[Any], image: NDArray[np.float32], replicate: int | None = None) -> NDArray[np.float64]:
-    """Return what the image says of the means (R, H, W, 3), or of one replicate's: of the last, with those before."""
+    """Predict the means (R, H, W, 3) from the image, or the mean of one replicate; the last also needs those before."""
     with np.errstate(all="ignore"):
         first = _finite(image.astype(np.float64))
         if replicate is not None and replicate < len(moments) - 1:
@@ -114,12 +114,12 @@ def _foretold(moments: NDArray[Any], image: NDArray[np.float32], replicate: int 
 
 
 def _finite(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return 0 for what is no number, as where there are no samples: nothing is foretold."""
+    """Return the numbers, with 0 for those that are not finite, as where there are no samples."""
     return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
 def _ordered(numbers: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the number of each float64 in their order: neighbours differ by 1."""
+    """Return the rank of each float64 among all float64: neighbours differ by 1."""
     bits = np.ascontiguousarray(numbers).view(np.int64)
     return bits ^ ((bits >> 63) & np.int64(2**63 - 1))
 
@@ -129,7 +129,7 @@ def _floats(order: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 def _unsigned(numbers: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Return whole numbers such that those near 0, of either sign, have only low bytes."""
+    """Return unsigned numbers in which small values of either sign have only low bytes."""
     return ((numbers << 1) ^ (numbers >> 63)).view(np.uint64)
 
 

@@ -1,8 +1,8 @@
 """Statistics of the parts of a merged render: how far its pixels may be off, from all parts and their replicates.
 
-The parts are independent renders of one image. In a pixel, part k has ``n_k`` samples, the mean ``I_k`` and, where two
-of its replicates have samples, an estimate ``V_k`` of the variance of ``I_k``, by the formula of `pixel_statistics`.
-With ``N = Σ n_k`` the image is ``I = Σ n_k I_k / N``. Its variance has two estimates:
+The parts are independent renders of one image. In a pixel, part k has ``n_k`` samples and the mean ``I_k``. If two of
+its replicates have samples, it has an estimate ``V_k`` of the variance of ``I_k``, by the formula of
+`pixel_statistics`. With ``N = Σ n_k`` the image is ``I = Σ n_k I_k / N``. Its variance has two estimates:
 
 ``within``   ``Σ n_k² V_k / N²``. It is unbiased under any sampler if the replicates of every part have equal counts,
              and is used in no other case. Where ``V_k`` is as ``1 / n_k`` it has ``N² / Σ n_k²`` degrees of freedom for
@@ -10,14 +10,14 @@ With ``N = Σ n_k`` the image is ``I = Σ n_k I_k / N``. Its variance has two es
 ``between``  ``Σ n_k (I_k - I)² / ((K - 1) N)`` of K parts. It has K - 1 degrees of freedom, and is unbiased under any
              sampler if all ``n_k`` are equal, whatever the replicates are. It is used in no other case.
 
-Where a part has one net a pixel, ``V_k`` is what its second nets tell (`equaltime.film.second_nets`), which is unbiased
-for any counts. Both are pooled by their degrees of freedom. Where parts are of one size and their replicates are not
-(an odd count), ``between`` stands alone: points of a net make the variance of 2 samples less than half of that of 1, so
-that every ``V_k`` of 3 samples is too large by the same factor. Where parts and replicates differ in size, the joined
-replicates tell, by the formula of `pixel_statistics`.
+If a part has one net a pixel, ``V_k`` comes from its second nets (`equaltime.film.second_nets`), which is unbiased for
+any counts. Both are pooled by their degrees of freedom. If parts are of one size and their replicates are not (an odd
+count), ``between`` stands alone: for points of a net the variance of 2 samples is less than half of that of 1. So every
+``V_k`` of 3 samples is too large by the same factor. If both parts and replicates differ in size, the variance comes
+from the joined replicates, by the formula of `pixel_statistics`.
 
-The sums over parts are stored, not the estimates: they are additive (``Σ n_k (I_k - I)²`` by Chan, Golub & LeVeque
-1983), so that files can be merged again, in any order.
+The sums over parts are stored, not the estimates. The sums are additive (``Σ n_k (I_k - I)²`` by Chan, Golub & LeVeque
+1983), so files can be merged again, in any order.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class MergedFilm:
     """The samples of several independent renders of one image."""
 
     moments: NDArray[Any]
-    """(R, H, W): the moments of all samples in each replicate, as `equaltime.film.moments` has them."""
+    """(R, H, W): moments of all samples in each replicate, as in `equaltime.film.moments`."""
     parts: NDArray[Any]
-    """(H, W): the sums over parts, of the type `equaltime.film.moments.PARTS`."""
+    """(H, W): sums over parts, of the type `equaltime.film.moments.PARTS`."""
 
     @classmethod
     def of(cls, moments: NDArray[Any], second: SecondNets | None = None) -> MergedFilm:
@@ -54,7 +54,7 @@ class MergedFilm:
         variance, samples, counts = pixels.variance, pixels.samples, moments["count"]
         parts = np.zeros(samples.shape, PARTS)
         parts["parts"] = samples > 0
-        if pixels.factors is None:  # which are measured with the counts there are
+        if pixels.factors is None:  # the factors are measured with the actual counts
             parts["uneven"] = counts.min(axis=0) != counts.max(axis=0)
         parts["squares"] = np.square(samples.astype(np.uint64))
         known = (counts > 0).sum(axis=0) > 1
@@ -73,7 +73,7 @@ class MergedFilm:
 
     @property
     def consistent(self) -> bool:
-        """Whether the sums over parts can be those of the samples: a damaged file may hold anything."""
+        """Whether the sums over parts are possible for these samples: a damaged file may hold anything."""
         parts, squares = (self.parts[name].astype(np.float64) for name in ("parts", "squares"))
         square = np.square(self._samples)
         known = np.isfinite(self.parts["within"]) & np.isfinite(self.parts["between"])
@@ -84,8 +84,7 @@ class MergedFilm:
     def statistics(self) -> PixelStatistics:
         """Return the image with its variance, and the harmonic mean of the degrees of freedom behind each pixel.
 
-        It is the harmonic mean that decides the width of intervals: a pixel's estimate varies by ``2 / degrees`` of its
-        square.
+        The harmonic mean decides the width of intervals: a pixel's estimate varies by ``2 / degrees`` of its square.
         """
         joined = pixel_statistics(self.moments)
         within, between = self._degrees(joined)
@@ -103,7 +102,7 @@ class MergedFilm:
         return PixelStatistics(joined.mean, variance, joined.samples, harmonic)
 
     def _degrees(self, joined: PixelStatistics) -> tuple[Floats, Floats]:
-        """Return the degrees of freedom, (H, W), of the estimates within and between parts; 0 where it is not used."""
+        """Return the degrees of freedom, (H, W), of the estimates within and between parts; 0 where one is not used."""
         parts, squares = self.parts["parts"], self.parts["squares"]
         total = joined.samples.astype(np.uint64)
         equal = parts * squares == np.square(total)  # whole numbers, so that the order of merging does not matter
@@ -117,7 +116,7 @@ class MergedFilm:
 
     @property
     def _mean(self) -> Floats:
-        """The mean of all samples, (H, W, 3): that of the replicates exactly where these are equal."""
+        """The mean of all samples, (H, W, 3); where replicates have equal means, exactly that mean."""
         first, counts = self.moments["mean"][0], self.moments["count"].astype(np.float64)
         weights = counts / np.maximum(counts.sum(axis=0), 1.0)
         return np.asarray(first + (weights[..., None] * (self.moments["mean"] - first)).sum(axis=0))
@@ -126,5 +125,5 @@ class MergedFilm:
 def statistics_of(
     moments: NDArray[Any], parts: NDArray[Any] | None, second: SecondNets | None = None
 ) -> PixelStatistics:
-    """Return what is known of the pixels of a render (no ``parts``) or of a merged one."""
+    """Return the statistics of the pixels of a render (without ``parts``) or of a merged one."""
     return statistics(moments, second) if parts is None else MergedFilm(moments, parts).statistics()

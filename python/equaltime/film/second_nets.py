@@ -1,22 +1,22 @@
 """The variance of pixels that have one net of samples each, from a second net in some of them.
 
-A pixel's samples are one net where the picture is large enough (`equaltime.rendering.core.nets`): two nets of half the
-size would have 5 to 20 % more squared error (tests/bench/sampler_noise.py). But the replicates are the halves of one
-net then (`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its
-size but for a factor: half to all of what it says is true, as the scene and the count will have it.
+In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
+5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
+(`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its size
+except for a factor: the true variance is half of the stated one to all of it, depending on the scene and the count.
 
-So some pixels, drawn at random, have a second net with numbers of its own, which is not in the image. There both are
-known: what the halves of a net say, ``V``, and by the difference of the nets' means ``I₁`` and ``I₂`` the truth,
+So some pixels, drawn at random, have a second net with its own random numbers, which is not in the image. There two
+variances are known: ``V``, from the halves of a net, and the true one, from the difference of the nets' means ``I₁``
+and ``I₂``. Their ratio is
 
-    ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``,
+    ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``.
 
-with weights ``w`` near those of the image's error (`equaltime.film.error`), a geometric mean of ``1 / (R² + (0.1
-m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. Only what was measured is
-believed: what a pixel says beyond the largest part of any measured one is taken as it is, since rare bright paths are
-as wrong in one net as in two.
+The weights ``w`` are close to the weights of the image's error (`equaltime.film.error`): a geometric mean of ``1 / (R²
++ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. A pixel's part of error²
+beyond the largest measured one is not corrected, since rare bright paths are as wrong in one net as in two.
 
-F is a ratio of sums over many pixels, so that the delta method tells its standard deviation (Cochran 1977, 6.3). It is
-one number for all pixels: their variances are off together, which widens the interval of the image's error.
+F is a ratio of sums over many pixels, so the delta method gives its standard deviation (Cochran 1977, 6.3). F is one
+number for all pixels, so their variances are off together, which widens the interval of the image's error.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "stat
 Floats = NDArray[np.float64]
 
 FEWEST = 64
-"""With fewer pixels, the factor is not believed, and replicates are taken as if they were independent."""
+"""Fewest pixels with a second net for the factor to be used; with fewer, replicates are taken as independent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,21 +44,21 @@ class SecondNets:
     """Second nets of some pixels."""
 
     moments: NDArray[Any]
-    """(R, h, w), of the type `equaltime.film.moments.DTYPE`."""
+    """(R, h, w): their moments, of the type `equaltime.film.moments.DTYPE`."""
     pixels: NDArray[np.int64]
-    """(h, w): the pixel ``y * width + x`` of the image that each is of; -1 where there is none."""
+    """(h, w): index ``y * width + x`` in the image of each net's pixel; -1 where there is no net."""
 
     def copy(self) -> SecondNets:
-        """Return the same, with memory of its own."""
+        """Return a copy with its own memory."""
         return SecondNets(self.moments.copy(), self.pixels)
 
     def calibrated(self, image: PixelStatistics) -> PixelStatistics:
-        """Return the statistics of the image with the variances that these tell.
+        """Return the statistics of the image, with the variances that the second nets calibrate.
 
-        Pixels whose counts of samples differ between the nets tell nothing: a pass was cut between them.
+        Pixels whose sample counts differ between the nets are ignored: a pass was cut between them.
         """
         floor = np.square(0.1 * image.mean.mean())
-        with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot square is not measured
+        with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows is not measured
             around = np.square(others_sum(image.mean) / others_count(*image.samples.shape)) + floor
             measured = self._measured(image, around, floor)
             if measured is None:
@@ -76,7 +76,7 @@ class SecondNets:
     def _measured(self, image: PixelStatistics, around: Floats, floor: float) -> tuple[Floats, Floats, float] | None:
         """Return parts of error² by two nets, and by the halves of each, (N,); and the largest part of one net.
 
-        None if too few are known.
+        The result is None if fewer than `FEWEST` pixels are known.
         """
         there = self.pixels >= 0
         places, second = self.pixels[there], pixel_statistics(self.moments)
@@ -98,22 +98,23 @@ class SecondNets:
 
 
 def _weights(own: Floats, around: Floats, floor: float) -> Floats:
-    """Return what a variance is multiplied by to be a part of error², (..., 3), by a pixel's mean and its neighbours'.
+    """Return the factors from variances to parts of error², (..., 3), by each pixel's mean and its neighbours'.
 
-    The geometric mean of both denominators, in which the neighbours weigh a quarter; ``around`` is theirs.
+    They are the geometric mean of both reciprocal denominators, in which the neighbours weigh a quarter. ``around`` is
+    the neighbours' denominator.
     """
     by = np.square(own) + floor
     return np.asarray(np.divide(np.sqrt(np.sqrt(by / around)), by, where=by > 0.0, out=np.zeros_like(by)))
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
-    """Return what is known of the pixels of a render, from the moments of its film and of its second nets."""
+    """Return the statistics of a render's pixels, from the moments of its film and of its second nets."""
     pixels = pixel_statistics(moments)
     return pixels if second is None else second.calibrated(pixels)
 
 
 class Renders(Protocol):
-    """A renderer of the core, as far as its samples go."""
+    """A renderer of the core, reduced to its samples."""
 
     @property
     def moments(self) -> NDArray[Any]:
@@ -121,11 +122,11 @@ class Renders(Protocol):
 
     @property
     def second_moments(self) -> NDArray[Any]:
-        """(R, h, w): those of second nets; empty if there are none."""
+        """(R, h, w): moments of the second nets; empty if there are none."""
 
     @property
     def second_pixels(self) -> NDArray[np.int64]:
-        """(h, w): the pixel that each is of."""
+        """(h, w): the pixel of each second net."""
 
 
 def second_nets(renderer: Renders) -> SecondNets | None:
@@ -135,5 +136,5 @@ def second_nets(renderer: Renders) -> SecondNets | None:
 
 
 def statistics_so_far(renderer: Renders) -> PixelStatistics:
-    """Return what is known of the pixels of a render that is under way."""
+    """Return the statistics of the pixels of a render that is under way."""
     return statistics(renderer.moments, second_nets(renderer))

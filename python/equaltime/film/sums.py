@@ -1,4 +1,4 @@
-"""What the core does with films and images beside rendering: arithmetic, and what samples have missed."""
+"""Array operations of the core on films and images, and the core's searches for light that samples have missed."""
 
 from equaltime._core import (
     MOST_PIXELS_A_SECOND_NET,

@@ -1,27 +1,27 @@
-"""Whether an error bar can be trusted: how much single pixels of single renders make of an error.
+"""Decide whether an error bar can be trusted, by how much of the error single pixels of single renders make.
 
-The mean square error of a render is a mean over pixels. Where rare samples carry much of it (small lights that are only
-found by chance, caustics), a few renders do not show how far it spreads, and no interval that comes of that spread can
-be trusted. Two numbers tell, both made of the squared errors c of all pixels of all repeats:
+The mean square error of a render is a mean over pixels. Rare samples can carry much of it, such as small lights that
+are found only by chance, or caustics. Then a few renders do not show its spread, and no interval derived from that
+spread can be trusted. Two numbers decide. Both are computed from the squared errors c of all pixels of all repeats:
 
 - Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)``, with e the deviation of c from the mean of its pixel over repeats.
-  What varies from place to place by the picture is no tail, and has no part in it. It bounds how far a sum is from
-  normal (Berry 1941, Esseen 1942), and falls as one over the root of the number of things that happened: a light that
-  was found N times, by chance but with like brightness, has about ``1 / sqrt(N)``. Where squared errors have a power
-  tail of index below 2, it does not fall at all.
-- The share of the largest c in the sum of all. With a power tail, what is larger still and was not seen makes a
+  Variation across the picture is no tail and does not enter. The ratio bounds how far a sum is from normal (Berry 1941,
+  Esseen 1942). It falls as one over the root of the number of events: a light that was found N times, by chance but
+  with similar brightness, has about ``1 / sqrt(N)``. Where squared errors have a power tail of index below 2, it does
+  not fall at all.
+- The share of the largest c in the sum of all. With a power tail, values that are larger still and were not seen make a
   multiple of that share of the true sum.
 
-If the ratio is small, intervals from the spread over repeats hold. If it is not but the largest share is small, they
-hold once their upper end is moved out by `UNSEEN` times that share. Else the upper end means nothing; the lower one
-still holds, since what was not seen can only add to an error. The limits were chosen by simulation, which
+If the ratio is small, intervals from the spread over repeats hold. If the ratio is large but the largest share is
+small, they hold once their upper end is moved out by `UNSEEN` times that share. Otherwise the upper end means nothing.
+The lower end still holds, since unseen light can only add to an error. The limits were chosen by simulation, which
 tests/statistical/test_intervals.py repeats.
 
-One render has no repeats, only the difference of its two halves at every pixel; what it has instead is neighbours,
-whose noise is mostly alike. Of its largest c only the part counts that lies beyond what the others in the 7x7
-neighbourhood have, times the largest of so many squares of normal differences (`outstanding`). That is no reason to
-doubt its error, of which the bright path is a part. But when the same path has averaged out since, no variance shows
-it, and others like it may be missing (`averaged_out`).
+A single render has no repeats, only the difference of its two halves at every pixel. Instead it has neighbours, whose
+noise is mostly alike. Only a part of its largest c counts: the part above the mean of the rest of its 7x7 neighbourhood
+times the expected largest square of as many normal differences as there are pixels (`outstanding`). A bright path that
+stands out is part of the error and so is no reason for doubt. But once the same path has averaged out, no variance
+shows it, and others like it may be missing (`averaged_out`).
 """
 
 from __future__ import annotations
@@ -40,41 +40,42 @@ __all__ = ["MOST_RATIO", "Tail", "averaged_out", "outstanding", "tail_of"]
 Floats = NDArray[np.float64]
 
 MOST_RATIO = 0.1
-"""Of Lyapunov; a hundred rare events of one size have it."""
+"""Largest Lyapunov ratio at which intervals are trusted as they are; a hundred rare events of one size have it."""
 MOST_SHARE = 0.015
 UNSEEN = 20.0
-"""Index 1.2 of squared errors, the least with which these limits hold, leaves about six times the largest share unseen
-on average, and three times as much in bad cases."""
+"""Multiple of the largest share by which unseen squared errors may raise the mean square error. Index 1.2 of squared
+errors is the least with which these limits hold. There about six times the largest share is unseen on average, and
+three times as much in bad cases."""
 _LARGEST = 2.5
-"""Times the logarithm of their number, and their mean: the largest of squares of normal differences is about 2."""
+"""Factor on log(number of squares) and on their mean; for squares of normal differences the largest needs about 2."""
 _AVERAGED_OUT = 0.5
-"""Share of the present error² that a bright path of an earlier look would still make, to be a reason for doubt."""
+"""Least share of the present error² that a bright path of an earlier look must still make to be a reason for doubt."""
 
 
 @dataclass(frozen=True)
 class Tail:
-    """What the largest squared errors make of all; NaN if a single repeat cannot tell."""
+    """Tail of squared errors: how much the largest make of all; both numbers are NaN for a single repeat."""
 
     ratio: float
-    """Lyapunov's."""
+    """Lyapunov's ratio."""
     share: float
-    """Of the largest."""
+    """Share of the largest squared error in the sum of all."""
 
     @property
     def doubt(self) -> str:
-        """Why upper ends of intervals cannot be trusted; nothing if they can, or nothing can be seen."""
+        """Reason why upper ends of intervals cannot be trusted; empty if they can, or if the repeats cannot tell."""
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
         return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
 
     @property
     def unseen(self) -> float:
-        """By how much larger than it seems the mean square error may be for what was not seen."""
+        """Relative amount by which the mean square error may be larger than measured, because of unseen errors."""
         return UNSEEN * self.share if self.ratio > MOST_RATIO else 0.0
 
 
 def tail_of(errors: ArrayLike) -> Tail:
-    """Return what the largest of squared errors (K repeats, pixels) make of all."""
+    """Return the tail of squared errors (K repeats, pixels)."""
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
         return Tail(math.nan, math.nan)
@@ -83,12 +84,12 @@ def tail_of(errors: ArrayLike) -> Tail:
     most = float(deviations.max(initial=0.0))
     if not total > 0.0 or most <= 1e-12 * total:
         return Tail(0.0, 0.0)
-    scaled = deviations / most  # or third powers of bright outliers would not be finite
+    scaled = deviations / most  # the third powers of bright outliers would overflow otherwise
     return Tail(float((scaled**3).sum() / np.square(scaled).sum() ** 1.5), float(squares.max(initial=0.0)) / total)
 
 
 def outstanding(squares: Floats) -> float:
-    """Return the share of the largest in the sum of squared errors (H, W) of one render; 0 where noise is even."""
+    """Return the largest squared error's share of the sum over one render (H, W); 0 where noise is even."""
     total = float(squares.sum())
     if not total > 0.0:
         return 0.0
@@ -97,13 +98,13 @@ def outstanding(squares: Floats) -> float:
 
 
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
-    """Return why an error is in doubt that no longer shows a bright path of an earlier look; empty if it does.
+    """Return why an error is in doubt that no longer shows a bright path of an earlier look; else empty.
 
     Parameters
     ----------
     past
-        Largest product of `outstanding`, error² and the square of the samples a pixel, of the looks before. What one
-        path makes of error² falls with the square of the samples.
+        Largest product of `outstanding`, error² and the square of the samples a pixel, over the earlier looks. One
+        path's part of error² falls with the square of the samples.
     samples, square, share
         Samples a pixel, error² and `outstanding` now.
     """

@@ -1,15 +1,15 @@
-"""Light that no sample has found: what black pixels may hide, and small lamps in sight (`equaltime.film.lamps`).
+"""Light that no sample has found: the light that black pixels may hide, and small lamps (`equaltime.film.lamps`).
 
-A pixel whose samples were all black has no variance, and its error bar would say that it is certainly black. But if N
-samples saw nothing, what they look for may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). What
-there is to be seen at most is what next-event estimation would return if nothing stood between the surfaces that were
-met and the lights aimed at, which costs no shadow ray to know. So the radiance of such a pixel is below
-``-ln(p) · that / N`` with a confidence of 1 - p, and the error that it may make of the image follows.
+A pixel whose samples were all black has no variance, so its error bar would say that it is certainly black. But an
+event that N samples have not met may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). The light of
+that event is at most what next-event estimation would return if nothing stood between the surfaces that were met and
+the lights aimed at. That bound takes no shadow ray. So the radiance of such a pixel is below ``-ln(p) · bound / N``
+with a confidence of 1 - p, and from that follows the error that it may make of the image.
 
-N and what may be seen are those of the whole 7x7 neighbourhood, and pixels count only if all of it is black: elsewhere
-the neighbours that saw light have a variance, and speak for those that did not. Where no light faces what is met, or
-nothing is, a pixel is dark for certain, and exempt. All this widens the upper limit of an image's error; it never moves
-the estimate.
+N is the number of samples in the whole 7x7 neighbourhood, and the bound is the largest in it. Pixels count only if the
+whole neighbourhood is black: elsewhere the neighbours that saw light have a variance, which covers the black ones too.
+A pixel is certainly dark, and exempt, where no light faces the surfaces that are met, or no surface is met. All this
+widens the upper limit of an image's error; it never moves the estimate.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ __all__ = ["Unseen", "stated", "stated_error"]
 Floats = NDArray[np.float64]
 
 _STEP = 2
-"""Of the pixels of a neighbourhood, every second along each side is asked what it could have seen."""
+"""Step in pixels: the bound is computed for every second pixel of a neighbourhood along each side."""
 _ANYTHING = 1e150
-"""More than any light: beside it a pixel hides all that it can, which is 1 of its own part of error²."""
+"""Radiance above any light: with it, a pixel hides all that it can, which is 1 of its own part of error²."""
 
 
 class Unseen:
-    """What may be hidden from one render.
+    """Light that may be hidden from one render.
 
     Parameters
     ----------
     possible
-        Gives for pixels (y * width + x) the most that a sample of each could have seen, (N, 3).
+        Callable that returns, for pixels (y * width + x), the most that a sample of each could have seen, (N, 3).
     known
-        (H, W, 3): what it gave before; NaN for pixels that it was not asked for.
+        Earlier results of ``possible``, (H, W, 3); NaN for pixels that were not asked for.
     lamps
-        Gives small lamps in sight.
+        Callable that returns small lamps in sight.
     focus
-        Gives what specular surfaces focus.
+        Callable that returns the light that specular surfaces focus.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Unseen:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
-        """Return what may be hidden from a render of the core's scene with the core's settings."""
+        """Return the light that may be hidden from a render of the core's scene with the core's settings."""
         threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
@@ -80,10 +80,10 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
-        """Return what may be hidden from renders of one image together, by the `parts` of each.
+        """Return the light that may be hidden from renders of one image together, by the `parts` of each.
 
-        A pixel that is black in all is so in each, and was asked for there. What no part knows could be anything;
-        a lamp that none tells of is none.
+        A pixel that is black in all renders is black in each, and each asked for its bound. Pixels that no part
+        describes may hide any amount of light; lamps that no part lists are assumed absent.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -94,19 +94,19 @@ class Unseen:
 
     @cached_property
     def lamps(self) -> Lamps:
-        """Small lamps in sight, looked for once."""
+        """Small lamps in sight, searched for once."""
         return self._find_lamps()
 
     @cached_property
     def focus(self) -> Focus:
-        """Light that specular surfaces focus, looked for once."""
+        """Light that specular surfaces focus, searched for once."""
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
-        """Return what there is of it in an image, for a file, and for `together`.
+        """Return the parts of an image that a file keeps, for `together`.
 
-        ``unseen`` is what black pixels could have seen, (H, W, 3), NaN by those that were not asked; ``lamps`` what
-        small lamps in sight add to pixels, and to which share of their samples, (H, W, 4).
+        ``unseen`` holds the bounds of black pixels, (H, W, 3), and NaN where none was asked for. ``lamps`` holds, for
+        small lamps in sight, the light added to each pixel and the share of its samples that meet one, (H, W, 4).
         """
         parts = {}
         if self._known is not None and not np.isnan(self._known).all():
@@ -116,11 +116,11 @@ class Unseen:
         return parts
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the part of error² that may be hidden, below which it is with the confidence of an upper limit."""
+        """Return the upper limit, at this confidence level, of the part of error² that may be hidden."""
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
     def lasting(self, pixels: PixelStatistics, level: float) -> float:
-        """Return that without what a few more samples undo: a lamp that one of them met much too soon."""
+        """Return the hidden part of error² except by lamps met much too soon, which a few more samples undo."""
         return self._by_black(pixels, level) + self.lamps.missed(pixels)
 
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
@@ -128,7 +128,7 @@ class Unseen:
         black = np.asarray(~(pixels.mean.any(axis=-1) | pixels.variance.any(axis=-1)))
         if not black.any():
             return 0.0
-        near = window_around(black)  # nothing beyond has a part in it
+        near = window_around(black)  # pixels beyond the window contribute nothing
         hidden = _around(~black[near]) == 0.0
         if not hidden.any():
             return 0.0
@@ -141,7 +141,7 @@ class Unseen:
         return float(np.divide(square, whole, out=np.zeros_like(whole), where=whole > 0.0).sum()) / pixels.mean.size
 
     def _find(self, asked: NDArray[np.bool_]) -> Floats:
-        """Return what could have been seen, (H, W, 3), by those pixels; each is asked once in a render."""
+        """Return the bounds of the asked pixels, (H, W, 3); each bound is computed once in a render."""
         if self._known is None:
             self._known = np.full((*asked.shape, 3), np.nan)
         lattice = np.zeros_like(asked)
@@ -161,8 +161,8 @@ def stated_error(
 ) -> Estimate:
     """Return the error that a render states of itself: in its result, at its looks, in its progress and in records.
 
-    With ``lasting`` the limits leave out what a few more samples undo (`Unseen.lasting`). ``brightest`` is that of the
-    looks before (`stated`).
+    With ``lasting`` the limits leave out effects that a few more samples undo (`Unseen.lasting`). ``brightest`` is the
+    brightness of the brightest path of the earlier looks (`stated`).
     """
     return stated(pixels, unseen, level, lasting, brightest)[0]
 
@@ -194,7 +194,7 @@ def _around(values: NDArray[Any]) -> Floats:
 
 
 def _largest_around(values: Floats) -> Floats:
-    """Return the largest over the 7x7 neighbourhood of each pixel, of what is not negative."""
+    """Return the largest of nonnegative values over the 7x7 neighbourhood of each pixel."""
     for axis in (0, 1):
         line = np.moveaxis(values, axis, 0)
         found = line.copy()

@@ -1,12 +1,12 @@
-"""Bias and variance of an estimator apart, from renders with independent seeds.
+"""Separate bias and variance of an estimator, from renders with independent seeds.
 
-With D_r = I_r - R the difference of render r from the reference, v the variance of R and < > the mean over pixels and
-channels after division by the metric's denominator (see `metrics`):
+Let D_r = I_r - R be the difference of render r from the reference, and v the variance of R. < > is the mean over pixels
+and channels after division by the metric's denominator (`equaltime.images.metrics`):
 
 - bias² = mean over pairs r ≠ s of <D_r D_s> - <v>: independent renders share nothing but the bias and R's noise;
 - variance = mean of <D_r²> - mean over pairs of <D_r D_s>: the sample variance of one render.
 
-Both are unbiased, and their sum is the expected relMSE of one render. All that is needed is the K x K matrix <D_r D_s>.
+Both are unbiased, and their sum is the expected relMSE of one render. Only the K x K matrix <D_r D_s> is needed.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Parts:
-    """Relative squares: 0.0004 is (2 %)²."""
+    """Bias and variance as relative squares: 0.0004 is (2 %)²."""
 
     bias2: Interval
-    """Its estimate falls on both sides of 0 if there is no bias."""
+    """Squared bias; the estimate falls on both sides of 0 if there is no bias."""
     variance: Interval
-    """Of one render."""
+    """Variance of one render."""
     shared: float = 0.0
-    """Standard error that the reference's noise gives to the relMSE of all renders alike."""
+    """Standard error that the reference's noise causes in the relMSE of all renders alike."""
 
 
 def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
-    """Return bias² and variance of renders (K, H, W, 3) that differ in nothing but their seeds.
+    """Return bias² and variance of renders (K, H, W, 3) that differ only in their seeds.
 
-    Intervals come of the jackknife over renders; for bias² less what it counts twice (see `_pairs_variance`), and with
-    the reference's noise, which all renders share.
+    Intervals come from the jackknife over renders. For bias² they are corrected for its double counting (see
+    `_pairs_variance`), and include the reference's noise, which all renders share.
     """
     stack = np.asarray(images, np.float64)
     repeats = len(stack)
@@ -72,10 +72,10 @@ def _variance(gram: Floats) -> Interval:
 
 
 def _shared_doubt(mean: Floats, reference: Reference, bias2: float, variance: float) -> float:
-    """Return the standard error that the reference's noise n gives to bias².
+    """Return the standard error that the reference's noise n causes in bias².
 
-    What varies is ``-2 b n + n² - v`` with b the bias. The mean image also has noise of its own, of relative square
-    ``variance``: its product with n differs from render to render, and is seen there.
+    The varying part is ``-2 b n + n² - v`` with b the bias. The mean image also has noise, of relative square
+    ``variance``. The product of that noise with n differs from render to render, and so is in their spread.
     """
     if not reference.noisy:
         return 0.0
@@ -91,7 +91,7 @@ def _gram(stack: Floats, reference: Reference) -> Floats:
 
 
 def _pairs_mean(gram: Floats, kept: Floats) -> float:
-    """Return the mean of the matrix over pairs of different renders that are kept (weights 0 or 1)."""
+    """Return the mean of the matrix over pairs of different kept renders (weights 0 or 1)."""
     count = float(kept.sum())
     if count < 2.0:
         return math.nan
@@ -101,11 +101,11 @@ def _pairs_mean(gram: Floats, kept: Floats) -> float:
 def _pairs_variance(gram: Floats) -> tuple[float, float]:
     """Return the variance of the mean over pairs, and its degrees of freedom.
 
-    A pair's product is taken apart as mean + a_r + a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance
-    4 var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for
-    the second, more than twice too much, which matters where there is no bias and so no a. With four renders or more
-    var(e) is known from what a_r + a_s leaves; with fewer the jackknife stands. Degrees by
-    Satterthwaite (1946), where the first term, a difference, is noisier than its size says.
+    A pair's product is decomposed as mean + a_r + a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance 4
+    var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for
+    the second. That is more than twice too much, which matters where there is no bias and so no a. With four renders or
+    more var(e) is known from the residuals of a_r + a_s; with fewer the jackknife stands. The degrees are by
+    Satterthwaite (1946); the first term, a difference, is noisier than its size says.
     """
     repeats = len(gram)
     if repeats < 3:
@@ -125,7 +125,7 @@ def _pairs_variance(gram: Floats) -> tuple[float, float]:
 
 
 def _pair_residual(gram: Floats) -> float:
-    """Return var(e) of `_pairs_variance`; there must be four renders."""
+    """Return var(e) of `_pairs_variance`; needs four renders or more."""
     repeats = len(gram)
     rows = (gram.sum(axis=1) - np.diag(gram)) / (repeats - 1)
     own = (rows - rows.mean()) * (repeats - 1) / (repeats - 2)

@@ -14,31 +14,31 @@ __all__ = ["available", "flip"]
 
 _PACKAGE = "flip_evaluator"
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Luminance that the tone mapper (Narkowicz's fit to ACES) shows as 0.85 of white. FLIP's exposures bring the brightest
-# pixel and the median one there.
+# Luminance that the tone mapper (Narkowicz's fit to ACES) shows as 0.85 of white. FLIP's exposures map the brightest
+# pixel and the median pixel to it.
 _SHOWN = 2.1189
-# Smallest median, relative to the brightest pixel, from which an exposure is derived: float32's precision, which is
-# also the package's limit. An image that is black in half of its pixels has this one.
+# Smallest median, relative to the brightest pixel, from which an exposure is derived: float32's precision, also the
+# package's limit. An image with half of its pixels black has this median.
 _DIMMEST = 2.0**-23
-# Largest value after scaling: far beyond white at every exposure, and its square is finite in float32 at the longest.
+# Largest value after scaling: far beyond white at every exposure; its square is finite in float32 at the longest.
 _BRIGHTEST = 2.0**30
 
 
 def available() -> bool:
-    """Tell whether the package that computes it is installed."""
+    """Tell whether the package that computes FLIP is installed."""
     try:
         return find_spec(_PACKAGE) is not None
-    except ValueError:  # imported by name, and put out of use
+    except ValueError:  # already imported, but disabled
         return False
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean HDR-FLIP of an image (H, W, 3) in linear RGB: 0 is equal, 1 is as far as can be.
+    """Return the mean HDR-FLIP of an image (H, W, 3) in linear RGB: 0 is equal, 1 is the largest difference.
 
-    By NVIDIA's ``flip-evaluator``, at its default of 67 pixels per degree. Negative values are shown as black. FLIP
-    takes its exposures from the reference and so does not depend on scale, but the package ends the process where a
-    reference is dim. So both images are scaled by a power of two that brings the brightest luminance of the reference
-    near 1, and the package is given the exposures that it would derive.
+    It is computed by NVIDIA's ``flip-evaluator``, at its default of 67 pixels per degree. Negative values are shown as
+    black. FLIP takes its exposures from the reference and so does not depend on scale, but the package ends the process
+    if a reference is dim. So both images are scaled by a power of two: the brightest luminance of the reference comes
+    near 1. The package is given the exposures that it would derive.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Images as files hold them: float32, whose largest number is 3.4e38."""
+"""Images in float32, as files hold them; the largest number is 3.4e38."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def beyond_float32(image: NDArray[Any], corner: tuple[int, int], where: str) -> 
     Parameters
     ----------
     corner
-        Place of the image's first pixel, x and y, in the whole film.
+        Position of the image's first pixel, x and y, in the whole film.
     where
-        What the image is of, to name it before the pixel; may be empty.
+        Name of the image, to put before the pixel in the message; may be empty.
     """
     beyond = np.argwhere(~np.isfinite(as_float32(image)))
     if not len(beyond):

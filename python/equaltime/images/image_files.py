@@ -1,7 +1,7 @@
-"""Image files, all through OpenImageIO: pictures of any program, and what is written.
+"""Image files, read and written through OpenImageIO: pictures of any program.
 
-Files are written under a temporary name in the same folder and renamed, so that a reader never sees half a file and a
-failure leaves alone what was there. The layout of saved renders is that of `equaltime.rendering.render_file`.
+Files are written under a temporary name in the same folder and renamed. So a reader never sees half a file, and a
+failure leaves an existing file unchanged. The layout of saved renders is in `equaltime.rendering.render_file`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
 @dataclass(frozen=True)
 class Window:
-    """Where the pixels of a file lie in the full film, in pixels from its top left corner."""
+    """Position of a file's pixels in the full film, in pixels from its top left corner."""
 
     x: int
     y: int
@@ -57,31 +57,31 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What an image file holds."""
+    """Content of an image file."""
 
     channels: Mapping[str, NDArray[np.float32]]
     """Channel name → (H, W) float32."""
     window: Window
     software: str = ""
-    """What the file says wrote it."""
+    """Program that wrote the file, as the file states it; empty if it does not."""
     attributes: Mapping[str, str] = field(default_factory=dict)
-    """Those that only equaltime writes, by name."""
+    """Attributes that only equaltime writes, by name."""
     record: Mapping[str, Any] = field(default_factory=dict)
-    """How a render by equaltime was made, as `equaltime.rendering.render_file` reads it; empty for other files."""
+    """Record of a render by equaltime, as `equaltime.rendering.render_file` reads it; empty for other files."""
 
     @property
     def image(self) -> NDArray[np.float32]:
-        """(H, W, 3) linear RGB; raises `ImageError` if the file has no channels of that name."""
+        """(H, W, 3) linear RGB; raises `ImageError` if the file has no channels R, G and B."""
         return self._rgb("")
 
     @property
     def standard_error(self) -> NDArray[np.float32] | None:
-        """(H, W, 3) standard error of ``image``, or None if the file does not carry one."""
+        """(H, W, 3) standard error of ``image``; None if the file does not carry it."""
         return self._rgb("stderr.") if "stderr.R" in self.channels else None
 
     @property
     def samples(self) -> NDArray[np.int64] | None:
-        """(H, W) sample counts, or None if the file does not carry them."""
+        """(H, W) sample counts; None if the file does not carry them."""
         counts = self.channels.get("samples")
         return None if counts is None else counts.astype(np.int64)
 
@@ -93,7 +93,7 @@ class Picture:
 
 
 def read(path: str | os.PathLike[str]) -> Picture:
-    """Read any image that OpenImageIO knows as float32 channels by name.
+    """Read any image that OpenImageIO supports, as float32 channels by name.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def read(path: str | os.PathLike[str]) -> Picture:
 
 
 def read_attributes(path: str | os.PathLike[str]) -> dict[str, str]:
-    """Return the attributes of an image's first part that are text, by name; raises `ImageError`."""
+    """Return the text attributes of an image's first part, by name; raises `ImageError`."""
     with opened(path) as source:
         return _texts(source.spec())
 
@@ -148,12 +148,12 @@ class Part:
     channels: tuple[str, ...]
     pixels: NDArray[Any]
     attributes: dict[str, Any]
-    """Strings, whole numbers, or tuples of floats."""
+    """Attributes by name: strings, whole numbers, or tuples of floats."""
     kind: str = ""
-    """OpenImageIO's name of the type in the file; empty for the pixels' own."""
+    """OpenImageIO's name of the type in the file; empty for the pixels' type."""
 
     def spec(self, window: Window | None) -> Any:
-        """Return what OpenImageIO needs to know before it writes."""
+        """Return OpenImageIO's specification of the part."""
         height, width, count = self.pixels.shape
         types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
         spec = oiio.ImageSpec(width, height, count, self.kind or types[self.pixels.dtype.name])
@@ -172,7 +172,7 @@ class Part:
 
 
 def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
-    """Write the parts as they are, whole or not at all; raises `ImageError`."""
+    """Write the parts unchanged, whole or not at all; raises `ImageError`."""
     specs = tuple(part.spec(window) for part in parts)
     output = started(lambda: oiio.ImageOutput.create(file_format))
     if output is None:
@@ -184,7 +184,7 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
             for i, part in enumerate(parts):
                 done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
                 done = done and output.write_image(np.ascontiguousarray(part.pixels))
-            # closing writes what is still buffered, so it can fail as well
+            # closing writes buffered data, so it can fail too
             if not (output.close() and done):
                 said = complaint(output) or "the file could not be completed"
                 raise ImageError(f"{path}: cannot write: {said}")
@@ -193,7 +193,7 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
-    """Raise `ImageError` if ``path`` could not be written later: find it out before an hour of rendering."""
+    """Raise `ImageError` if ``path`` cannot be written: better now than after an hour of rendering."""
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"
         raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")
@@ -205,7 +205,7 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
         folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
         if not folder.is_dir():
             raise ImageError(f"{path}: the folder {folder} does not exist")
-    except OSError as error:  # such as a name that no file can have
+    except OSError as error:  # such as an impossible name
         raise ImageError(f"{path}: {error.strerror or error}") from error
     utf8(folder)
     if not os.access(folder, os.W_OK | os.X_OK):

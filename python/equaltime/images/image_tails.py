@@ -1,4 +1,4 @@
-"""The squared errors of renders against a reference, whose tails tell what can be trusted (`equaltime.film.tails`)."""
+"""Squared errors of renders against a reference, whose tails decide what can be trusted (`equaltime.film.tails`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far an image is from the truth, when the truth is known from a reference that has noise of its own.
+"""Distance of an image from the truth, which is known from a reference with noise.
 
 All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixels and channels, and v the variance of R:
 
@@ -9,9 +9,9 @@ All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixel
 - ``flip``    HDR-FLIP, see `flip`.
 
 Subtracting v makes the first three free of the reference's noise on average, since the noises of I and R are
-independent: ``E (I - R)² = (I - T)² + v`` with T the truth. So near convergence they fall on both sides of 0, and a
-negative value is kept: averaged over repeats it is right, and cut off at 0 it would not be. The other two cannot be
-freed of it; they are bounded.
+independent: ``E (I - R)² = (I - T)² + v`` with T the truth. So near convergence they fall on both sides of 0. A
+negative value is kept: the average over repeats is then right, and cutting at 0 would bias it. The noise cannot be
+subtracted from the other two; they have bounds instead.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ _Z95 = 1.959964
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """An image that stands for the truth, and what is known of its noise; all float64 (H, W, 3)."""
+    """An image that stands for the truth, and its noise; all float64 (H, W, 3)."""
 
     mean: Floats
     variance: Floats
-    """Of ``mean``; zeros if it is exact or nothing is known."""
+    """Variance of ``mean``; zeros if it is exact or if nothing is known."""
     halves: tuple[Floats, Floats] | None = None
     """Two independent references with half the samples each, whose mean is ``mean``."""
 
     @classmethod
     def of_images(cls, images: ArrayLike) -> Reference:
-        """Return what independent renders (K, H, W, 3) of one strategy say together; K is 2 or more."""
+        """Return the reference from independent renders (K, H, W, 3) of one strategy; K is 2 or more."""
         stack = np.asarray(images, np.float64)
         middle = len(stack) // 2
         halves = None if len(stack) % 2 else (stack[:middle].mean(axis=0), stack[middle:].mean(axis=0))
@@ -66,10 +66,10 @@ class Reference:
 
     @property
     def denominator(self) -> Floats:
-        """R² + (0.1 m)², (H, W, 3): what squares are divided by.
+        """Denominator of squares, R² + (0.1 m)², (H, W, 3).
 
-        Where R has noise, 1 / D is too large on average, by 1 + v (4 R² / D - 1) / D to second order; D is made larger
-        by as much.
+        Where R has noise, 1 / D is too large on average, by 1 + v (4 R² / D - 1) / D to second order. D is enlarged by
+        that factor.
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2
@@ -78,28 +78,28 @@ class Reference:
 
     @property
     def noise(self) -> Floats:
-        """What to subtract from squares (H, W, 3): the variance, or its estimate from the halves if there is none."""
+        """Noise to subtract from squares (H, W, 3): the variance, or its estimate from the halves if there is none."""
         if self.halves is None or self.variance.any():
             return self.variance
         return (0.5 * (self.halves[0] - self.halves[1])) ** 2
 
     @property
     def noisy(self) -> bool:
-        """Whether anything is known of its noise."""
+        """Whether any noise of the reference is known."""
         return bool(self.noise.any())
 
     @property
     def relmse(self) -> float:
-        """The reference's own relMSE: what is subtracted from that of others."""
+        """Relative MSE of the reference itself, which is subtracted from that of other images."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
     def relmse_doubt(self) -> float:
-        """Standard error of what is subtracted from relMSE: of the mean of n² - v, n being the noise.
+        """Standard error of the amount subtracted from relMSE: of the mean of n² - v, n being the noise.
 
-        Pixels are independent. Half the difference of the halves is distributed as n is, so that its square less v
-        shows how far n² - v spreads, whatever the distribution and however channels go together. Without halves, or
-        with nothing else to know v from, as for normal noise whose channels go all together.
+        Pixels are independent. Half the difference of the halves is distributed as n is. So its square less v shows the
+        spread of n² - v, whatever the distribution and the correlation of channels. Without halves, or without another
+        source of v, the noise is taken as normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
@@ -111,25 +111,25 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """How far this very image is from the truth, and what the reference's noise leaves open.
+    """Distance of this very image from the truth, with the uncertainty due to the reference's noise.
 
-    Another render of the same image has another error: how these spread is a matter of repeats.
+    Another render of the same image has another error; only repeats show how errors spread.
     """
 
     value: float
-    """NaN where nothing is known, or no more than an upper limit."""
+    """The metric; NaN if nothing is known, or only an upper limit."""
     low: float | None
     high: float | None
-    """For squares and their root the 95 % interval; for mare and flip bounds that hold on average over references.
-    None if the reference says nothing of its noise."""
+    """For squares and their root, the 95 % interval; for mare and flip, bounds that hold on average over references.
+    None if the reference's noise is unknown."""
 
     @property
     def known(self) -> bool:
-        """Whether there is a number at all."""
+        """Whether there is a number."""
         return not math.isnan(self.value)
 
     def map(self, function: Callable[[float], float]) -> Measured:
-        """Return an increasing function of it."""
+        """Return an increasing function of the metric."""
         ends = (None if end is None else function(end) for end in (self.low, self.high))
         return Measured(function(self.value), *ends)
 
@@ -137,8 +137,8 @@ class Measured:
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Measured]:
     """Return the named metrics of an image against a reference.
 
-    NaN for an image with a pixel that is not finite. Against a black reference the relative ones are 0 for a black
-    image and infinite for others.
+    The metrics are NaN for an image with a pixel that is not finite. Against a black reference the relative ones are 0
+    for a black image and infinite for others.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return each pixel's part of relMSE (H, W), whose mean it is: the reference's noise is subtracted in each."""
+    """Return each pixel's part of relMSE (H, W), with the reference's noise subtracted; relMSE is their mean."""
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
     parts: Floats = divided((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
@@ -177,12 +177,13 @@ def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
 
 
 def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
-    """Return the standard error that the reference's noise n gives to an image's relMSE (or MSE, if not relative).
+    """Return the standard error that the reference's noise n causes in an image's relMSE (or MSE, if not relative).
 
-    By the delta method, with the derivatives of the squares, of their denominators and of m in these. I - R stands for
-    I - T, which has the noise in it and so counts what n² itself varies, and more: on the safe side, by little for a
-    reference better than the image. Pixels are independent. How the channels of a pixel go together is seen in the
-    halves if there are any, (R1 - R2) / 2 having the distribution of n; else they are taken to go all together.
+    It is found by the delta method, with the derivatives of the squares, of their denominators and of m in these. I - R
+    stands for I - T. It contains the noise, so it also counts the variation of n², and more. That is on the safe side,
+    by little for a reference better than the image. Pixels are independent. The halves, if there are any, show the
+    correlation of a pixel's channels, since (R1 - R2) / 2 has the distribution of n. Without halves channels are taken
+    to be fully correlated.
     """
     difference = pixels - reference.mean
     slope = -2.0 * difference
@@ -210,7 +211,7 @@ def _absolute(pixels: Floats, reference: Reference) -> Measured:
 
 
 def _flip(pixels: Floats, reference: Reference) -> Measured:
-    """Bound by what FLIP sees between the reference and one of its halves, which differ as it does from the truth."""
+    """Bound by FLIP between the reference and its halves, which differ as the reference does from the truth."""
     value = flip(pixels, reference.mean)
     if reference.halves is None:
         return Measured(value, None, None)
@@ -222,7 +223,7 @@ def _bounded(value: float, doubt: float) -> Measured:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio; 0 / 0 is 0, as in a picture that is black where it should be."""
+    """Return the ratio; 0 / 0 is 0, as for black pixels of a black reference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio

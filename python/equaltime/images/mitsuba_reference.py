@@ -1,14 +1,14 @@
-"""How much a reference by Mitsuba 3 is worth, in the words that every output uses."""
+"""Limits of references by Mitsuba 3, in the words that every output uses."""
 
 from __future__ import annotations
 
 __all__ = ["CAVEAT", "FLOOR", "UNFIT_SAMPLERS", "fit_sampler", "is_mitsuba"]
 
 FLOOR = 2e-3
-"""Relative error of the mean that no number of samples takes off, measured on Sponza: 0.0018 +- 0.0001.
+"""Relative error of the mean that does not fall with samples, measured on Sponza: 0.0018 +- 0.0001.
 
-Mitsuba's shadow rays start off the surface and pass over edges: 0.0013. Its density of a small sphere light, from
-1 - cos in float32, is too low: 0.0005. `tests/crosscheck/test_mitsuba_offsets.py` shows both on other scenes.
+Mitsuba's shadow rays start off the surface and pass over edges: 0.0013. Its density of a small sphere light, from 1 -
+cos in float32, is too low: 0.0005. `tests/crosscheck/test_mitsuba_offsets.py` shows both on other scenes.
 """
 
 CAVEAT = (
@@ -21,16 +21,16 @@ UNFIT_SAMPLERS = {
     "ldsampler": "its mean of the Cornell box is 0.25 % too high, and more samples do not mend it",
     "stratified": "its mean of the Cornell box is 4 % too high at 4 samples a pixel and 0.5 % at 16",
 }
-"""Samplers of Mitsuba's with a mean of their own, and what equaltime measured: their images are never a reference."""
+"""Mitsuba's samplers with a biased mean, and the bias that equaltime measured: their images are never a reference."""
 
 _FIT = "independent"
 
 
 def fit_sampler(sampler: str) -> str:
-    """Return the sampler of Mitsuba's that makes a reference for renders with `sampler`."""
+    """Return Mitsuba's sampler for a reference of renders with `sampler`."""
     return _FIT if sampler in UNFIT_SAMPLERS else sampler
 
 
 def is_mitsuba(software: str) -> bool:
-    """Tell whether what a file says of its software, or a peer's name, is Mitsuba."""
+    """Tell whether the software named by a file, or a peer's name, is Mitsuba."""
     return software.lower().startswith("mitsuba")

@@ -1,6 +1,6 @@
-"""Pictures for people: the linear image through the sRGB curve at exposure 0, clipped to [0, 1], eight bits.
+"""Previews for viewing: the linear image through the sRGB curve at exposure 0, clipped to [0, 1], eight bits.
 
-Nothing is scaled to fit and nothing else is corrected, so two previews can be compared by eye.
+The image is not scaled to fit or corrected otherwise, so two previews can be compared by eye.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ def write_png(
     scene: str | None = None,
     alpha: NDArray[Any] | None = None,
 ) -> None:
-    """Write the preview of a linear image (H, W, 3), rendered of a ``scene`` file, to a PNG file, whole or not at all.
+    """Write the preview of a linear image (H, W, 3) of a ``scene`` file to a PNG file, whole or not at all.
 
-    With ``alpha`` (H, W), by which the image is weighted (associated), the file has it, and colours without that
-    weight, as PNG wants; a pixel that is all transparent keeps what it adds.
+    ``alpha`` (H, W) must already be multiplied into the image (associated). The file gets alpha and unmultiplied
+    colours, as PNG requires; a fully transparent pixel keeps its colour.
 
     Raises
     ------
     ImageError
-        If the file cannot be written; what was there before is left alone.
+        If the file cannot be written; an earlier file stays unchanged.
     """
     attributes: dict[str, Any] = {
         "oiio:ColorSpace": "sRGB",
@@ -57,7 +57,7 @@ def write_png(
         weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]
         opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
         channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight), opaque])
-        attributes["oiio:UnassociatedAlpha"] = 1  # it is not to divide once more
+        attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
     images.write(path, "png", [images.Part(channels, pixels, attributes)])
 
 

@@ -1,4 +1,4 @@
-"""What any reader of image files does: open them, doubt what they declare, and say what OpenImageIO says of them."""
+"""Common tools of image readers: open files, check declared sizes, and report OpenImageIO's messages."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from equaltime.errors import ImageError
 __all__ = ["complaint", "excess", "opened", "read_part", "reason", "started"]
 
 MOST_INFLATED: Final = 1032
-"""By what factor zlib can compress at most, which is about what any format of images reaches."""
+"""Largest compression factor of zlib, which is about what any image format reaches."""
 ALWAYS: Final = 1 << 22
-"""Bytes of pixels that any file may declare."""
+"""Bytes of pixels that any file may declare, however small it is."""
 
 
 def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
-    """Say that the file declares more pixels than it can hold, if it does: no memory is taken for them then."""
+    """Return a message if the file declares more pixels than it can hold; no memory is allocated for them then."""
     declared, size = spec.image_bytes(True), os.path.getsize(path)
     if declared <= max(ALWAYS, MOST_INFLATED * size):
         return None
@@ -31,9 +31,9 @@ def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
 
 
 def complaint(speaker: Any) -> str:
-    """Return in one line what OpenImageIO, or a part of it, says last: it repeats itself, in several lines.
+    """Return OpenImageIO's last message, or that of one of its objects, on one line and without repetitions.
 
-    It quotes files as they are, which may not be text.
+    The message may quote file content that is not text.
     """
     try:
         message: str = speaker.geterror()
@@ -43,7 +43,7 @@ def complaint(speaker: Any) -> str:
 
 
 def utf8(path: str | os.PathLike[str]) -> str:
-    """Return the path in the only letters that OpenImageIO reads; raises `ImageError` if it has others."""
+    """Return the path as UTF-8 text, which OpenImageIO needs; raises `ImageError` if it is not UTF-8."""
     name = os.fspath(path)
     try:
         name.encode()
@@ -53,7 +53,7 @@ def utf8(path: str | os.PathLike[str]) -> str:
 
 
 def started(make: Callable[[], Any]) -> Any:
-    """Return what OpenImageIO makes; its first use fails without a word where it may have no threads, and only that."""
+    """Return OpenImageIO's new object; retry once, as its first use may fail silently if it gets no threads."""
     made = make()
     return make() if made is None and not _complains() else made
 
@@ -61,15 +61,15 @@ def started(make: Callable[[], Any]) -> Any:
 def _complains() -> bool:
     try:
         return bool(oiio.geterror(False))
-    except UnicodeDecodeError:  # it quotes a file
+    except UnicodeDecodeError:  # the message quotes a file
         return True
 
 
 @contextmanager
 def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
-    """Give OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none.
+    """Yield OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none.
 
-    ``wishes`` are hints that its readers know, without the ``oiio:`` before them.
+    ``wishes`` are hints for its readers, named without the prefix ``oiio:``.
     """
     config = oiio.ImageSpec()
     for name, value in wishes.items():
@@ -79,14 +79,14 @@ def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
         raise ImageError(f"{path}: {reason(oiio, path)}")
     try:
         yield source
-    except UnicodeDecodeError as error:  # a name of a channel, or an attribute
+    except UnicodeDecodeError as error:  # the name of a channel, or an attribute
         raise ImageError(f"{path}: holds text that is not UTF-8") from error
     finally:
         source.close()
 
 
 def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[str], NDArray[Any]] | None:
-    """Read the channels' names and the pixels (H, W, C) of a part after the first, None if there is none so named."""
+    """Read channel names and pixels (H, W, C) of a named part after the first; None if there is no such part."""
     with opened(path) as source:
         number = 1
         while source.seek_subimage(number, 0):
@@ -104,8 +104,8 @@ def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[
 
 
 def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
-    """Choose the clearest words for a file that OpenImageIO would not read."""
-    said = complaint(speaker)  # what is not asked for, OpenImageIO prints when the process ends
+    """Return the clearest reason why OpenImageIO does not read a file."""
+    said = complaint(speaker)  # or OpenImageIO prints the message when the process ends
     if not Path(path).exists():
         return "no such file"
     return said or "not an image that can be read"

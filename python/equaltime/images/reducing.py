@@ -1,4 +1,4 @@
-"""Large pictures made small enough for a page."""
+"""Reduction of large pictures to a size that fits a page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Average whole blocks of pixels of (H, W, …) so that no side is longer than this; small ones stay as they are."""
+    """Average whole blocks of pixels of (H, W, …) until no side exceeds ``longest``; small images stay unchanged."""
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
         return values

@@ -1,14 +1,15 @@
-"""Effects: what a scene calls for, what each costs, and rendering without it.
+"""Effects: the effects that a scene uses, the cost of each, and rendering without them.
 
-=========  ===========================================================================================================
-`kinds`    the effects by name: what calls for each, and what stands for it where it is left out
-`derive`   scene → effects, with the reason for each
-`leaving`  the scene without some of them
-`pairs`    a scene against itself without an effect, in turn, with the same random numbers
-`parts`    which part of the light makes the noise
-`extras`   what outputs beside the image take
-`prices`   the price list, of all these
-=========  ===========================================================================================================
+=================================  ===================================================================================
+`equaltime.scene.effects.kinds`    the effects by name: what uses each, and what replaces it where it is left out
+`equaltime.scene.effects.derive`   scene → effects, with the reason for each
+`equaltime.scene.effects.leaving`  the scene without some of them
+`equaltime.quoting.pairs`          a scene against itself without an effect, in turn, with the same random numbers
+`equaltime.quoting.light_parts`    which part of the light makes the noise
+`left_out`                         effects that a render leaves out, and the resulting bias
+`output_costs`                     the time of outputs beside the image
+`prices`                           the price list, of all these
+=================================  ===================================================================================
 """
 
 from __future__ import annotations

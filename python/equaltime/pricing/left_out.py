@@ -1,8 +1,8 @@
-"""What a render may leave out: chosen, or only measured, by a pilot that renders with and without, same numbers.
+"""Effects that a render leaves out: chosen or only measured by a pilot with and without, with the same numbers.
 
-The choice follows from sample counts and seeds, never from a clock, so that a rerun repeats the bits. The bias of
-several effects together is at most the sum of theirs; what is taken is measured once more, all together, by numbers
-that had no say in the choice: that is what the image's error bar takes on.
+The choice follows from sample counts and seeds, never from a clock, so a rerun repeats the bits. The bias of several
+effects together is at most the sum of theirs. The chosen effects are measured again, all together, by random numbers
+that had no influence on the choice. The image's error bar includes that measurement.
 """
 
 from __future__ import annotations
@@ -27,38 +27,38 @@ __all__ = ["LeftOut", "choose", "measured"]
 N = TypeVar("N")
 
 PILOT_SAMPLES = 2**16
-"""Of the image in each repeat of a pilot, or one a pixel if that is more."""
+"""Samples of the image in each repeat of a pilot, but at least one a pixel."""
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
-"""Of the film by which is chosen: what paths of each length bring takes kilobytes a pixel."""
+"""Most pixels of the film for choosing: light by path length takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
-"""Added to a render's seed: the pilot's numbers are none of the render's."""
+"""Offset from a render's seed to the pilot's: the two share no random numbers."""
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A scene without some effects, and what that does to the image."""
+    """A scene without some effects, and the resulting bias of the image."""
 
     scene: Scene
     strategy: Strategy
     names: tuple[str, ...]
-    """What was left out, as `leave_out` takes it."""
+    """Names of the effects left out, as for `leave_out`."""
     bias: Estimate
-    """Error that this makes, with its 95 % interval."""
+    """Error due to leaving them out, with its 95 % interval."""
     why: tuple[str, ...]
-    """What was decided of each effect, in words."""
+    """Decision on each effect, in words."""
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
-    """Leave these effects out, and measure what that does.
+    """Leave these effects out, and measure the resulting error.
 
-    Where long paths are among them, what the strategy itself cuts is measured with them.
+    If long paths are among them, the strategy's own cut of paths is measured with them.
 
     Raises
     ------
     EffectError
-        If one does not exist or cannot be left out.
+        If an effect does not exist or cannot be left out.
     """
     strategy, names = _untruncated(strategy, names)
     present = tuple(name for name in dict.fromkeys(names) if can_leave_out(scene, strategy, name))
@@ -83,10 +83,10 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
-    """Leave out what a pilot shows can be left out within an error, and measure what that does.
+    """Leave out the effects that a pilot allows within an error, and measure the resulting error.
 
-    The effects whose bias is least are taken first, up to half of the error if paths can be cut too; then paths are cut
-    as early as the rest allows. Upper ends of intervals count.
+    Effects with the least bias are taken first, up to half of the error if paths can be cut too. Then paths are cut as
+    early as the rest allows. Upper ends of intervals count.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

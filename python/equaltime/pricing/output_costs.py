@@ -1,8 +1,8 @@
-"""What outputs beside the image cost: the time of each over that of a render with all of them, measured in turn.
+"""Cost of outputs beside the image: the time of each over that of a render with all of them, measured in turn.
 
-They are made after the render, by paths of their own (`equaltime.rendering.outputs`). So a share is that of a render
-with so many samples a pixel: what is seen first costs the same whatever their number, rays no more than 16 of them, and
-bounces about as much as the image.
+They are made after the render, by separate paths (`equaltime.rendering.outputs`). So a share holds for a render with
+this number of samples a pixel: first hits cost the same for any number, rays take at most 16 samples, and bounces cost
+about as much as the image.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ def measure_outputs(
 ) -> Mapping[str, Interval]:
     """Return the share of the time that each output takes by itself, as ``name:what``, and `ALL` of them together.
 
-    Nothing, if the scene asks for none. A round takes the image and all that is made beside it with one seed; rounds go
-    there and back, so that a machine that drifts hurts all alike. Raises NonFiniteSample as a render does.
+    The result is empty if the scene asks for no outputs. A round makes the image and all outputs with one seed. The
+    order alternates between rounds, so that a drifting machine affects all alike. Raises NonFiniteSample as a render
+    does.
     """
     asked = asked_for(scene)
     if not asked:

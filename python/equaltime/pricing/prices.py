@@ -1,4 +1,4 @@
-"""The price list: what each effect that a scene calls for costs in time and memory, and how much noise it makes."""
+"""The price list: time, memory and noise of each effect that a scene uses."""
 
 from __future__ import annotations
 
@@ -28,33 +28,33 @@ from equaltime.words import Shown, percent
 __all__ = ["Price", "PriceList", "effects"]
 
 MOST_PIXELS = 128 * 128
-"""Of the film that is measured, if nobody says which."""
+"""Most pixels of the measured film, unless a size is given."""
 REPEATS, SAMPLES = 12, 16
 QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """What one effect costs; None where it cannot be told. Intervals are at 95 %."""
+    """Cost of one effect; None where it is not known. Intervals are at 95 %."""
 
     kind: Kind
     reasons: tuple[Reason, ...]
-    """Who calls for it."""
+    """Parts of the scene that use the effect."""
     instead: str | None
-    """What stands for it where it is left out; None if it cannot be, in this scene."""
+    """Replacement of the effect where it is left out; None if it cannot be left out of this scene."""
     time: Interval | None = None
-    """Its share of the time of a sample."""
+    """Share of the effect in the time of a sample."""
     variance: Interval | None = None
-    """Its share of the variance: of the squared error after some time."""
+    """Share of the effect in the variance: in the squared error after some time."""
     change: Interval | None = None
-    """The error of the image without it."""
+    """Error of the image without the effect."""
     memory: int | None = None
-    """Bytes."""
+    """Bytes of the scene in the core that the effect takes."""
     difference: NDArray[np.float64] | None = None
-    """(H, W, 3): the image without it, less the image."""
+    """(H, W, 3): the image without the effect, less the image."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the price as JSON data."""
         intervals = {"time": self.time, "variance": self.variance, "change": self.change}
         return {
             "name": self.kind.name,
@@ -68,23 +68,23 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """What a scene's effects cost."""
+    """Costs of a scene's effects."""
 
     prices: tuple[Price, ...]
-    """Of what the scene calls for."""
+    """Prices of the effects that the scene uses."""
     free: tuple[str, ...]
-    """What it does not call for: no instruction in the path loop, no memory."""
+    """Effects that the scene does not use: no instruction in the path loop, no memory."""
     shares: Mapping[str, Mapping[str, Interval]]
-    """Shares of the variance by kind of part (length of the path, way to find light, last BSDF, light); of each kind
-    they sum to 1."""
+    """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each kind
+    sum to 1."""
     truncated: Mapping[int, Interval]
-    """The error of cutting paths at each depth."""
+    """Error of cutting paths at each depth."""
     outputs: Mapping[str, Interval]
-    """The share of the time that each output beside the image takes, as ``name:what``."""
+    """Share of the time that each output beside the image takes, as ``name:what``."""
     size: tuple[int, int]
-    """Width and height of what was measured."""
+    """Width and height of the measured film."""
     samples: int
-    """A pixel, in each repeat."""
+    """Samples per pixel in each repeat."""
     repeats: int
     strategy: str
     memory: int
@@ -104,7 +104,7 @@ class PriceList(Shown):
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the list as JSON data."""
         return {
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),
@@ -128,7 +128,7 @@ def _in_percent(interval: Interval) -> str:
 
 
 def as_data(interval: Interval) -> dict[str, float | None]:
-    """Return an interval for JSON, which has no number for what is not known."""
+    """Return an interval for JSON; numbers that are not finite are None."""
     numbers = {"value": interval.value, "low": interval.low, "high": interval.high}
     return {name: number if math.isfinite(number) else None for name, number in numbers.items()}
 
@@ -143,24 +143,23 @@ def effects(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> PriceList:
-    """Measure what each effect that a scene calls for costs.
+    """Measure the cost of each effect that a scene uses.
 
-    The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers;
-    then its light is taken apart (`equaltime.quoting.light_parts`), and its outputs beside the image are timed beside
-    it.
+    The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
+    Then its light is split (`equaltime.quoting.light_parts`), and its outputs beside the image are timed.
 
     Parameters
     ----------
     scene
         A loaded scene, the path of a scene file, or a dict in Mitsuba's words.
     quick
-        A first look: a small film, few samples, few repeats.
+        Quick estimate: a small film, few samples, few repeats.
     size
-        Width and height of the film to measure; if not given, the scene's, made smaller where that is large.
+        Width and height of the film to measure; by default the scene's, reduced if that is large.
     seed
-        The first of those that are taken, one a repeat.
+        First seed; each repeat takes the next one.
     progress
-        Called with the share of the work that is done, 0 … 1.
+        Called with the finished share of the work, in [0, 1].
 
     Raises
     ------
@@ -226,7 +225,7 @@ def _price(
 
 
 def _share(kind: Kind, parts: Parts) -> Interval | None:
-    """Return the share of what the core tells apart, which nothing else is mixed with."""
+    """Return the variance share of light that the core tells apart, for effects that are such a light; else None."""
     if kind.bsdfs:
         return parts.share("bsdf", lambda what: what in kind.bsdfs)
     if kind.name == "environment":

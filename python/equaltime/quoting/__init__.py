@@ -1,1 +1,1 @@
-"""Quotes: predicts from short pilots what a render will cost, and says where its noise is."""
+"""Quotes: predictions, from short pilots, of a render's cost, and of where its noise is."""

@@ -1,14 +1,14 @@
-"""A sample count for an error that is chosen before the image has a sample: the stop that selects no images.
+"""A sample count for an error, chosen before the image has a sample: the stop that does not select images.
 
-A pilot with samples of its own (`equaltime.quoting.pilot`, another seed) tells how the error falls. The count is where
-the upper limit of the error that it foretells is at the order: 97.5 % of images have a smaller error there, as far as
-the pilot can know. The count at which a *looking* render would have stopped says less: such a render waits until its
-own interval is narrow, and its upper limit may be a hundred times as much.
+A pilot with separate samples (`equaltime.quoting.pilot`, another seed) shows how the error falls. The chosen count is
+where the upper limit of the predicted error meets the target: 97.5 % of images have a smaller error there, as far as
+the pilot can know. The count at which a *looking* render would have stopped is no substitute. Such a render waits until
+its own interval is narrow, and the upper limit of its count may be a hundred times as much.
 
-A pilot that has met no rare bright path foretells too small a count, and one that has just met its first foretells a
-wide interval. So the pilot doubles its samples until it has half of those of the image, and the larger of the counts by
-its last two lengths is taken: as at the looks of a render, two must agree. All of this follows from counts,
-and not from a clock, unless a time is one of the limits.
+A pilot that has met no rare bright path predicts too small a count, and one that has just met its first predicts a wide
+interval. So the pilot doubles its samples until it has half of the image's samples. The larger of the counts by its
+last two lengths is taken: two must agree, as two looks of a render must. All of this follows from counts, and not from
+a clock, unless a time is one of the limits.
 """
 
 from __future__ import annotations
@@ -31,29 +31,29 @@ from equaltime.scene.model import MOST_SAMPLES
 __all__ = ["Chosen", "fixed_count", "pilot_seed"]
 
 _TIME_SHARE = 0.25
-"""Share of a time limit that the pilot may take, since most of the time is to be the image's."""
+"""Largest share of a time limit that the pilot may take: most of the time belongs to the image."""
 _SHARE_OF_COUNT = 0.5
-"""Samples of the pilot over those of the image, at least: too many images meet light that a shorter one has not met. A
-pilot as long as the image does better by a percent of renders only (measured: scenes with fireflies)."""
+"""Least ratio of the pilot's samples to the image's: too many images meet light that a shorter pilot has not met. A
+pilot as long as the image is better in one percent of renders only (measured: scenes with fireflies)."""
 _MOST_IN_THE_DARK = 64 * FIRST_LOOK
-"""Samples a pixel of a pilot that has met too little light to foretell a count that can be rendered: it gives up."""
+"""Samples a pixel after which a pilot gives up if it has met too little light to predict a possible count."""
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """A count that a pilot chose."""
+    """A sample count that a pilot chose."""
 
     stop: Stop
     quote: Quote | None = None
-    """The price and the error of the render, without its bias; None where the pilot does not tell."""
+    """Price and error of the render, without its bias; None if the pilot cannot predict them."""
     seconds: float = 0.0
-    """What choosing took in this run."""
+    """Seconds that choosing took in this run."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return what ends the image, where this was asked for: the count, or what is nearer."""
+        """Return the limits of the image for the limits asked for: the chosen count, and any that is nearer."""
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds
-        if seconds is not None:  # a pilot that took more, to get ready, leaves the image its own time nevertheless
+        if seconds is not None:  # if the pilot took longer to get ready, the image still gets its time
             seconds -= min(self.seconds, _TIME_SHARE * seconds)
         return Limits(min(counts, default=None), seconds)
 
@@ -65,21 +65,21 @@ def pilot_seed(seed: int) -> int:
 
 
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
-    """Return the samples a pixel that a render is to have for the error of its limits.
+    """Return the samples per pixel with which a render reaches the error in its limits.
 
-    A render that is taken up keeps the count that was chosen for the same error. Where a time is limited too, the pilot
-    may take a quarter of it. If that is too short, or the pilot finds no count but samples are limited too, no count is
-    chosen, and the other limits are to end the render.
+    A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
+    of it. No count is chosen if that is too short, or if the pilot finds no count but samples are limited too. Then the
+    other limits end the render.
 
     Raises
     ------
     RenderError
-        If the pilot met too little light, or the error takes more samples than a render can have, and no other limit
-        is given.
+        If the pilot met too little light, or the error takes more samples than a render can have, and no other limit is
+        given.
     SampleError
         If a sample of the pilot went wrong.
     ImageError
-        If the render that is taken up looked at its own error, and has more samples than the pilot chooses.
+        If the resumed render looked at its own error, and has more samples than the pilot chooses.
     """
     resumed = job.resumed
     before = None if resumed is None else resumed.stop
@@ -116,7 +116,7 @@ def _choose(job: Job, progress: ProgressCallback | None, done: int) -> Chosen:
 
 
 def _foretold(session: Session, limits: Limits, error: float) -> tuple[Quote | None, int | None]:
-    """Return the last quote of a pilot that is long enough, and the count; no count where another limit is nearer."""
+    """Return the last quote of a pilot that is long enough, and the count; no count if another limit is nearer."""
     pilot, begin = Pilot(session, limits, probes=False, hurried=False), clock.perf_counter()
     most = MOST_SAMPLES if limits.spp is None else limits.spp
     counts = list[float]()

@@ -1,4 +1,4 @@
-"""The law by which a render's error falls with its samples, and its samples cost time."""
+"""The law of a render: how its error falls with its samples, and how much time samples take."""
 
 from __future__ import annotations
 
@@ -19,33 +19,35 @@ __all__ = ["Law", "Probed", "fit"]
 
 _Z95 = 1.960
 _NORMAL = NormalDist()
-# What is taken to be known of the exponent before the pilot, by sampler: mean and standard deviation. Independent
-# samples have ½ exactly, but for the finite sample of the pilot; those of low discrepancy between 0.45, where many
-# bounces and rare paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
+# Prior of the exponent before the pilot, by sampler: mean and standard deviation. Independent samples have exactly ½,
+# except for the finite sample of the pilot. Low-discrepancy samples have between 0.45, where many bounces and rare
+# paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13), "lattice": (0.6, 0.13)}
 _LEAST_EXPONENT, _MOST_EXPONENT = 0.3, 1.0
-# By how much the exponent beyond the pilot differs from that within: a standard deviation (measured).
+# Standard deviation of the exponent beyond the pilot from that within it (measured).
 _BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06, "lattice": 0.06}
-# By how much estimates drift against the law while the noise falls, of the logarithm of the error. Where it falls fast,
-# low-discrepancy samples are better at powers of two than between: by that times the exponent beyond the slow one.
+# Drift of estimates against the law while the noise falls, as a standard deviation of log(error). Where the error falls
+# fast, low-discrepancy samples are better at powers of two than between: log(error) differs by _UNEVEN times the excess
+# of the exponent over _SLOW.
 _DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6
-# Where few paths make the noise intervals are wide, and narrow as more of them come, or widen as rarer ones do: the
-# least exponent and its standard deviation, times the width, and at most.
+# Where few paths make the noise, intervals are wide. They narrow as more such paths come, or widen as rarer ones do.
+# First line: least exponent of narrowing over the width, and its maximum. Second line: standard deviation of the
+# widening exponent over the width, its maximum, and the most widening as a logarithm.
 _FEW, _MOST_NARROWING = 0.25, 0.5
 _RARE, _MOST_RARE, _MOST_WIDENING = 0.5, 0.3, 0.7
 _MOST_SAMPLES = 2.0**40
 _DRAWS = 63
-"""Renders that are imagined for a quote: its interval is between the second and the last but one of their stops."""
+"""Number of simulated renders of a quote: its interval is between the second and the last but one of their stops."""
 
 
 class Probed(NamedTuple):
-    """What a probe (`equaltime.quoting.probe`) says of the error of the whole image."""
+    """Result of a probe (`equaltime.quoting.probe`) for the error of the whole image."""
 
     samples: int
-    """A pixel."""
+    """Samples per pixel."""
     error: float
     doubt: float
-    """The standard deviation of its logarithm, by the scatter of the pixels that were drawn."""
+    """Standard deviation of log(error), by the scatter of the pixels that were drawn."""
     width: float
     """Logarithm of the upper limit over the error, as the image will state it."""
 
@@ -54,35 +56,35 @@ class Probed(NamedTuple):
 class Law:
     """``error(n) = error · (n / samples)^-exponent``, and ``seconds(n) = n · seconds_per_sample``.
 
-    If a probe showed more than the pilot, that is beyond its last point, and the law goes through all of its points.
-    Doubts are standard deviations, of logarithms where the name says so.
+    With a probe, the power law holds beyond the probe's last count; below it, errors are interpolated between the
+    measured points. Doubts are standard deviations, of logarithms where the name says so.
     """
 
     samples: int
-    """A pixel, where the pilot ended, or its probe."""
+    """Samples per pixel at the end of the pilot, or of its probe."""
     error: float
-    """Of the image there, as estimated."""
+    """Estimated error of the image at ``samples``."""
     width: float
-    """Logarithm of that error's upper limit over itself."""
+    """Logarithm of the upper limit of that error over the error."""
     narrowing: float
-    """The exponent by which the width falls with the samples."""
+    """Exponent by which the width falls with the samples."""
     exponent: float
     exponent_doubt: float
     seconds_per_sample: float
-    """A sample of every pixel."""
+    """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Of the logarithm of the speed, until the end."""
+    """Standard deviation of the logarithm of the speed, until the end."""
     seconds_lost: float = 0.0
-    """By the start, until samples come evenly."""
+    """Seconds lost by the start, until samples come evenly."""
     before: tuple[tuple[int, float], ...] = ()
-    """Samples and errors on the way, the pilot's first, if it is a probe that ended at ``samples``."""
+    """Samples and errors before ``samples``, the pilot's first; empty without a probe."""
     doubt: float = 0.0
-    """What the pixels that a probe has not seen leave to the logarithm of its error."""
+    """Standard deviation of log(error) due to the pixels that a probe has not seen."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
-        """Return the law that goes through what a probe found of the image, which was the pilot of this one.
+        """Return the law through a probe's results for the image of which this law is the pilot's.
 
-        The last that it found is weighed against what the pilot foretells.
+        The probe's last result is weighted against the pilot's prediction.
         """
         last = probed[-1]
         own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
@@ -104,36 +106,36 @@ class Law:
         )
 
     def error_at(self, samples: float) -> Estimate:
-        """Return the error after ``samples`` a pixel: the interval has in it what will be in doubt by then still."""
+        """Return the error after ``samples`` per pixel; the interval includes the doubt that will remain then."""
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
 
     def _doubt_at(self, samples: float) -> float:
-        """Return the standard deviation of the logarithm of the error, as it will be estimated after ``samples``."""
+        """Return the standard deviation of log(error), as it will be estimated after ``samples``."""
         kept = min(1.0, self.samples / samples)
         chance = math.hypot((1.0 - kept) * self._chance(self.samples), self._fresh(samples))
         growth = self._beyond(samples)
         return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
     def samples_until(self, error: float) -> Estimate:
-        """Return the samples a pixel at which a render that is asked for ``error`` stops, by its own looks.
+        """Return the samples per pixel at which a render that is asked for ``error`` stops, by its own looks.
 
-        Renders are imagined that differ in what chance made of the pilot, in the exponent, and in what chance makes of
-        the samples to come. Half of them stop before the value, and 95 % within the interval.
+        Renders are simulated that differ in the chance of the pilot, in the exponent, and in the chance of later
+        samples. Half of them stop before the value, and 95 % within the interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
 
     def samples_within(self, error: float) -> Estimate:
-        """Return the samples a pixel at which the error is this one: by the law, and by both ends of `error_at`.
+        """Return the samples per pixel at which the error is ``error``: by the law, and by both ends of `error_at`.
 
-        At the upper limit the error is at most this in 97.5 % of renders, whatever these see of themselves.
+        At the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Estimate(value, low, high, unit="spp")
 
     def _first_within(self, error: float, end: Literal["value", "low", "high"]) -> float:
-        """Return the least even count at which the error, or an end of its interval, is at most this, 2^40 at most."""
+        """Return the least even count, up to 2^40, at which an end of the error's interval is at most ``error``."""
 
         def reached(half: int) -> bool:
             return bool(getattr(self.error_at(2.0 * half), end) <= error)
@@ -142,9 +144,10 @@ class Law:
         return 2.0 * (bisect_left(halves, True, key=reached) + 1)
 
     def samples_left(self, share: Estimate) -> Estimate:
-        """Return which fraction of the samples would reach the same error, were error² only this share of what it is.
+        """Return the fraction of the samples that reaches the same error if error² were only this share of itself.
 
-        With the interval of the share, and the doubt about the exponent; 0 where nothing would be left.
+        The interval includes that of the share, and the doubt about the exponent. The fraction is 0 if the share is not
+        positive.
         """
         if not share.value > 0.0:
             return Estimate(0.0, 0.0, math.inf)
@@ -158,12 +161,12 @@ class Law:
         return Estimate(value, value * math.exp(-below), value * math.exp(above))
 
     def samples_in(self, seconds: float) -> Estimate:
-        """Return how many samples a pixel so much time is enough for."""
+        """Return the samples per pixel that a render takes in this time."""
         even = without_start(seconds, self.seconds_lost)
         return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
-        """Return the time that so many samples a pixel take."""
+        """Return the seconds that these samples per pixel take."""
         above, below = (
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
@@ -172,15 +175,15 @@ class Law:
         return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
-        """Return the counts at which a render looks at its error, as is expected, up to where it stops."""
+        """Return the expected counts at which a render looks at its error, up to its stop."""
         return list(self._looks(error, (0.0, 0.0, 0.0, 0.0)))
 
     def _stop(self, error: float, draw: tuple[float, ...]) -> float:
-        """Return where one imagined render stops."""
+        """Return the count at which one simulated render stops."""
         return float(list(self._looks(error, draw))[-1])
 
     def _looks(self, error: float, draw: tuple[float, ...]) -> Iterator[int]:
-        """Give the counts at which one imagined render looks."""
+        """Yield the counts at which one simulated render looks."""
         looks, samples = Looks(), 0
         while samples < _MOST_SAMPLES and not looks.met(error):
             samples = next_look(samples)
@@ -188,33 +191,33 @@ class Law:
             yield samples
 
     def _seen(self, samples: int, draw: tuple[float, ...]) -> Estimate:
-        """Return what a look sees; the pilot's samples are among those, and what chance made of them wears off."""
+        """Return the error at a look; the pilot's samples are part of it, and their chance wears off."""
         of_pilot, of_exponent, of_others, of_width = draw
         kept = min(1.0, self.samples / samples)
         of_pixels = (1.0 - kept) * self._chance(self.samples) - self._probes_doubt(samples)
         chance = self._fresh(samples) * of_others - of_pixels * of_pilot
         exponent = self.exponent + self.exponent_doubt * of_exponent
         value = self._error(samples, exponent) * math.exp(min(chance, 700.0))
-        pilot = self.before[0][0] if self.before else self.samples  # a probe's few pixels do not show what is rare
+        pilot = self.before[0][0] if self.before else self.samples  # a probe's few pixels do not show rare light
         rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(math.log(samples / pilot), 0.0)
         width = self._width(samples) * math.exp(min(rare, _MOST_WIDENING))
         factor = math.exp(min(width, 700.0))
         return Estimate(value, value / factor, value * factor)
 
     def _error(self, samples: float, exponent: float) -> float:
-        """Return the error, between what is known or beyond by a power of the samples."""
+        """Return the error, interpolated between known points, or beyond them by a power of the samples."""
         points = [(n, math.log(error) - self._between(n)) for n, error in (*self.before, (self.samples, self.error))]
         last, fallen = points[-1]
         for (n, error), (after, less) in itertools.pairwise(points):
             if samples < after:
                 last, fallen, exponent = n, error, (error - less) / math.log(after / n)
-                if samples < n:  # before the pilot, where a slope between counts that are close says nothing
+                if samples < n:  # before the pilot a slope between close counts says nothing
                     exponent = min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT)
                 break
         return math.exp(min(fallen - exponent * math.log(samples / last) + self._between(samples), 700.0))
 
     def _between(self, samples: float) -> float:
-        """Return by how much the error is above that at powers of two, if this is none, as a logarithm."""
+        """Return log of the error over that at powers of two: 0 if ``samples`` is a power of two."""
         return 0.0 if math.frexp(samples)[0] == 0.5 else _UNEVEN * max(0.0, self.exponent - _SLOW)
 
     def _beyond(self, samples: float) -> float:
@@ -223,7 +226,7 @@ class Law:
         return max(growth, 0.0) if self.before else growth
 
     def _probes_doubt(self, samples: float) -> float:
-        """Return the part of a probe's doubt that counts after so many samples: none before it began."""
+        """Return the part of a probe's doubt that applies after ``samples``: 0 before the probe began."""
         if not self.before:
             return 0.0
         begin = self.before[0][0]
@@ -236,11 +239,11 @@ class Law:
         return self.width * math.pow(samples / self.samples, -narrowing)
 
     def _chance(self, samples: float) -> float:
-        """Return the standard deviation of the logarithm of an estimate: half the variance of the whole interval's."""
+        """Return the standard deviation of log(estimate): half the variance behind the whole interval."""
         return self._width(samples) / (_Z95 * math.sqrt(2.0))
 
     def _fresh(self, samples: float) -> float:
-        """Return that of the part that the pilot's samples do not decide."""
+        """Return the standard deviation of log(error) due to samples taken after the pilot."""
         kept = min(1.0, self.samples / samples)
         drift = _DRIFT + 0.5 * _UNEVEN * max(0.0, self.exponent - _SLOW)
         return math.hypot(self._chance(samples) * math.sqrt(1.0 - kept * kept), drift * (1.0 - kept))
@@ -260,10 +263,10 @@ class Law:
 
 
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
-    """Fit the law to the errors, and the seconds since the first sample, at some counts of samples a pixel.
+    """Fit the law to errors, and seconds since the first sample, at some counts of samples per pixel.
 
-    The exponent is that of the last three octaves, weighed against what is known of the sampler; the pace is
-    `equaltime.quoting.speed`'s, for which there was the share ``had`` of the processors to be had.
+    The exponent is measured over the last three octaves, and weighted against the sampler's prior. The pace is by
+    `equaltime.quoting.speed`; ``had`` is the share of the processors that was available.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]
@@ -274,7 +277,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
         seen = -_slope({n: math.log(errors[n].value) for n in near})
         narrowing = min(max(-_slope({n: math.log(max(widths[n], 1e-9)) for n in near}), 0.0), _MOST_NARROWING)
         narrowing = max(narrowing, _least_narrowing(widths[last]))
-        # What is seen is in doubt by the errors at both ends, and, since the law bends, for what lies beyond them too.
+        # The measured exponent is uncertain by the errors at both ends, and, since the law bends, beyond them too.
         chance = math.hypot(widths[near[0]], widths[last]) / (_Z95 * math.sqrt(2.0) * math.log(last / near[0]))
         weight = spread**2 / (spread**2 + chance**2 + _BEND[sampler] ** 2)
         exponent += weight * (min(max(seen, _LEAST_EXPONENT), _MOST_EXPONENT) - exponent)
@@ -287,14 +290,14 @@ def _least_narrowing(width: float) -> float:
 
 
 def _slope(logs: Mapping[int, float]) -> float:
-    """Return the slope of the line through some logarithms, against those of their samples, by least squares."""
+    """Return the slope of the line through logarithms, against the logarithms of their samples, by least squares."""
     return linear_regression([math.log(n) for n in logs], list(logs.values())).slope
 
 
 @cache
 def _draws() -> tuple[tuple[float, ...], ...]:
     """Return normal deviates in four dimensions, evenly spread (a lattice of rank 1: Roberts 2018)."""
-    root = 1.1673039782614187  # of x⁵ = x + 1
+    root = 1.1673039782614187  # root of x⁵ = x + 1
     steps = [root**-k for k in (1, 2, 3, 4)]
     return tuple(
         tuple(_NORMAL.inv_cdf((0.5 + number * step) % 1.0) for step in steps) for number in range(1, _DRAWS + 1)

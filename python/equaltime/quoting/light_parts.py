@@ -1,10 +1,11 @@
-"""Which part of an image's light makes its noise.
+"""Shares of an image's light in its noise.
 
-The core adds up every contribution to a path by what brought it (`_core.split_light`): by the length of the path, by
-how the light was found, by the last BSDF that scattered it, by the light. The share of a part in the variance is
-``Cov(part, whole) / Var(whole)``: the shares of all parts of one kind sum to 1, and one that undoes the noise of others
-has a negative share. Covariances are those of whole images over independent seeds, so that they hold for the sampler
-that was asked for, summed over pixels, each over its denominator in the error's definition: shares of error².
+The core adds up every contribution to a path by its origin (`_core.split_light`): by the length of the path, by the
+technique that found the light, by the last BSDF that scattered it, by the light. The share of a part in the variance is
+``Cov(part, whole) / Var(whole)``. The shares of all parts of one kind sum to 1, and a part that cancels noise of others
+has a negative share. Covariances are taken between whole images over independent seeds, so they hold for the sampler
+asked for. They are summed over pixels, each over its denominator in the error's definition, so they are shares of
+error².
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ Floats = NDArray[np.float64]
 
 KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
 LONGEST: Final = 16
-"""From where on all lengths are one part."""
+"""Path length from which on all lengths are one part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +41,16 @@ class Parts:
     """Products of the parts of some images, over pairs of independent seeds."""
 
     names: tuple[tuple[str, str], ...]
-    """(kind, what)"""
+    """Kind and name of each part."""
     with_whole: Floats
-    """(parts, K, K)"""
+    """(parts, K, K): products of each part with the whole."""
     whole: Floats
-    """(K, K)"""
+    """(K, K): products of the whole with itself."""
     tails: Floats
-    """(LONGEST, K, K): of what paths longer than 1, 2, … bring, with itself."""
+    """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, …."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
-        """Return the shares of all parts of a kind that brought anything."""
+        """Return the shares of all parts of a kind that have any light."""
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}
 
@@ -59,22 +60,22 @@ class Parts:
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
     def apart(self, depth: int) -> tuple[Interval, Interval]:
-        """Return which share of the variance paths longer than this would make alone, and which all others."""
+        """Return the variance of paths longer than ``depth`` alone, and of all others alone, as shares of the whole."""
         longer, crossed = self._longer(depth)
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of paths longer than this and all others: what is left of `apart`."""
+        """Return twice the covariance of paths longer than ``depth`` and all others: 1 less both of `apart`."""
         longer, crossed = self._longer(depth)
         return share_of(2.0 * (crossed - longer), self.whole)
 
     def _longer(self, depth: int) -> tuple[Floats, Floats]:
-        """Return the products of what longer paths bring with itself, and with the whole; depth is below LONGEST."""
+        """Return the products of longer paths' light with itself, and with the whole; depth is below LONGEST."""
         numbers = [i for i, (kind, what) in enumerate(self.names) if kind == "length" and int(what.split()[0]) > depth]
         return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
 
     def truncated(self) -> dict[int, Interval]:
-        """Return the error of cutting paths at each depth, as far as it is more than nothing."""
+        """Return the error of cutting paths at each depth, as long as longer paths have any light."""
         return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
 
 
@@ -87,7 +88,7 @@ def measure_parts(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Parts:
-    """Take ``repeats`` independent images of the scene apart; what paths bring is the same as in a render."""
+    """Split ``repeats`` independent images of the scene by `split_light`; their light is the same as in a render."""
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
 
@@ -101,7 +102,7 @@ def measure_parts_by(
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
 ) -> Iterator[Parts]:
-    """Iterate over what `measure_parts` returns by each of some references, made of the whole images (K, H, W, 3).
+    """Iterate over the results of `measure_parts` for each reference, made from the whole images (K, H, W, 3).
 
     Raises
     ------
@@ -109,7 +110,7 @@ def measure_parts_by(
         If float32 cannot hold an image.
     """
     names, width, height = list[tuple[str, str]](), 0, 0
-    stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the most memory that this takes
+    stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the peak of memory
     for repeat in range(repeats):
         names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
         if repeat == 0:
@@ -137,10 +138,10 @@ def measure_parts_by(
 
 
 def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
-    """Say of lights which element of the scene they are."""
+    """Name the scene's element of each light."""
     model = scene.model
     shapes = [model.shapes[number] for number in shown(model)]
-    kinds = (Point, Spot, Directional)  # the order in which the core has them
+    kinds = (Point, Spot, Directional)  # in the core's order
     points = [e for kind in kinds for e in model.emitters if isinstance(e, kind) and not is_inert(e, scene.assets)]
     for kind, what in names:
         word, _, number = what.partition(" ")

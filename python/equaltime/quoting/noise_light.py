@@ -1,17 +1,17 @@
-"""Which light makes the noise of a render: direct or indirect, of which lamp, off which surface, and how it was found.
+"""The light that makes the noise of a render: direct or indirect, by lamp, by surface, and by technique.
 
-A small film is rendered a few times with independent seeds, and its light taken apart
-(`equaltime.quoting.light_parts`). The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, as shares
-of error², at that film and its samples a pixel: edges make more of it there than on a larger film. Shares of one kind
-sum to 1, since each covariance of two parts goes half to the one and half to the other; a part that undoes noise of
-others has a negative one. How much is such common noise is told of indirect light and the rest: what each would make
-alone, and twice their covariance, which sum to 1 as well. Intervals are at 95 %, by the jackknife over seeds.
+A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.light_parts`).
+The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, as a share of error², at that film and its
+samples per pixel: edges make more of the error there than on a larger film. Shares of one kind sum to 1, since each
+covariance of two parts is divided equally between them. A part that cancels noise of others has a negative share. For
+indirect light and the rest, the common noise is stated too: the noise that each would make alone, and twice their
+covariance, which sum to 1 as well. Intervals are at 95 %, by the jackknife over seeds.
 
-What squares are divided by is the image, which nobody has. By the mean of the very images that are taken apart pixels
-that a rare bright path has met excuse themselves, and such light would seem to make a few per cent of an error of which
-it makes a fifth (measured, at edges of a lamp). By an independent image they count for too much where that one has met
-none. So shares are formed by both, of 32 times the samples; what is told is the middle, with an interval that holds
-both. Where so few bright paths make the noise that intervals cannot be trusted, it is said.
+Squares should be divided by the true image, which is unknown. Divided by the mean of the split images themselves,
+pixels that a rare bright path has met would hide it. Such light would seem to make a few per cent of an error of which
+it makes a fifth (measured, at edges of a lamp). Divided by an independent image that has met no such path, these pixels
+count for too much. So shares are formed with both, from 32 times the samples. The stated share is the middle, with an
+interval that holds both. A doubt is stated if few bright paths make the noise, so that intervals cannot be trusted.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ MOST_SAMPLES, LEAST_SAMPLES = 8, 2
 LEAST_PIXELS = 24 * 24
 _REFERENCE = 32
 _SPLITTING = 2.5
-"""What a path costs whose light is taken apart, in paths of a render: 1.6 to 2.1 measured, and a start."""
+"""Largest cost of a path whose light is split, in paths of a render: 1.6 to 2.1 measured, and the start."""
 _COST = _REFERENCE + _SPLITTING * REPEATS
 LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
-"""With fewer nothing is told."""
+"""Least number of paths for a result."""
 
 
 @dataclass(frozen=True)
@@ -56,29 +56,30 @@ class NoiseLight:
     """Shares of light in error², as fractions with their 95 % intervals."""
 
     seen: Estimate
-    """Of light that the camera sees, as at edges of lamps; with ``direct`` and ``indirect`` it sums to 1."""
+    """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
+    1."""
     direct: Estimate
-    """Of paths that leave a lamp and are scattered once."""
+    """Share of paths that leave a lamp and are scattered once."""
     indirect: Estimate
-    """Of all longer paths."""
+    """Share of all longer paths."""
     alone: Estimate
-    """What would be left of error² if indirect light had no noise."""
+    """Fraction of error² that would remain if indirect light had no noise."""
     indirect_alone: Estimate
-    """What would be left if indirect light alone had any."""
+    """Fraction of error² that would remain if only indirect light had noise."""
     common: Estimate
-    """Twice the covariance of indirect light and the rest; the three sum to 1."""
+    """Twice the covariance of indirect light and the rest; with ``alone`` and ``indirect_alone`` it sums to 1."""
     kinds: Mapping[str, Mapping[str, Estimate]] = field(hash=False)
-    """Shares by kind: length of the path, way to find light, last BSDF, light; of each kind they sum to 1."""
+    """Shares by kind: length of the path, technique, last BSDF, light; the shares of each kind sum to 1."""
     size: tuple[int, int]
-    """Width and height of what was measured, in pixels."""
+    """Width and height of the measured film, in pixels."""
     samples: int
-    """A pixel, in each repeat."""
+    """Samples per pixel in each repeat."""
     repeats: int
     doubt: str = ""
-    """Why no interval can be trusted; empty where they can (`equaltime.film.tails`)."""
+    """Reason why no interval can be trusted; empty if they can (`equaltime.film.tails`)."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the shares as JSON data."""
         return {
             "seen": self.seen.as_dict(),
             "direct": self.direct.as_dict(),
@@ -103,17 +104,17 @@ def noise_light(
     seed: int = 0,
     threads: int = 0,
 ) -> NoiseLight | None:
-    """Tell which light makes the noise.
+    """Return the shares of light in the noise.
 
     Parameters
     ----------
     paths
-        Of a render, whose time may be taken; never more than that of 1.7 million.
+        Paths of a render whose time may be taken; at most that of 1.7 million paths is used.
 
     Returns
     -------
     NoiseLight
-        None if there are fewer paths than `LEAST_PATHS`.
+        Shares of light; None if there are fewer paths than `LEAST_PATHS`.
     """
     if paths < LEAST_PATHS:
         return None
@@ -147,7 +148,7 @@ def noise_light(
 def _references(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, doubts: list[str], whole: Floats
 ) -> Iterator[Reference]:
-    """Iterate over an image that shares no noise with these, and the mean of all there are; note doubts."""
+    """Yield a reference without noise in common with the images, and the mean of all images; note doubts."""
     renderer = make_renderer(scene, strategy, seed, threads)
     renderer.advance(_REFERENCE * samples)
     independent = pixel_statistics(renderer.moments).mean
@@ -164,14 +165,14 @@ def _shares(first: Mapping[str, Interval], second: Mapping[str, Interval]) -> di
 
 
 def _between(first: Interval, second: Interval) -> Estimate:
-    """Return the middle of two shares with all that either interval holds."""
+    """Return the middle of two shares, with an interval that holds both of theirs."""
     doubts = [share.note or "no noise was seen" for share in (first, second) if not share.trusted]
     low, high = min(first.low, second.low), max(first.high, second.high)
     return Estimate(0.5 * (first.value + second.value), low, high, doubts[0] if doubts else "")
 
 
 def _positive(share: Estimate) -> Estimate:
-    """Return a share that cannot be negative, as none is of what is alone."""
+    """Return a share that cannot be negative, with its lower end raised to 0."""
     return replace(share, low=max(share.low, 0.0))
 
 

@@ -1,17 +1,18 @@
-"""Where on the picture the error is: which part of error² comes from which pixels.
+"""The place of the error on the picture: the part of error² that comes from each group of pixels.
 
-Each pixel's part of error², as `equaltime.film.error` has it, rests on two replicates: by chance alone the largest
-hundredth of them makes a twelfth of the sum, even of noise that is the same everywhere. So no pixel is chosen by its
-own noise: the noisiest pixels are those whose neighbours are noisy, and the rectangle is chosen by every other pixel
-(as on a chessboard) and measured by those between. Noise of different pixels is independent, so that shares are not
-made larger by the choice. What is narrower than the neighbourhood of a pixel, 5x5, is blurred by it: shares are then
-smaller than of the pixels that are truly the noisiest. Single pixels far above their neighbours are told apart.
+Each pixel's part of error², as in `equaltime.film.error`, rests on two replicates. By chance alone the largest
+hundredth of these parts makes a twelfth of the sum, even of noise that is the same everywhere. So no pixel is chosen by
+its own noise. The noisiest pixels are those with noisy neighbours. The rectangle is chosen by every other pixel (as on
+a chessboard) and measured by those between. Noise of different pixels is independent, so the choice does not enlarge
+shares. Noise in an area narrower than the neighbourhood of a pixel, 5x5, is blurred. Shares are then smaller than for
+the truly noisiest pixels. Single pixels far above their neighbours are listed separately.
 
-Intervals, at 95 %, are those of the ratio F of two sums of squares, over the pixels within and without. They are of
-error² as the render itself sees it. Light that no sample has found has no part in any of this, and light that few have
-found moves shares by more than they say: of 100 pilots of 8 spp they held 87 to 92 times where noise is even (a room
-behind an opening), but 39 to 86 times in a Cornell box, by the edges of its lamp (of 10 % of the pixels 24 % are told
-on average, where 21 % are true). So every share is in doubt, and quotes give it in words without an interval.
+Intervals, at 95 %, come from the ratio F of two sums of squares, over the pixels within and without. They refer to
+error² as the render itself sees it. Light that no sample has found has no part in any of this. Light that few samples
+have found moves shares by more than the intervals say. Of 100 pilots of 8 spp, intervals held the truth 87 to 92 times
+where noise is even (a room behind an opening). They held it 39 to 86 times in a Cornell box, because of the edges of
+its lamp. There, for 10 % of the pixels, the mean share is 24 %, where 21 % are true. So every share is in doubt, and
+quotes state it in words without an interval.
 """
 
 from __future__ import annotations
@@ -35,14 +36,14 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FRACTIONS = (0.01, 0.1)
-"""Of the pixels, whose share of error² is told."""
+"""Fractions of the pixels whose share of error² is stated."""
 OUTSTANDING = 25.0
-"""Times the mean of the others in its 7x7 neighbourhood: five standard errors. Of even noise, one pixel in a hundred
-thousand has it."""
+"""Factor over the mean of the other pixels in the 7x7 neighbourhood above which a pixel stands out: five standard
+errors. With even noise, one pixel in a hundred thousand does."""
 DOUBT = "light that few samples have found moves the share by more than its interval says"
 _CELLS = 16
-# Times the square of a sum of parts over the sum of their squares, the degrees of freedom of the sum (Satterthwaite
-# 1946): 3 where the differences of two replicates are normal, 2 where they are as skewed as can be.
+# Factor from (sum of parts)² over the sum of their squares to the degrees of freedom of the sum (Satterthwaite 1946): 3
+# if the differences of two replicates are normal, 2 if they are as skewed as possible.
 _DEGREES = 2.0
 
 
@@ -51,34 +52,34 @@ class Rectangle:
     """The least rectangle, of a grid of 16x16 over the picture, that holds half of error²."""
 
     x: tuple[int, int]
-    """First and last column, of the whole film, from 0 on the left."""
+    """First and last column on the whole film, from 0 on the left."""
     y: tuple[int, int]
-    """First and last row, from 0 at the top."""
+    """First and last row on the whole film, from 0 at the top."""
     area: float
     """Fraction of the picture."""
     share: Estimate
-    """Of error², measured by pixels that had no say in the choice."""
+    """Share of error², measured by pixels that had no influence on the choice."""
 
     @property
     def stands_out(self) -> bool:
-        """Whether it is noisier than the rest of the picture, by its interval."""
+        """Whether the rectangle is noisier than the rest of the picture, by its interval."""
         return self.share.low > self.area
 
 
 @dataclass(frozen=True)
 class Places:
-    """Which part of error² comes from which pixels; shares are fractions of error², in doubt."""
+    """Parts of error² by pixels; shares are fractions of error², in doubt."""
 
     noisiest: Mapping[float, Estimate] = field(hash=False)
-    """Of the pixels with the noisiest neighbours: by the fraction of all pixels that they are (`FRACTIONS`)."""
+    """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
     rectangle: Rectangle
     single: Estimate
-    """Of single pixels that have `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
+    """Share of single pixels with `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
-    """(x, y) of these on the whole film, the worst first."""
+    """(x, y) of these pixels on the whole film, the worst first."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the places as JSON data."""
         held = self.rectangle
         return {
             "noisiest": [{"pixels": part, "share": share.as_dict()} for part, share in self.noisiest.items()],
@@ -94,20 +95,20 @@ class Places:
 
 
 def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> Places:
-    """Tell where the error of a render is.
+    """Return the place of a render's error.
 
     Parameters
     ----------
     pixels
-        Of the render, with samples in two replicates everywhere, that saw some light.
+        Statistics of the render, which has samples in two replicates everywhere, and saw some light.
     corner
         Column and row on the whole film of the first pixel, if the render is a part of it.
     least
-        Light that is surely in the pixels, as `equaltime.film.error.image_error` takes it.
+        Light that is surely in the pixels, as in `equaltime.film.error.image_error`.
     """
     height, width = pixels.samples.shape
     parts = error_parts(pixels, float(pixels.mean.mean()), least).value
-    noise = nearest_mean(np.sqrt(parts)[..., None])[..., 0]  # roots, lest one bright pixel choose all around it
+    noise = nearest_mean(np.sqrt(parts)[..., None])[..., 0]  # roots, so that no bright pixel chooses all around it
     order = np.argsort(-noise, axis=None, kind="stable")
     noisiest = {}
     for fraction in FRACTIONS:
@@ -123,25 +124,25 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> Places:
-    """Tell where on the picture the error of a session's render is, as far as it is done."""
+    """Return the place of the error of a session's render so far."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 
 
 def share_within(parts: Floats, chosen: Mask) -> Estimate:
-    """Return the share of some pixels in error², of each pixel's part of it."""
+    """Return the share of the chosen pixels in error², from each pixel's part."""
     total, square = float(parts.sum()), float(np.square(parts).sum())
     if not square > 0.0:
         return Estimate(math.nan, 0.0, 1.0)
     share = float(parts[chosen].sum()) / total
-    if not 0.0 < share < 1.0:  # nothing was met of what is outside, or within: the rule of three, of equal parts
+    if not 0.0 < share < 1.0:  # one side has no noise: the rule of three, for equal parts
         most = min(1.0, 3.0 * square / total**2)
         return Estimate(share, 0.0, most, DOUBT) if share <= 0.0 else Estimate(1.0, 1.0 - most, 1.0, DOUBT)
     odds = share / (1.0 - share)
     degrees = [
         _DEGREES * float(side.sum()) ** 2 / float(np.square(side).sum()) for side in (parts[chosen], parts[~chosen])
     ]
-    from scipy.special import fdtri  # here, since not everyone needs it
+    from scipy.special import fdtri  # here, because not every render needs scipy
 
     low, high = (odds / float(fdtri(*degrees, p)) for p in (0.975, 0.025))
     return Estimate(share, low / (1.0 + low), high / (1.0 + high), DOUBT)
@@ -151,7 +152,7 @@ def _rectangle(parts: Floats, corner: tuple[int, int]) -> Rectangle:
     height, width = parts.shape
     black = np.indices(parts.shape).sum(axis=0) % 2 == 0
     deciding = np.where(black, parts, 0.0)
-    if not deciding.sum() > 0.0:  # as of one pixel by itself, or in a row of them
+    if not deciding.sum() > 0.0:  # such as for a single pixel or a row of pixels
         deciding = parts
     (top, bottom), (left, right) = _least_half(deciding)
     within = np.zeros(parts.shape, np.bool_)
@@ -174,7 +175,7 @@ def _least_half(parts: Floats) -> tuple[tuple[int, int], tuple[int, int]]:
     held = sums[end][:, stop] - sums[first][:, stop] - sums[end][:, start] + sums[first][:, start]
     areas = np.outer(edges[0][end] - edges[0][first], edges[1][stop] - edges[1][start]).astype(np.float64)
     areas[held < 0.5 * sums[-1, -1]] = np.inf
-    areas -= held / (2.0 * sums[-1, -1])  # of equal ones, that which holds more
+    areas -= held / (2.0 * sums[-1, -1])  # of equal areas, prefer the one that holds more
     rows, columns = np.unravel_index(int(areas.argmin()), areas.shape)
     return (
         (int(edges[0][first[rows]]), int(edges[0][end[rows]])),

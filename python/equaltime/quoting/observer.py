@@ -1,4 +1,4 @@
-"""What a render tells while it is under way: subclass `Observer` and override what you want to hear of."""
+"""Observers of a render under way: subclass `Observer` and override the events of interest."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Observer", "overrides"]
 
 
 class Observer:
-    """Hears of a render as it goes. Every method may be overridden; here each does nothing.
+    """Receives the events of a render. Every method may be overridden; here each does nothing.
 
     Methods are called in the thread that called `equaltime.render`. `of` makes an observer of functions::
 
@@ -45,29 +45,29 @@ class Observer:
         return heard
 
     def progress(self, progress: Progress) -> None:
-        """Hear of samples, error and time left, about ten times a second. May raise `KeyboardInterrupt` to stop."""
+        """Receive samples, error and time left, about ten times a second. May raise `KeyboardInterrupt` to stop."""
 
     def pass_ended(self, image: Callable[[], NDArray[np.float64]]) -> None:
-        """Hear that a pass has ended. ``image()`` returns the image so far, (H, W, 3), linear."""
+        """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), linear."""
 
     def quoted(self, quote: Quote) -> None:
-        """Hear the price of the error, or the error that the time will buy: once, early.
+        """Receive the price of the error, or the error that the time will buy: once, early.
 
-        A quote comes within 8 samples a pixel or a twentieth of the work, but not of more than ten seconds. For an
-        error, up to 4096 pixels are rendered to the end beforehand (`equaltime.quoting.probe`): at most 3 % of the
-        work, or 4 samples a pixel if that is more. Those samples are not in the image.
+        A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
+        4096 pixels are first rendered to the end (`equaltime.quoting.probe`): at most 3 % of the work, or 4 samples per
+        pixel if that is more. These samples are not part of the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Hear why there can be no quote, although an error or a time was asked for: once, instead of `quoted`."""
+        """Receive why there is no quote, although an error or a time was asked for: once, instead of `quoted`."""
 
     def decided(self, why: Sequence[str]) -> None:
-        """Hear which effects were left out or kept, and why, in words: once, before the first sample."""
+        """Receive which effects were left out or kept, and why, in words: once, before the first sample."""
 
     def unsaved(self, why: str) -> None:
-        """Hear why a checkpoint could not be written: once until one has been again. The render goes on."""
+        """Receive why a checkpoint could not be written; again only after one was written. The render goes on."""
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer hears of something: what nobody hears of need not be worked out."""
+    """Tell whether an observer overrides a method: events without a receiver need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)

@@ -1,12 +1,12 @@
-"""A scene against itself with something left out: renders in turn, with the same random numbers.
+"""A scene against itself without an effect: renders in turn, with the same random numbers.
 
-What differs between two images of one seed is what was left out, with little of the noise that both have. Over K
-independent seeds, with d their differences, w the whole images and D the denominators of the error's definition:
+The difference of two images of one seed is due to the effect, with little of the noise that both share. Over K
+independent seeds, let d be their differences, w the whole images and D the denominators of the error's definition:
 
 - the change's square is ``E d² / D``, freed of noise by taking products of different seeds only;
 - the share of the variance is ``Cov(-d, w) / Var(w)``, both summed over pixels, each over D.
 
-Both are functions of the products of images of all pairs of seeds, ``(K, K)``, from which the jackknife is quick.
+Both are functions of the products of images of all pairs of seeds, ``(K, K)``, for which the jackknife is quick.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ class Runs:
     """Independent renders of one scene."""
 
     images: Floats
-    """(K, H, W, 3)"""
+    """(K, H, W, 3): images, one for each seed."""
     seconds: Floats
-    """(K,)"""
+    """(K,): seconds of each render."""
     memory: int
     """Bytes of the scene in the core."""
 
 
 @dataclass(frozen=True, eq=False)
 class Versus:
-    """What leaving something out does; intervals are at 95 %."""
+    """Result of leaving effects out; intervals are at 95 %."""
 
     time: Interval
-    """Share of the whole's time that it takes."""
+    """Share of the whole's time that the effects take."""
     variance: Interval
-    """Share of the whole's variance that it makes."""
+    """Share of the whole's variance that the effects make."""
     change: Interval
-    """Error that leaving it out makes: 0.02 is 2 %."""
+    """Error due to leaving the effects out: 0.02 is 2 %."""
     memory: int
-    """Bytes."""
+    """Bytes of the scene in the core that the effects take."""
     difference: Floats
-    """(H, W, 3): the image without it, less the whole."""
+    """(H, W, 3): the image without the effects, less the whole."""
 
     @classmethod
     def of(cls, whole: Runs, less: Runs) -> Versus:
@@ -87,8 +87,8 @@ def run_in_turn(
 ) -> tuple[Runs, dict[N, Runs]]:
     """Render the scene and each of its variants, which leave out some effects, ``repeats`` times in turn.
 
-    A round renders all with one seed, from ``seed`` on; rounds go there and back, so that a machine that drifts hurts
-    all alike.
+    A round renders all with one seed, from ``seed`` on. The order alternates between rounds, so that a drifting machine
+    affects all alike.
 
     Raises
     ------
@@ -120,23 +120,23 @@ def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
     """Return ``mean(a_r b_s / D)`` over pixels and channels for all seeds r and s: (K, K)."""
     repeats = len(first)
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
-    with np.errstate(over="ignore", invalid="ignore"):  # of images that float32 cannot hold nothing is known
+    with np.errstate(over="ignore", invalid="ignore"):  # images that float32 cannot hold give no number
         rows: Floats = (first * weights).reshape(repeats, -1) @ second.reshape(repeats, -1).T
     return rows / denominator.size
 
 
 def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
-    """Return what is known of a change where light comes to a picture that is black all over: nothing."""
+    """Return an unknown change if light comes to a picture that is black all over; None otherwise."""
     if denominator.any() or not moved.any():
         return None
     return Interval(math.nan, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the size of a mean image, of which these are the products of samples with each other.
+    """Return the size of a mean image, from the products of its samples with each other.
 
-    Where it is not told from nothing, what noise and all make is the least upper end: rare light, of which a few seeds
-    saw nothing, must not count as none.
+    If the lower end is not above 0, the upper end is at least the size of noise and change together: rare light that a
+    few seeds have not met must not count as none.
     """
     found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))

@@ -1,13 +1,13 @@
-"""The pilot of a render, whose own first passes it may be, and the quote that is made of it.
+"""The pilot of a render, which may be the render's own first passes, and the quote from it.
 
 A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.quoting.law`) and the time
-of a sample. Of low-discrepancy samples the exponent beyond differs by 0.06 (a standard deviation) from that within,
-whatever the pilot saw: over a factor of twenty that leaves 0.3 to the logarithm of the samples, and half of such quotes
-would be within 20 %. So more than half of the pilot's samples go to a probe: a few hundred pixels that are rendered as
-far as the whole will have to be (`equaltime.quoting.probe`), with looks at the error where the render itself would
-look. Pilot and probe together are at most a twentieth of the work, or ten seconds if that is less, or 8 samples a
-pixel. Intervals are at 95 %: what the pixels that were not drawn leave in doubt, what chance makes of the samples to
-come, and the speed of the machine. Heavy tails leave more, and the quote says so where the pilot has met them.
+of a sample. For low-discrepancy samples the exponent beyond the pilot differs by 0.06 (a standard deviation) from that
+within it, whatever the pilot saw. Over a factor of twenty that makes an uncertainty of 0.3 in the logarithm of the
+samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a probe: a few
+hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with looks at the
+error where the render itself would look. Pilot and probe together take at most max(8 samples a pixel, min(5 % of the
+work, 10 s)). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples, and the
+speed of the machine. Heavy tails add uncertainty, and the quote says so if the pilot has met them.
 """
 
 from __future__ import annotations
@@ -40,44 +40,44 @@ if TYPE_CHECKING:
 __all__ = ["TARGETS", "Pilot", "Quote"]
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
-"""Errors whose price every quote tells."""
+"""Relative errors whose price every quote states."""
 
 _PILOT_SHARE = 0.05
 _MOST_SECONDS = 10.0
-"""Of a pilot and its probe: who asks for a price before buying an hour will not wait minutes for it."""
+"""Longest time of pilot plus probe, in seconds, unless 8 samples a pixel take longer: nobody waits minutes for the
+price of an hour."""
 _FIRST = 4
-"""Samples a pixel, at least, of a pilot whose samples are not to adapt."""
+"""Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
 _SHARE_OF_ALL_PIXELS = 0.4
-"""Of a pilot; the rest is for the probe (`equaltime.quoting.probe`), if there is one."""
+"""Fraction of the sample allowance that the pilot uses; the rest is for a probe (`equaltime.quoting.probe`)."""
 _PROBE_SHARE = 0.9
-"""Of what is left for a probe: more may be needed than was foretold."""
+"""Fraction of the remaining sample allowance that the probe plans to use; the rest is reserve."""
 _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 
 @dataclass(frozen=True, repr=False)
 class Quote(Shown):
-    """What a render will cost, or bring."""
+    """Prediction of a render's time, samples, error and memory."""
 
     seconds: Estimate
-    """From the first sample, of this run if it takes up another, to the final film."""
+    """Seconds from the first sample (of this run, if it resumes another) to the final film."""
     spp: Estimate
     """Samples per pixel."""
     error: Estimate
-    """Of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
+    """Error of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
     memory: Estimate
-    """Bytes that the process will have at its peak, the scene and all libraries with it, from the first sample on until
-    the image is saved."""
+    """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
     prices: Mapping[float, Estimate] = field(hash=False)
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
-    """What the pilot took to render, and telling what limits it."""
+    """Seconds of the pilot, and of finding what limits the render."""
     origin: Origin
-    """The render that is quoted: its problem and its strategy, of which the error is."""
+    """The quoted render: the problem and the strategy that the error refers to."""
     places: Places | None = None
-    """Where on the picture the error is; None where a render quotes itself."""
+    """Place of the error on the picture; None if a render quotes itself."""
     light: NoiseLight | None = None
-    """Which light makes the noise; None if that was not asked for, or there was no room for it in the pilot."""
+    """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""
 
     def __str__(self) -> str:
         number = stated(self.origin)
@@ -104,20 +104,20 @@ class Quote(Shown):
 
 
 class Pilot:
-    """Watches the first passes of a render, whose own it may be, and makes a quote of them.
+    """Watches the first passes of a render, which may be its own, and makes a quote of them.
 
     Parameters
     ----------
     limits
-        What is asked for, one at least: where the nearest ends the render is quoted.
+        Limits of the render, one at least; the quote is for the nearest.
     share
-        Of the twentieth of the work, to be taken, with the probe.
+        Fraction of the sample allowance for pilot and probe.
     probes
-        Whether to take a probe: its samples are none of the render's.
+        Whether to take a probe: its samples are not part of the render.
     hurried
         Whether somebody waits for the quote. A pilot that is not hurried chooses the count of a render that does not
-        look at its error: it may take more than ten seconds, what it finds depends on no clock unless a time is one of
-        the limits, and it tells no prices of other errors.
+        look at its error. It may take more than ten seconds, depends on no clock unless a time is one of the limits,
+        and states no prices of other errors.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Pilot:
         self._errors: dict[int, Estimate] = {}
         self._seconds: dict[int, float] = {}
         self.due = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
-        """Samples a pixel at which there may be a quote."""
+        """Samples per pixel at which the next quote may be possible."""
         self._work = self._probed = self._seconds_probed = 0.0
         self._room = float(FIRST_LOOK)
         self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
@@ -136,27 +136,27 @@ class Pilot:
         self._began, self._had = Processors.now(), 1.0
         self._before = session.passes.samples
         self._seconds[self._before] = 0.0
-        if self._before:  # it takes up another
+        if self._before:  # the render resumes another
             self._note(self._before)
 
     @property
     def strategy(self) -> Strategy:
-        """Whose pilot it is."""
+        """Strategy of the render."""
         return self._session.job.strategy
 
     @property
     def taken(self) -> float:
-        """Samples of the image that the pilot has taken, with the probe's."""
+        """Samples of pilot and probe so far."""
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Samples of the image that are left of what a pilot may take."""
+        """Samples that remain of the allowance for pilot and probe."""
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Run the session, which renders nothing but this pilot, until there is a quote; None if the time is over.
+        """Run the session, which renders only this pilot, until there is a quote; None if the time is over.
 
         Raises
         ------
@@ -177,19 +177,19 @@ class Pilot:
             if passes.stopped_by == "interrupt":
                 raise KeyboardInterrupt
             self._session.check()
-            if passes.stopped_by == "time" or passes.samples >= self.due:  # no time was left to look at its error
+            if passes.stopped_by == "time" or passes.samples >= self.due:  # no time was left to look at the error
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote, if that was the pass after which enough is known.
+        """Return the quote, if enough is known after this pass.
 
-        The error is noted after 2, 4, 8, … samples, half way between, and where a quote may be due, unless no time is
-        left for it.
+        The error is recorded after 2, 4, 8, … samples, half way between, and where a quote may be due, unless no time
+        is left for it.
 
         Raises
         ------
         RenderError
-            If a quote is due and the pilot saw no light, or if what is asked for takes more samples than there are.
+            If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
         """
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due
@@ -219,7 +219,7 @@ class Pilot:
         most = _MOST_SECONDS / law.seconds_per_sample if self._hurried else math.inf
         self._room = max(FIRST_LOOK, min(_PILOT_SHARE * self._work, most))
         enough = self._share * (_SHARE_OF_ALL_PIXELS if self._probes else 1.0) * self._room
-        self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # as far as what so few samples foretell may be wrong
+        self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # few samples may predict wrongly
         return self._quote(self._probe(law)) if self.due <= samples else None
 
     def _law(self) -> Law:
@@ -233,7 +233,7 @@ class Pilot:
         return fit(self._errors, self._seconds, self._session.job.strategy.sampler, self._had)
 
     def _probe(self, pilot: Law) -> Law:
-        """Return the law that goes through what some pixels show where the render will end."""
+        """Return the law through the results of a probe, which renders some pixels as far as the render will go."""
         law, probed, sampler = pilot, list[Probed](), self._session.job.strategy.sampler
         begin, spare, passes = clock.perf_counter(), self._share * self.left, self._session.passes
         draws = min(_MOST_DRAWS, math.floor(_PROBE_SHARE * spare / self._work))
@@ -251,7 +251,7 @@ class Pilot:
         return replace(law, seconds_per_sample=law.seconds_per_sample * self._had / both)
 
     def _next(self, law: Law) -> int:
-        """Return to how many samples a pixel the probe goes next, which is where the render would look; or no more."""
+        """Return the samples per pixel of the probe's next step: the next look, or the nearest limit; even."""
         limits, ends = self._limits, list[float]()
         if limits.error is not None:
             ends.append(next((n for n in law.looks_until(limits.error) if n > law.samples), 0))
@@ -283,14 +283,14 @@ class Pilot:
         )
 
     def _foretold(self, law: Law, spp: float) -> Estimate:
-        """Return the error at the end, whose upper limit is no more than was asked for, if nothing else is."""
+        """Return the error at the end; if an error is the only limit, it bounds the value and the upper limit."""
         error, limits = law.error_at(spp), self._limits
         most = math.inf if limits.error is None or limits.spp or limits.seconds else limits.error
         value, high = min(error.value, most), min(error.high, most)
         return replace(error, value=value, high=high)
 
     def _end(self, law: Law) -> tuple[Estimate, Estimate]:
-        """Return the samples a pixel and the seconds at which the nearest of the limits ends the render."""
+        """Return the samples per pixel and the seconds at which the nearest of the limits ends the render."""
         limits, before, spps = self._limits, self._before, list[Estimate]()
         if limits.error is not None:
             spp = law.samples_until(limits.error) if self._hurried else law.samples_within(limits.error)
@@ -304,13 +304,13 @@ class Pilot:
         return _least(spps), _least(seconds)
 
     def _seconds_for(self, law: Law, spp: Estimate, before: int, error: float | None) -> Estimate:
-        """Return the time from ``before`` samples a pixel on, with the looks at the error, if one is asked for."""
+        """Return the time from ``before`` samples per pixel on, with the looks at the error, if one is asked for."""
         looks = 0 if error is None else sum(before < n <= spp.value for n in law.looks_until(error))
         return _more(law.seconds_for(_at_least(1, _more(spp, -before))), looks * self._estimating)
 
 
 def _least(ends: Sequence[Estimate]) -> Estimate:
-    """Return where the first of some limits ends a render, each of which may come before the others."""
+    """Return the end of a render with these limits, any of which may be the first to be met."""
     value, low, high = (min(each) for each in zip(*((end.value, end.low, end.high) for end in ends), strict=True))
     return Estimate(value, low, high, unit=ends[0].unit)
 

@@ -1,14 +1,14 @@
-"""Some pixels of an image, rendered as far as the whole would go: what its error will be there.
+"""Some pixels of an image, rendered as far as the whole would go, to predict the error of the image there.
 
-How fast the error of low-discrepancy samples falls is not what the first few of them show, so that a law which is
-extended over a factor of twenty misses the samples by a third. A probe extends nothing in samples, but over pixels: of
-these a few hundred say what all of them will, if each is drawn with a probability in proportion to what it is likely to
-count for (Hansen and Hurwitz 1943). That is error² in the pilot, averaged over its neighbourhood, and a part of the
-mean, since a pilot has not met all noise. One draw lies in each of as many equal parts of the sum, row by row.
+The first few low-discrepancy samples do not show how fast the error falls. A law that is extrapolated by a factor of
+twenty misses the samples by a third. A probe extrapolates over pixels instead of samples: a few hundred pixels predict
+the error of all. Each is drawn with a probability in proportion to its likely contribution (Hansen and Hurwitz 1943).
+That is error² in the pilot, averaged over its neighbourhood, plus a part of the mean, since a pilot has not met all
+noise. The sum, row by row, is divided into equal parts, with one draw in each.
 
-The samples are those that a render with the same seed will take. Where its pixels have one net each
-(`equaltime.rendering.core.nets`), every pixel of a probe has a second one, since no part of one net tells what it is
-off by.
+The samples are the ones that a render with the same seed will take. If its pixels have one net each
+(`equaltime.rendering.core.nets`), every pixel of a probe has a second net, since no part of one net shows its own
+error.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ __all__ = ["Probe"]
 Floats = NDArray[np.float64]
 
 _EVENLY = 0.4
-"""Of the draws."""
+"""Share of the draws that is spread evenly over the pixels."""
 _LEAST_DOUBT = 0.04
-"""Of the logarithm of the error: what the noise of the pilot does to what squares are divided by (measured)."""
+"""Least standard deviation of log(error): effect of the pilot's noise on the denominators of squares (measured)."""
 _LEAST_WIDTH = 0.01
-"""Logarithm of the upper limit over the estimate, at least."""
+"""Least logarithm of the upper limit over the estimate."""
 
 
 class Probe:
@@ -47,13 +47,13 @@ class Probe:
     Parameters
     ----------
     pilot
-        Of the whole image.
+        Statistics of the whole image after the pilot.
     rates
-        (H, W): samples of each pixel for one of the average, at the end of the render.
+        (H, W): sample count of each pixel over the mean count, at the end of the render.
     draws
-        How many pixels are drawn; one that makes much of the error may be drawn more than once, and is rendered once.
+        Number of draws. A pixel with a large part of the error may be drawn more than once, and is rendered once.
     lamps
-        Small ones in sight, by which the upper limit will be wider.
+        Small lamps in sight, which will widen the upper limit.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render, which is to have so many samples a pixel; what is done is its pilot."""
+        """Return a probe of a session's render of ``samples`` per pixel in all; its samples so far are the pilot."""
         return cls(
             session.job.scene,
             session.decided,
@@ -106,17 +106,17 @@ class Probe:
 
     @property
     def taken(self) -> float:
-        """Samples of the image that it has."""
+        """Samples of the image that the probe has taken."""
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:
-        """Return the samples a pixel, even, with which it has so many of the image."""
+        """Return the samples per pixel, even, for which the probe takes ``taken`` samples of the image."""
         return 2 * math.floor(0.5 * taken / self._cost)
 
     def advance(self, samples: int) -> Probed | None:
-        """Bring the pixels to ``samples`` each, on average; say what the error of the image will be there.
+        """Bring the pixels to ``samples`` each, on average; return the predicted error of the image there.
 
-        None if they have no noise: they are too few to say anything.
+        The result is None if the pixels have no noise: they are too few for a prediction.
 
         Raises
         ------
@@ -140,7 +140,7 @@ class Probe:
         return Probed(samples, math.sqrt(square), doubt, max(math.log(high / math.sqrt(square)), _LEAST_WIDTH))
 
     def _found(self) -> PixelStatistics:
-        """Return what is known of the drawn pixels: with two nets, the variance is that of one of them."""
+        """Return the statistics of the drawn pixels: with two nets, the variance is that of one of them."""
         found, beside = pixel_statistics(self._renderer.moments), self._renderer.second_moments
         if not beside.size:
             return found
@@ -156,9 +156,10 @@ class Probe:
         return math.sqrt(square) * math.exp(expected_half_width(squares, cautious.size, self._pilot.degrees))
 
     def _together(self, found: PixelStatistics) -> PixelStatistics:
-        """Return the picture of the pilot, and in it the pixels that were found, as if all had gone as far.
+        """Return the picture of the pilot with the probe's pixels in it, as if all pixels had gone as far.
 
-        The noise of the others is the pilot's, less what that of the drawn ones has fallen.
+        The variance of the other pixels is the pilot's, reduced by the factor by which that of the drawn ones has
+        fallen.
         """
         pilot, there = self._pilot, (found.samples > 0)[..., None]
         variance = np.where(there, found.variance, pilot.variance)
@@ -172,7 +173,7 @@ class Probe:
 
 
 def _without_noise(pixels: PixelStatistics) -> tuple[Floats, Floats]:
-    """Return local means, and the picture: it scatters about these as the image does, less what is noise (Lee 1980)."""
+    """Return local means, and a picture that scatters about them as the image does, less the noise (Lee 1980)."""
     local, noise = _around(pixels.mean), _around(pixels.variance)
     scatter = np.maximum(_around(np.square(pixels.mean - local)), np.finfo(np.float64).tiny)
     return local, local + (pixels.mean - local) * np.sqrt(1.0 - np.minimum(noise / scatter, 1.0))
@@ -184,7 +185,7 @@ def _around(values: Floats) -> Floats:
 
 
 def _draw(sizes: Floats, draws: int, random: np.random.Generator) -> NDArray[np.intp]:
-    """Return indices, in proportion to their sizes: one from each of as many equal parts of the sum."""
+    """Return indices, in proportion to their sizes: one from each of ``draws`` equal parts of the sum."""
     sums = sizes.cumsum()
     marks = (np.arange(draws) + random.random(draws)) * (sums[-1] / draws)
     return np.asarray(np.minimum(np.searchsorted(sums, marks), sizes.size - 1))

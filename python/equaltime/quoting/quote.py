@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["quote"]
 
 _SHARE_FOR_LIGHT = 0.1
-"""Of the pilot, to take the light apart."""
+"""Share of the allowance of pilot and probe that splitting the light takes."""
 
 
 def quote(
@@ -38,28 +38,27 @@ def quote(
     progress: ProgressCallback | None = None,
     why: bool | None = None,
 ) -> Quote:
-    """Say what an error will cost, or what a time will buy, and what limits it.
+    """Predict the time that an error takes, or the error that a time buys, and find what limits it.
 
-    Renders a pilot and a probe of 8 samples a pixel, or if that is more of a twentieth of the work, but of no more than
-    ten seconds. Of the latter a tenth is kept to tell which light makes the noise, on a small film
-    (`equaltime.quoting.noise_light`).
+    Spends max(8 samples per pixel, min(5 % of the predicted work, 10 s)) on a pilot and a probe. One tenth of that
+    allowance goes to finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`).
 
     Parameters
     ----------
     scene, strategy, seed, threads, progress
-        As `equaltime.render` takes them.
+        As for `equaltime.render`.
     error, time
         Exactly one: the relative error to reach (0.02 is 2 %), or the seconds to spend.
     why
-        Tell which light makes the noise: if there is room for it in the pilot, or always, with as much work as the
-        pilot if need be (True), or never (False).
+        Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
+        as much work as the pilot if need be. False: never.
 
     Raises
     ------
     SceneError, StrategyError
         If the scene or the strategy cannot be read.
     RenderError
-        If the pilot saw no light, so that nothing can be said, or what is asked for is beyond reach.
+        If the pilot saw no light, so that nothing can be predicted, or if the target is beyond reach.
     ValueError
         If not exactly one of ``error`` and ``time`` is given, or an argument is out of range, or of another type.
     """
@@ -79,8 +78,8 @@ def quote(
 
 
 def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:
-    """Take the light apart by the work that the pilot left, or if need be by as much as it took."""
-    from equaltime.quoting.noise_light import (  # here, since it measures by what measures renders
+    """Split the light with the work that the pilot left, or, with ``always``, with as much as it took if need be."""
+    from equaltime.quoting.noise_light import (  # here, as it imports the tools that measure renders
         LEAST_PATHS,
         noise_light,
     )

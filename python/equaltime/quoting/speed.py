@@ -1,4 +1,4 @@
-"""What a sample costs in time, as short pilots show it, on machines that others use too."""
+"""Time of a sample, as short pilots show it, on machines with other users too."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from typing import NamedTuple
 
 __all__ = ["Pace", "Processors", "from_start", "pace", "without_start"]
 
-# Of the logarithm of the speed, from the pilot to the end. What is taken to be known before the pilot's passes have
-# shown how their speed varies, and as how many passes it counts: machines that others use too vary by 0.1 (measured).
+# Standard deviation of the logarithm of the speed, from the pilot to the end, before the pilot's passes have shown how
+# their speed varies; and the number of passes that this prior counts as. Machines with other users vary by 0.1
+# (measured).
 _DOUBT, _KNOWN_PASSES = 0.1, 2
-# The first hundredths of a second are slower, until caches are filled and threads that woke are spread over the
-# processors: what that takes in all, in seconds, with a machine of one's own, and what more for the share of it that
-# others have; and how soon it is over (tests/bench/short_passes.py).
+# The first hundredths of a second are slower, until caches are filled and woken threads are spread over the processors.
+# In seconds: the loss on a machine without other users, the additional loss times the share of it that others have, and
+# the time in which the loss decays (tests/bench/short_passes.py).
 _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 
 
 class Processors(NamedTuple):
-    """What the threads of this process had of the processors since they began.
+    """Processor time that the threads of this process had since they began.
 
-    The time of processors that a sample takes hardly depends on what else runs; how much of them there is to be had
-    varies from a tenth of a second to the next, and is better known the longer it was watched. Threads with nothing to
-    do wait for none.
+    The processor time of a sample hardly depends on other processes. The available share of the processors varies from
+    a tenth of a second to the next, and is better known the longer it was watched. Idle threads wait for no processor.
     """
 
     ran: float
-    """Seconds, of all threads together."""
+    """Seconds that threads ran, all together."""
     waited: float
-    """Seconds for which threads could have run, but others did."""
+    """Seconds in which threads could have run, but others did."""
 
     @classmethod
     def now(cls) -> Processors:
@@ -46,26 +46,26 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the share that they had of what they could have used; 1 where that is not known."""
+        """Return the share of the usable processor time that the threads had; 1 if it is not known."""
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
 
 
 class Pace(NamedTuple):
-    """How fast samples come, once they come evenly."""
+    """Speed of sampling, once samples come evenly."""
 
     seconds_per_sample: float
-    """A sample of every pixel."""
+    """Seconds for one sample of every pixel."""
     doubt: float
-    """Of the logarithm of the speed, until the end: a standard deviation."""
+    """Standard deviation of the logarithm of the speed, until the end."""
     lost: float
-    """Seconds that the start takes longer."""
+    """Additional seconds of the start."""
 
 
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
-    """Return the pace of the last two octaves of samples, or of all, by the seconds at some counts of samples.
+    """Return the pace of the last two octaves of samples, or of all, from the seconds at some counts of samples.
 
-    ``had`` is the share of the processors that there was to be had, meanwhile.
+    ``had`` is the share of the processors that was available meanwhile.
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -78,10 +78,10 @@ def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
 
 
 def from_start(even: float, lost: float) -> float:
-    """Return how many seconds it takes from the first sample on, what at an even pace takes ``even``."""
+    """Return the seconds from the first sample on for work that takes ``even`` seconds at an even pace."""
     return even + lost * (1.0 - math.exp(-even / _START))
 
 
 def without_start(seconds: float, lost: float) -> float:
-    """Return about the seconds at an even pace of what takes so many from the first sample on."""
+    """Return approximately the seconds at an even pace for work that takes ``seconds`` from the first sample on."""
     return seconds - lost * (1.0 - math.exp(-seconds / _START))

@@ -16,7 +16,7 @@ class QuoteWatch:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Look whether enough is known now."""
+        """Give the quote if enough is known now."""
         if self._done:
             return
         try:
@@ -30,7 +30,7 @@ class QuoteWatch:
             self._observer.quoted(found)
 
     def ended(self) -> None:
-        """Say that the render is over, so that there will be no quote any more."""
+        """Report the end of the render, after which there will be no quote."""
         if not self._done:
             self._done = True
             self._observer.unquoted("the render ended before a pilot could tell anything")

@@ -1,4 +1,4 @@
-"""The arguments of renders: what each may be, and what has not been loaded yet."""
+"""Arguments of renders: the range of each, and loading of scenes that are not loaded yet."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ __all__ = [
 
 Backend = Literal["core", "embreex"]
 MOST_THREADS = 4096
-"""More than any machine has processors; some ten thousand end the process."""
+"""More threads than any machine has processors; about ten thousand threads end the process."""
 MOST_SECONDS = 1e9
-"""Thirty years: what a 64-bit count of nanoseconds holds, with room to spare."""
+"""Longest time in seconds: thirty years, which a 64-bit count of nanoseconds holds with room to spare."""
 _MOST_PERCENT = 100.0
-"""The largest number that may have been meant as per cent where a fraction is expected."""
+"""Largest number that may have been meant as per cent where a fraction is expected."""
 
 
 def check_arguments(
@@ -46,7 +46,7 @@ def check_arguments(
     checkpoint_every: float = 60.0,
     stop: str = "look",
 ) -> None:
-    """Raise `ValueError` for an argument of a render that is out of range, or no number."""
+    """Raise `ValueError` for an argument of a render that is out of range or not a number."""
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")
     for name, seconds in (("time", time), ("checkpoint_every", checkpoint_every)):
@@ -73,7 +73,7 @@ def check_arguments(
 
 
 def check_fraction(error: float, name: str = "") -> float:
-    """Return an error to be reached; raise `ValueError` for 100 % or more, which per cent taken for a fraction make."""
+    """Return the target error; raise `ValueError` for 100 % or more, which per cent given as a fraction would be."""
     if error < 1.0:
         return error
     hint = f": did you mean {error / 100.0:g}, which is {error:g} %?" if error < _MOST_PERCENT else ""
@@ -81,7 +81,7 @@ def check_fraction(error: float, name: str = "") -> float:
 
 
 def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
-    """Load what is not a loaded scene already."""
+    """Return a loaded scene; load a path or a dictionary."""
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, Mapping):
@@ -92,7 +92,7 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
 
 
 def is_whole(value: object) -> bool:
-    """Tell a whole number, also NumPy's, from everything else, True among it."""
+    """Tell whether a value is a whole number, NumPy's included; a bool is not."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 

@@ -1,4 +1,4 @@
-"""Warns of a picture that is black everywhere: its error is stated as 0 %, and it is rarely what was meant."""
+"""Warns of a picture that is black everywhere: its error is stated as 0 %, and black is rarely intended."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from equaltime.scene.model import Aov, Depth, Integrator
 __all__ = ["black_picture", "reasons", "unwarned", "warn_if_black"]
 
 _REASONS = ("camera-enclosed", "no-light", "lights-enclosed", "lights-turned-away", "lights-behind-glass")
-"""Findings of lint that make a picture black."""
+"""Findings of lint that can make a picture black."""
 _WARNS = ContextVar("_WARNS", default=True)
-"""Whether renders of this thread warn. A filter of `warnings` would hold for all threads."""
+"""Whether renders of this thread warn. A filter of `warnings` would apply to all threads."""
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
@@ -30,7 +30,7 @@ def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Let renders inside not warn of black pictures; renders of other threads still do."""
+    """Silence the warnings of black pictures for renders inside; renders of other threads still warn."""
     token = _WARNS.set(False)
     try:
         yield
@@ -39,10 +39,11 @@ def unwarned() -> Iterator[None]:
 
 
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
-    """Return what to tell of a picture that is black everywhere; empty for another, or if its error says enough.
+    """Return the warning for a picture that is black everywhere; empty for another, or if its error says enough.
 
-    The error says enough where it is not 0, unless the camera is inside a closed surface. A scene that asks for outputs
-    beside the image alone wants no light. ``known`` are the findings of a quick look by lint, if there was one.
+    The error says enough if its upper limit is not 0, unless the camera is inside a closed surface. A scene that asks
+    only for outputs beside the image needs no light. ``known`` are the findings of a quick run of lint, if there was
+    one.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""
@@ -56,7 +57,7 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 
 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings of lint that make a picture black."""
+    """Return the findings of lint that can make a picture black."""
     return [finding for finding in findings if finding.check in _REASONS]
 
 
@@ -65,8 +66,8 @@ def _wants_no_light(integrator: Integrator) -> bool:
 
 
 def _findings(scene: Scene) -> list[Finding]:
-    """Return what lint finds that makes a picture black."""
-    with suppress(SceneError, ValueError):  # of a file that is gone
+    """Return the findings of lint that can make the picture black; none if lint cannot read a file."""
+    with suppress(SceneError, ValueError):  # a file of the scene may be gone
         return reasons(lint(scene, fast=True))
     return []
 

@@ -1,12 +1,13 @@
-"""When a render stops: a number of samples, a time, an error, whichever comes first.
+"""Limits of a render: a number of samples, a time and an error; the first that is met ends the render.
 
-A render that is to reach an error looks at its error at counts that grow by a factor of 1.4, whatever the target. It
-stops where two looks in a row agree. At each look the error to be believed is the upper limit of its interval, or 1.15
-times its value if that is more: in a large image the interval is narrow, but what makes an estimate wrong, bright paths
-that are not yet met, is not. The first of the two looks must find at most 1.2 times the target, the second the target.
-One lucky look ends no render, and a bright path met at the second one prolongs it.
+A render with an error target looks at its error at sample counts that grow by a factor of 1.4, whatever the target. It
+stops when two looks in a row agree. At each look the error to be believed is the larger of the upper limit of its
+interval and 1.15 times its value. The second matters in a large image, where the interval is narrow. There an estimate
+can still be wrong because bright paths have not been met yet. The first of the two looks must find at most 1.2 times
+the target, the second at most the target. So one lucky look ends no render, and a bright path met at the second look
+prolongs it.
 
-Counts follow from nothing but the rule, and stops from the film: never from a clock.
+Sample counts follow from the rule alone, and stops from the film: never from a clock.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ from equaltime.film.error import Estimate
 __all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "next_look"]
 
 FIRST_LOOK = 8
-"""Samples per pixel before the error is looked at: less says too little."""
+"""Samples per pixel at the first look; fewer say too little about the error."""
 _GROWTH = 1.4
-"""From look to look."""
+"""Factor between the sample counts of looks."""
 _LEAST_DOUBT = 1.15
-"""Times the estimate: the least that an error is believed to be, however narrow its interval."""
+"""Least multiple of the estimate that is believed to be the error, however narrow its interval."""
 _BEFORE = 1.2
-"""Times the target: the most that the look before the last may find."""
+"""Largest multiple of the target that the look before the last may find."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """When to stop, whichever comes first; None is no limit."""
+    """Limits of a render, of which the first that is met ends it; None is no limit."""
 
     spp: int | None = None
     seconds: float | None = None
@@ -39,31 +40,31 @@ class Limits:
     """Upper limit of the image's error: 0.02 is 2 %."""
 
     def __post_init__(self) -> None:
-        """Make them Python's own numbers: what comes of NumPy's, or of fractions, no JSON could hold."""
+        """Convert the limits to Python's numbers: JSON cannot hold NumPy's numbers or fractions."""
         for name, kind in (("spp", int), ("seconds", float), ("error", float)):
             if (limit := getattr(self, name)) is not None:
                 object.__setattr__(self, name, kind(limit))
 
 
 class Look(NamedTuple):
-    """What a render saw of its error."""
+    """One look of a render at its own error."""
 
     samples: int
-    """A pixel."""
+    """Samples per pixel."""
     value: float
     high: float
-    """The upper limit, at 95 %."""
+    """Upper limit at 95 %."""
     brightest: float = 0.0
-    """How bright the brightest path was (`equaltime.film.tails.averaged_out`)."""
+    """Brightness of the brightest path (`equaltime.film.tails.averaged_out`)."""
 
     @property
     def believed(self) -> float:
-        """The error that the look finds for sure."""
+        """The error that the look is taken to have found: the upper limit, or 1.15 times the value if that is more."""
         return max(self.high, _LEAST_DOUBT * self.value)
 
 
 def next_look(samples: int) -> int:
-    """Return the first count for a look beyond so many samples a pixel; even, so that both replicates are alike."""
+    """Return the first sample count of a look above ``samples`` a pixel; even, so that both replicates are alike."""
     count = FIRST_LOOK
     while count <= samples:
         count = 2 * math.ceil(0.5 * _GROWTH * count)
@@ -76,7 +77,7 @@ class Looks:
     Parameters
     ----------
     made
-        By the render before, if it is taken up.
+        Looks of the earlier render, if one is resumed.
     """
 
     def __init__(self, made: tuple[Look, ...] = ()) -> None:
@@ -84,16 +85,16 @@ class Looks:
         self.last: Estimate | None = None
 
     def due(self, samples: int) -> bool:
-        """Tell whether the error is to be looked at after so many samples a pixel."""
+        """Tell whether the error is to be looked at after ``samples`` a pixel."""
         return next_look(samples - 1) == samples and (not self.made or self.made[-1].samples < samples)
 
     @property
     def brightest(self) -> float:
-        """How bright the brightest path of all looks was."""
+        """Brightness of the brightest path of all looks."""
         return max((look.brightest for look in self.made), default=0.0)
 
     def look(self, error: Estimate, samples: int, brightest: float = 0.0) -> None:
-        """Note the error at ``samples`` a pixel, and how bright its brightest path is."""
+        """Record the error at ``samples`` a pixel, and the brightness of its brightest path."""
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 

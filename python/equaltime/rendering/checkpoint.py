@@ -1,4 +1,4 @@
-"""Renders that were saved: taken up where they stopped, for the bits of a render that was never stopped."""
+"""Saved renders, which can be resumed with the bits of a render that was never stopped."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from equaltime.rendering.stopping import Stop
 __all__ = ["Checkpoint", "differences", "looks_of"]
 
 _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
-"""What renders that are parts of one have in common, beside the scene: keys of a record."""
+"""Keys of a record that must be equal in all parts of one render, beside the scene."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
 _NAMES = {"max_depth": "max depth", "without": "left out"}
 
@@ -40,17 +40,18 @@ class Checkpoint:
     moments: NDArray[Any]
     """(R, H, W), as `equaltime.film.moments` describes them."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """What samples may have missed, as `Result.missed` has it."""
+    """Light that samples may have missed, as in `Result.missed`."""
     parts: NDArray[Any] | None = None
-    """Sums over merged parts (`equaltime.film.parts_of_merge`), (H, W); None if not merged, or by equaltime 0.1.0."""
+    """Sums over merged parts (`equaltime.film.parts_of_merge`), (H, W); None if not merged, or saved by equaltime
+    0.1.0."""
     alpha: NDArray[np.float32] | None = None
-    """(H, W): how opaque its pixels are, if its film asked for that."""
+    """(H, W): opacity of each pixel, if the film asked for it."""
     second: SecondNets | None = None
-    """Second nets of some pixels, if they have any."""
+    """Second nets of some pixels; None if there are none."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
-        """Read a file that `Result.save` wrote; raises `ImageError` if it is none, damaged, or without moments."""
+        """Read a file of `Result.save`; raise `ImageError` if it is not one, damaged, or without moments."""
         file = RenderFile.read(path)
         return cls.of(file, Path(path))
 
@@ -75,7 +76,7 @@ class Checkpoint:
 
     @property
     def film(self) -> MergedFilm:
-        """Its samples for merging. Without sums over parts it is one part."""
+        """The samples of the render, for merging. Without sums over parts they are one part."""
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property
@@ -85,36 +86,36 @@ class Checkpoint:
 
     @property
     def seconds(self) -> float:
-        """Rendering time that went into it."""
+        """Rendering time of the saved render, in seconds."""
         return float(self.record["seconds"])
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """What it saw when it looked at its error."""
+        """Looks of the saved render at its error."""
         return looks_of(self.record)
 
     @property
     def decision(self) -> Decision:
-        """What it had decided."""
+        """Decisions of the saved render."""
         return Decision.from_dict(self.record["decision"])
 
     @property
     def stop(self) -> Stop | None:
-        """The rule by which it was to stop at an error, if it was asked for one."""
+        """Rule by which the render was to stop at an error; None if no error was asked for."""
         return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Where its passes stood, as `Result.position` says; raises `ImageError` if it does not tell."""
+        """Position of the passes, as in `Result.position`; raises `ImageError` if the record has none."""
         if self.record["position"] is None:
             raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
         done, target, next_block = self.record["position"]
         return done, target, next_block
 
     def check(self, wanted: Mapping[str, Any]) -> None:
-        """Raise `ImageError` if this is a part of another render, with what differs.
+        """Raise `ImageError`, with the differences, if this is a part of another render.
 
-        ``wanted`` holds what its record should have.
+        ``wanted`` holds the values that its record should have.
         """
         if self.record["sources"]:
             raise ImageError(
@@ -133,13 +134,13 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 
 
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
-    """Say in words in what a record differs from that of a part of the render that is wanted, and in ``more`` keys.
+    """Return, in words, the differences of a record from that of a part of the wanted render, also in ``more`` keys.
 
-    That it is of another scene is said where its file has another name, or nothing else tells why the digest differs.
+    Another scene is reported if its file has another name, or if nothing else explains why the digest differs.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:
-        differing.remove("crop")  # the one follows from the other, mostly
+        differing.remove("crop")  # the crop mostly follows from the size
     said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
     named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
     if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
@@ -148,7 +149,7 @@ def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Itera
 
 
 def _differ(found: object, wanted: object) -> bool:
-    """Tell whether values differ; of facts by name only those that both tell, as earlier versions told fewer."""
+    """Tell whether values differ; mappings are compared by common names alone, as earlier versions recorded fewer."""
     if isinstance(found, Mapping) and isinstance(wanted, Mapping):
         return any(found[name] != wanted[name] for name in {*found} & {*wanted})
     return found != wanted
@@ -162,7 +163,7 @@ def _difference(key: str, found: object, wanted: object) -> list[str]:
 
 
 def _said(key: str, value: object) -> str:
-    """Write a value as the command line has it."""
+    """Return a value in the notation of the command line."""
     if not isinstance(value, list):
         return str(value)
     return {"size": "x", "crop": ","}.get(key, ", ").join(map(str, value)) or "nothing"

@@ -1,8 +1,8 @@
 """Compare images of any renderer: with each other, or both with a reference.
 
-Whatever file OpenImageIO reads will do. Files that carry the standard errors of their pixels (``stderr.R/G/B``, as
-equaltime's do) say more. The noise of the reference is subtracted, and what it leaves open becomes an interval
-(`equaltime.rendering.noisy_reference`). Two images can be tested for equal expectations.
+Any file that OpenImageIO reads can be compared. Files that carry the standard errors of their pixels (``stderr.R/G/B``,
+as equaltime's do) allow more: the noise of the reference is subtracted, and its uncertainty becomes an interval
+(`equaltime.rendering.noisy_reference`). Two such images can also be tested for equal expectations.
 """
 
 from __future__ import annotations
@@ -40,47 +40,48 @@ _BLOCK = 8
 _DEGREES = 49.0
 """Degrees of freedom of a block's variance: standard errors are pooled over 7x7 pixels, and a block has 64."""
 _NOISY = 0.25
-"""Share that the reference's noise may have in squared differences, above which a ratio of errors is in doubt."""
+"""Largest share of the reference's noise in squared differences at which a ratio of errors is not in doubt."""
 _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 
 @dataclass(frozen=True)
 class Compared:
-    """One image and how far it is from what it was compared with."""
+    """One image and its distance from the image that it was compared with."""
 
     path: Path
     metrics: Mapping[str, Measured] = field(hash=False)
-    """By name, see `equaltime.images.metrics`: of this very image, with the noise of the other subtracted if known.
-    Where that noise is too much to tell, the value is NaN, and ``high`` is an upper limit."""
+    """Metrics by name (`equaltime.images.metrics`) of this very image, with the noise of the other image subtracted if
+    known. If there is too much of that noise, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
-    """P-value of equal expectations; None if that cannot be tested. Small: one of the two is biased."""
+    """P-value of equal expectations; None if they cannot be tested. If it is small, one of the two is biased."""
     own: Estimate | None
-    """What the file's record says its error was, with the doubt that it states."""
+    """Error that the file's record states, with the stated doubt; None if the record states no error."""
     doubt: str
-    """Why light may be missing from the metrics, and their intervals may miss the truth: the doubt that the record of
-    what the image was compared with states. Empty if there is none."""
+    """Reason why light may be missing from the metrics and their intervals may miss the truth: the doubt in the record
+    of the image compared with. Empty if there is none."""
     seconds: float | None
-    """What it took to render, if the file says so."""
+    """Rendering time in seconds; None if the file does not state it."""
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """What `compare` found."""
+    """Result of `compare`."""
 
     size: tuple[int, int]
     """Width and height."""
     against: Path
-    """The file that stands for the truth: the reference, or B if there is none."""
+    """File that stands for the truth: the reference, or B if there is none."""
     images: tuple[Compared, ...]
     """A and B; A alone if there is no reference."""
     ratio: Interval | None
-    """Error of image A over that of image B, of this very pair of images: below 1 A is nearer to the reference. None if
-    there is no reference, or one too noisy to tell. Without an interval (NaN) if the reference carries no errors."""
+    """Error of image A over that of image B, for this very pair of images: below 1 A is nearer to the reference. None
+    if there is no reference, or if its noise is too large. Without an interval (NaN) if the reference carries no
+    errors."""
     efficiency: Interval | None
-    """Efficiency of image A, 1 / (error² x seconds), over that of image B: of this very pair, as the ratio is. None
-    if there is no ratio, or a file does not say its time."""
+    """Efficiency of image A, 1 / (error² x seconds), over that of image B, for this very pair of images. None if there
+    is no ratio, or if a file does not state its time."""
     notes: tuple[str, ...]
-    """What must be known to read the numbers."""
+    """Facts that a reader of the numbers needs."""
 
     def __str__(self) -> str:
         lines = []
@@ -97,7 +98,7 @@ class Comparison(Shown):
         return "\n".join([*lines, *self.notes])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as JSON data: what is unknown or not finite is None."""
+        """Return everything as JSON data; numbers that are unknown or not finite are None."""
         return {
             "size": list(self.size),
             "against": str(self.against),
@@ -151,7 +152,7 @@ class _File:
     path: Path
     image: Floats
     errors: Floats | None
-    """Standard errors, as the file states them."""
+    """Standard errors, as the file states them; None if there are none, or if one is invalid."""
     noise: Noise | None
     picture: Picture
 
@@ -173,12 +174,12 @@ class _File:
 
     @property
     def doubt(self) -> str:
-        """Why the error that the file's record states is in doubt; empty if it is not, or there is none."""
+        """Reason why the error that the file's record states is in doubt; empty if it is not, or if there is none."""
         own = _own(self)
         return "" if own is None else own.doubt
 
     def said(self, key: str) -> Any:
-        """Return what the file's record says."""
+        """Return the value of a key in the file's record."""
         return self.picture.record.get(key)
 
 
@@ -191,17 +192,14 @@ def _check_sizes(files: Iterable[_File]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """An image and what it is measured against."""
+    """An image and the image that it is measured against."""
 
     file: _File
     truth: _File
 
     @cached_property
     def noise(self) -> Noise | None:
-        """Noise of the truth that is subtracted: none where it is not known, or where both may have the same noise.
-
-        A truth that says it has no noise at all has none to be subtracted either.
-        """
+        """Noise of the truth that is subtracted; None if it is unknown or zero, or if both may have the same noise."""
         noise = self.truth.noise
         return None if noise is None or not noise.variance.any() or _same_seed(self.file, self.truth) else noise
 
@@ -247,8 +245,7 @@ def _bias_p(first: _File, second: _File) -> float | None:
     """Test equal expectations by the block means, if both files know their errors and are independent.
 
     Block means of a single pair of renders are near to normal, not normal: where few samples carry the light, p-values
-    of 0.001 come about more often than that. Renders with many seeds are what `equaltime.statistics.agreement` is made
-    for.
+    of 0.001 are more frequent than that. For renders with many seeds use `equaltime.statistics.agreement`.
     """
     height, width = first.image.shape[:2]
     blocks = (height // _BLOCK) * (width // _BLOCK)
@@ -259,9 +256,10 @@ def _bias_p(first: _File, second: _File) -> float | None:
 
 
 def _same_seed(first: _File, second: _File) -> bool:
-    """Tell whether both have a seed in common, and so numbers; a merged file has those of all its parts.
+    """Tell whether both have a seed in common, and so random numbers; a merged file has the seeds of all its parts.
 
-    Of another scene too: what is left out of one, or a path's length, leaves the numbers of all else as they are.
+    This holds for different scenes too: leaving out an effect, or another path length, does not change the other
+    numbers.
     """
     return bool(_seeds(first) & _seeds(second))
 
@@ -273,7 +271,7 @@ def _seeds(file: _File) -> set[int]:
 
 
 def _ratio(first: _Pair, second: _Pair) -> Interval | None:
-    """Return the ratio of errors of two images, with the interval that the reference's noise leaves it."""
+    """Return the ratio of errors of two images, with the interval that follows from the reference's noise."""
     if first.noise is not None and second.noise is not None:
         if not (first.relative.measured.known and second.relative.measured.known):
             return None
@@ -293,7 +291,7 @@ def _ratio(first: _Pair, second: _Pair) -> Interval | None:
         return found.doubted("one has a seed in common with the reference")
     if first.truth.noise is None:
         return found.doubted("noise of the reference pulls it towards 1")
-    return replace(found, low=found.value, high=found.value)  # it says that it has no noise
+    return replace(found, low=found.value, high=found.value)  # the reference states that it has no noise
 
 
 def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | None:

@@ -1,4 +1,4 @@
-"""The core's renderer as Python asks for it: of a scene by a strategy, with counts that adapt, and what went wrong."""
+"""Python's access to the core's renderer: its settings from a scene and a strategy, adaptive counts, and failures."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ __all__ = [
 ]
 
 REPLICATES = 2
-"""Parts of a render, whose difference tells its error."""
+"""Number of replicates of a render; their differences give its error."""
 ONE_NET = 2**16
-"""Pixels of the whole film from which on all samples of a pixel are one net: smaller pictures would need too many
-second nets for their error to be known."""
+"""Least number of pixels of the whole film for which all samples of a pixel are one net. Smaller pictures would need
+too many second nets for their error to be known."""
 _SECOND_NETS = 2048
-"""Pixels that have one, or more, or all pixels of a crop: they tell the error of the image to 2 to 3 %."""
+"""Least number of pixels with a second net, unless the crop has fewer: they give the image's error to 2 to 3 %."""
 MOMENTS_BYTES = 40
 """Bytes of one pixel's moments in a film of the core."""
 _RESULT_BYTES = 100
@@ -56,7 +56,7 @@ _RESULT_BYTES = 100
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
-    """Make the core's renderer for a scene and a strategy; raises as `Session` does."""
+    """Return the core's renderer for a scene and a strategy; raises as `Session` does."""
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
@@ -69,13 +69,13 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
 
 
 def nets(scene: Scene, strategy: Strategy) -> int:
-    """Return how many independent nets the samples of a pixel are: one by a lattice on a large film, else two."""
+    """Return the number of independent nets of a pixel's samples: one for a lattice on a large film, else two."""
     width, height = scene.model.sensor.film.size
     return 1 if strategy.sampler == "lattice" and width * height >= ONE_NET else REPLICATES
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:
-    """Return one of how many pixels has a second net (`equaltime.film.second_nets`); 0 if none has."""
+    """Return k, where one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
     if nets(scene, strategy) > 1:
         return 0
     _, _, width, height = scene.model.sensor.film.crop
@@ -84,7 +84,7 @@ def second_net(scene: Scene, strategy: Strategy) -> int:
 
 
 class AdaptiveRenderer(_core.Renderer):
-    """A renderer whose samples are averages once every pixel has the pilot's; decisions follow from that alone."""
+    """A renderer with adaptive sample counts after the pilot; its decisions follow from the pilot alone."""
 
     def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
         options = {**common, "pixel_rays": True}
@@ -95,11 +95,11 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """What the pilot decided; None before that."""
+        """Decision of the pilot; None before the pilot has ended."""
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return what each pixel has of ``samples`` a pixel on average, (H, W), once it has the pilot's."""
+        """Return each pixel's sample count over the mean count ``samples``, (H, W); the pilot must have ended."""
         if self._rates is None:
             self._decide(self)
         assert self._rates is not None
@@ -112,11 +112,11 @@ class AdaptiveRenderer(_core.Renderer):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring the image to ``samples`` a pixel, on average."""
+        """Bring the image to ``samples`` per pixel on average."""
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
         begin = time.perf_counter()
-        if not super().advance(PILOT, seconds, poll, pause) or self.nonfinite:  # which ends the render
+        if not super().advance(PILOT, seconds, poll, pause) or self.nonfinite:  # a bad sample ends the render
             return False
         self._decide(self)
         took = time.perf_counter() - begin
@@ -124,7 +124,7 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Take up a render; its pilot is made once more, since the film holds more than that by now."""
+        """Resume a render; its pilot is rendered again, since the film holds more samples by now."""
         pilot = self._pilot()
         pilot.advance(PILOT)
         self._decide(pilot)
@@ -133,12 +133,12 @@ class AdaptiveRenderer(_core.Renderer):
     def _decide(self, pilot: _core.Renderer) -> None:
         rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
         self._rates = rates.astype(np.float32)
-        if self.counts != "even":  # or the samples of a pixel could be no odd number
+        if self.counts != "even":  # adapt() would rule out odd sample counts
             self.adapt(PILOT, self._rates)
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
-    """Return what a renderer of this strategy has decided so far."""
+    """Return the decisions of a renderer of this strategy so far."""
     counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
     decided = renderer.decision
     if strategy.roulette != "automatic" or decided is None:
@@ -149,9 +149,9 @@ def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
 def split_light(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, only_lengths: bool = False
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
-    """Return the image that `make_renderer`'s renderer makes, taken apart: names (kind, what), and (H, W, parts, 3).
+    """Return the parts of the image that `make_renderer`'s renderer makes: names (kind, what), and (H, W, parts, 3).
 
-    By all kinds of parts, or by the lengths of paths alone, which takes a third of the memory or less.
+    The parts are all kinds, or path lengths alone, which takes a third of the memory or less.
     """
     settings = core_settings(scene, strategy)
     return _core.split_light(
@@ -160,13 +160,13 @@ def split_light(
 
 
 def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
-    """Return how opaque each pixel is (H, W), in [0, 1], by the first camera rays of `make_renderer`'s renderer."""
+    """Return the opacity of each pixel (H, W), in [0, 1], from the first camera rays of `make_renderer`'s renderer."""
     settings = core_settings(scene, strategy)
     return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy))
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
-    """Return one sample of a pixel of the whole film as the core tells it: the same bits as in a render."""
+    """Return one sample of a pixel of the whole film in the core's form, with the same bits as in a render."""
     x, y, _, _ = scene.model.sensor.film.crop
     return _core.replay(
         scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, nets=nets(scene, strategy)
@@ -181,7 +181,7 @@ def bad_sample(
     result: Result | None = None,
     without: tuple[str, ...] = (),
 ) -> SampleError:
-    """Return the error for the first sample of a renderer that went wrong, with the command that shows it."""
+    """Return the error for the first bad sample of a renderer, with the command that replays it."""
     x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop
     pixel = (x + left, y + top)
@@ -197,13 +197,13 @@ def bad_sample(
 
 
 def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
-    """Return a strategy, with the scene's depth, as the core reads it."""
+    """Return the core's settings for a strategy with the scene's depth."""
     words = strategy.model_dump(exclude={"truncate", "adaptive"})
     return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
 
 
 def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
-    """Refuse a film that is larger than the memory: the system would rather end the process than say so."""
+    """Raise `SceneError` for a film larger than the memory: the system would end the process without a message."""
     _, _, width, height = scene.model.sensor.film.crop
     needed = width * height * bytes_per_pixel
     present = memory_bytes()
@@ -216,7 +216,7 @@ def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
 
 
 def build_facts() -> dict[str, Any]:
-    """Return what the core is, down to its bits."""
+    """Return the facts that identify the core, down to its bits."""
     content = Path(_core.__file__).read_bytes()
     python = ".".join(map(str, sys.version_info[:3]))
     return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}

@@ -19,10 +19,10 @@ __all__ = ["CoreSubject"]
 
 @dataclass
 class CoreSubject:
-    """Renders with one long-lived renderer a run.
+    """Renders with one long-lived renderer per run.
 
-    Its clocks run while `advance` does, and at no other time: neither making the film, nor the image and the error
-    estimate at a checkpoint are in them.
+    The clocks run only during `advance`: they exclude making the film, and the image and the error estimate at a
+    checkpoint.
     """
 
     label: str
@@ -39,11 +39,11 @@ class CoreSubject:
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy is."""
+        """Whether the strategy is biased."""
         return self.strategy.biased
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Build the scene if nobody did, take one sample to warm up, and return the seconds of loading and building."""
+        """Build the scene if needed, take one sample to warm up, and return the seconds of loading and building."""
         self._scene, self._threads = scene, threads
         if scene.digest not in self._warm:
             make_renderer(scene, self.strategy, 0, threads).advance(1)

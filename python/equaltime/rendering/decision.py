@@ -1,7 +1,7 @@
 """Decisions that a strategy leaves to the render: whether paths are split, and whether sample counts follow the noise.
 
-Both follow from counts, not from a clock: whether to split from a pilot of the scene and the strategy alone, the counts
-from the first samples of the image. They are values in the record of a render, and one that is taken up keeps them.
+Both follow from counts, not from a clock. Splitting follows from a pilot of the scene and the strategy alone, sample
+counts from the first samples of the image. The record of a render holds both, and a resumed render keeps them.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from equaltime.strategy import Strategy
 __all__ = ["Counts", "Decision"]
 
 Counts = Literal["even", "error"]
-"""Sample counts that are alike, or that follow the error of the neighbours."""
+"""Sample counts that are equal (``even``), or that follow the error of the neighbours (``error``)."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a render decided. A field is None where the strategy left nothing to decide, or nothing is decided yet."""
+    """Decisions of a render. A field is None if the strategy left nothing to decide, or if it is not decided yet."""
 
     roulette: Literal["throughput", "efficiency"] | None = None
-    """The roulette of an automatic one: ``efficiency`` splits paths."""
+    """Roulette that replaces ``automatic``: ``efficiency`` splits paths."""
     splitting: float | None = None
-    """Variance times rays with splitting over that without, by the pilot; None if there was none."""
+    """Variance times rays with splitting over the same without, by the pilot; None if there was no pilot."""
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with what was decided; its counts only if they are even: others follow from a pilot."""
+        """Return the strategy with the decisions; counts only if even, since uneven counts follow from a pilot."""
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":
             decided["roulette"] = self.roulette
@@ -38,7 +38,7 @@ class Decision:
         return strategy.model_copy(update=decided)
 
     def __str__(self) -> str:
-        """Say in a sentence what was decided and why; nothing if nothing was."""
+        """Say in a sentence what was decided and why; empty if nothing was decided."""
         return "; ".join(filter(None, (self._roulette(), self._counts())))
 
     def _roulette(self) -> str:
@@ -54,10 +54,10 @@ class Decision:
         return "" if self.counts is None else said[self.counts]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what was decided as JSON data, as it stands in the record of a result."""
+        """Return the decisions as JSON data, as in the record of a result."""
         return {"roulette": self.roulette, "splitting": self.splitting, "counts": self.counts}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> Decision:
-        """Read what `as_dict` wrote; None is a record that tells of none."""
+        """Read the data of `as_dict`; None stands for a record without decisions."""
         return cls() if data is None else cls(*(data.get(name) for name in ("roulette", "splitting", "counts")))

@@ -1,7 +1,7 @@
-"""The picture that a film asks for: which channels the first part of a saved render has, and how exact they are.
+"""The picture that a film asks for: the channels of the first part of a saved render, and their precision.
 
-Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for another form of it (``pixel_format``,
-``component_format``); other programs look at that form, and the render itself is kept beside it.
+Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for another form of the picture
+(``pixel_format``, ``component_format``). Other programs read that form, and the render itself is kept beside it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _COLORS: Final = {"rgb": RGB, "luminance": ("Y",), "xyz": ("X", "Y", "Z")}
 
 @dataclass(frozen=True)
 class FilmPicture:
-    """The form of the picture; by default that of the render itself."""
+    """Form of the picture; the default is the form of the render itself."""
 
     colors: str = "rgb"
     """``rgb``, ``luminance`` or ``xyz``."""
@@ -36,13 +36,13 @@ class FilmPicture:
 
     @classmethod
     def of(cls, film: HdrFilm) -> FilmPicture:
-        """Return what a film asks for. Numbers have 32 bits unless it names another format."""
+        """Return the form that a film asks for. Numbers have 32 bits unless the film names another format."""
         half = film.component_format == "float16" and "component_format" in film.model_fields_set
         return cls(film.colors, film.has_alpha, half)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> FilmPicture:
-        """Return the form of which `as_dict` told; the default one if there is none."""
+        """Read the data of `as_dict`; None stands for the default form."""
         return cls() if data is None else cls(data["colors"], data["alpha"], data["half"])
 
     def as_dict(self) -> dict[str, Any]:
@@ -59,7 +59,7 @@ class FilmPicture:
         return _COLORS[self.colors] + ((ALPHA,) if self.alpha and alpha is not None else ())
 
     def pixels(self, image: NDArray[np.float32], alpha: NDArray[np.float32] | None) -> NDArray[np.float32]:
-        """Return (H, W, C) for linear RGB (H, W, 3), which is what alpha lets of it be seen already (associated)."""
+        """Return the picture (H, W, C) for linear RGB (H, W, 3) that is already multiplied by alpha (associated)."""
         planes: NDArray[Any] = image
         if self.colors != "rgb":
             matrix = to_xyz(REC709)
@@ -70,5 +70,5 @@ class FilmPicture:
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """What tells readers of the colours of R, G and B, if there are any."""
+        """Attributes that tell readers the colour space of R, G and B; empty if the picture has other channels."""
         return linear_rgb() if self.colors == "rgb" else {}

@@ -1,9 +1,8 @@
-"""What is seen first through each pixel: how far it is, where, which way it faces, its colour, which shape it is of.
+"""First hits through each pixel: distance, position, normals, colour, shape and texture coordinates.
 
-Also how it moves with its texture coordinates, and how those change from pixel to pixel.
-
-These are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid
-of points on it, whatever the reconstruction filter, through the middle of a lens; where nothing is seen it is 0.
+Also derivatives: of positions by texture coordinates, and of texture coordinates from pixel to pixel. These are the
+outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of points on
+it, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as 0.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ FOUND: Final = {
     **{"duv_dx": "duv_dx", "duv_dy": "duv_dy"},
 }
 STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
-"""To the neighbouring pixel."""
+"""Steps to the neighbouring pixel, in pixels."""
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the outputs that the scene asks for beside the image: the name of each, and what it is.
+    """Return name and kind of each output that the scene asks for beside the image.
 
-    Alpha that the film asks for has no name.
+    The alpha that a film asks for has an empty name.
     """
     integrator = scene.model.integrator
     channels = integrator.channels if isinstance(integrator, Aov | Depth) else ()
@@ -52,7 +51,7 @@ def first_hits(
 ) -> dict[str, NDArray[np.float32]]:
     """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``.
 
-    What else is `asked` for, is left to others.
+    Outputs in ``asked`` of other kinds are ignored.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:
@@ -85,7 +84,7 @@ def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array, t
             name: _uv_step(hits, *_rays(scene, places + step)[:2]) for name, step in STEPS.items() if name in kinds
         }
         seen = (hits["shape"] >= 0) & (hits["t"] <= reach)
-        side = np.where(hits["front"], 1.0, -1.0)[:, None]  # normals are those of the front
+        side = np.where(hits["front"], 1.0, -1.0)[:, None]  # normals are on the front side
         hits |= {name: side * hits[name] for name in ("n", "shading_normal") if name in hits}
         columns = [np.asarray(hits[FOUND[kind]], dtype=np.float64).reshape(len(corners), -1) for _, kind in outputs]
         sums[seen] += np.concatenate(columns, axis=1)[seen]
@@ -93,7 +92,7 @@ def _means(scene: Scene, outputs: tuple[tuple[str, str], ...], corners: Array, t
 
 
 def _uv_step(hits: Mapping[str, Array], origins: Array, directions: Array) -> Array:
-    """Return how far (N, 2) off, in texture coordinates, other rays meet the tangent planes of `hits`; or 0."""
+    """Return the offsets (N, 2) in texture coordinates where other rays meet the tangent planes of `hits`; else 0."""
     p, n, du, dv = (hits[name] for name in ("p", "n", "dp_du", "dp_dv"))
 
     def dot(a: Array, b: Array) -> Array:
@@ -107,9 +106,9 @@ def _uv_step(hits: Mapping[str, Array], origins: Array, directions: Array) -> Ar
 
 
 def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
-    """Return the rays through `places` (N, 2), in pixels of the whole film: from where, whither, and how far they see.
+    """Return origins, directions and lengths of the rays through `places` (N, 2), in pixels of the whole film.
 
-    Origins are on the near plane, which is where Mitsuba's distances begin.
+    Origins are on the near plane, where Mitsuba's distances begin.
     """
     sensor = scene.model.sensor
     width, height = sensor.film.size
@@ -135,7 +134,7 @@ def _rays(scene: Scene, places: Array) -> tuple[Array, Array, Array]:
 
 
 def _all_around(sensor: Spherical, places: Array) -> tuple[Array, Array, Array]:
-    """Return the same for a camera that looks everywhere; `places` are in films."""
+    """Return the rays of a camera that looks everywhere, as `_rays` does; `places` are in [0, 1) of the film."""
     phi, theta = 2.0 * np.pi * places[:, 0], np.pi * places[:, 1]
     local = np.stack([np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)], axis=1)
     to_world, near = pose(sensor.to_world, center(sensor)), sensor.near_clip or 0.0

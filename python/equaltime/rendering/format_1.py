@@ -1,7 +1,7 @@
-"""Moments of saved renders of format 1, which equaltime 0.1.0 wrote: they can still be taken up and merged.
+"""Moments of saved renders of format 1, written by equaltime 0.1.0: they can still be resumed and merged.
 
-Their numbers are words: each of 8 bytes is two uint32 channels, its low and its high one, and the sums of squared
-deviations are float64. All else has the channels of the first part: R, G, B, stderr.R, stderr.G, stderr.B, samples.
+Each 8-byte number is stored as two uint32 channels, its low and its high word. The sums of squared deviations are
+float64. All else is in the channels of the first part: R, G, B, stderr.R, stderr.G, stderr.B, samples.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MOMENTS: Final = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     """Read the moments, (R, H, W), of the type `equaltime.film.moments.DTYPE`; None if there are none.
 
-    The mean is kept to the bit, and the spread rounded. Raises `ImageError` for a file that is damaged.
+    The mean is kept to the bit, and the spread is rounded. Raises `ImageError` for a damaged file.
     """
     found = _read(path, "moments", _MOMENTS)
     if found is None:
@@ -33,7 +33,7 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
         raise ImageError(f"{path}: is damaged: a pixel has more than {MOST} samples")
     moments = np.zeros(found.shape, DTYPE)
     moments["mean"], moments["count"] = found["mean"], found["count"]
-    with np.errstate(all="ignore"):  # a damaged file holds anything: who takes it up looks at the numbers
+    with np.errstate(all="ignore"):  # a damaged file may hold anything: `Checkpoint.read` checks the numbers
         moments["deviation"] = stored(np.sqrt(found["m2"] / np.maximum(found["count"], 1)[..., None]))
     return moments
 

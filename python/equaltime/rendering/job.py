@@ -1,4 +1,4 @@
-"""A job: one render in the core, with all that decides its bits and where it ends."""
+"""A job: one render in the core, with everything that decides its bits and its end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from equaltime.strategy import Strategy
 __all__ = ["Job", "Traps"]
 
 Traps = Literal["ignore", "check", "stop"]
-"""Floating-point faults: ``ignore`` them, name the sample (``check``), or end the process by SIGFPE (``stop``)."""
+"""Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +31,9 @@ class Job:
     without: tuple[str, ...] = ()
     """Names of the effects that were left out of ``scene`` and ``strategy``."""
     bias: Estimate | None = None
-    """Error that leaving effects out makes; None if none were."""
+    """Error due to the effects that were left out; None if there are none."""
     traps: Traps = "ignore"
     stop: Stop | None = None
-    """How a pilot chose the sample count; None if none did."""
+    """Rule by which a pilot chose the sample count; None without such a pilot."""
     resumed: Checkpoint | None = None
-    """The saved render that this one goes on from."""
+    """Saved render that this render resumes; None for a new render."""

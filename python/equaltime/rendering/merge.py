@@ -1,4 +1,4 @@
-"""Renders of one image with different seeds, by several machines or on several days, joined into one."""
+"""Merging of renders of one image with different seeds, from several machines or days, into one."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ __all__ = ["merge"]
 
 
 def merge(renders: Sequence[Render]) -> Result:
-    """Join renders of the same scene by the same strategy whose samples are different ones.
+    """Join renders of the same scene by the same strategy whose samples are different.
 
     Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
     Its standard error and its error come from the spread of all parts and their replicates
     (`equaltime.film.parts_of_merge`). The result can be merged again. The order of merging changes the image and its
-    standard error by one float32 ulp at most. Of what is beside the image, alpha alone is joined.
+    standard error by one float32 ulp at most. Of the outputs beside the image, only alpha is joined.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def merge(renders: Sequence[Render]) -> Result:
     Raises
     ------
     ImageError
-        If a file cannot be read or holds no moments, if two belong to different images, or have samples in common, or
-        if their sample counts follow from a pixel's own samples.
+        If a file cannot be read or holds no moments, if two belong to different images or have samples in common, or if
+        sample counts follow from a pixel's own samples.
     """
     if len(renders) < 2:
         raise ImageError("merging takes two renders or more")
@@ -71,7 +71,7 @@ def merge(renders: Sequence[Render]) -> Result:
 
 
 def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
-    """Return the mean alpha by the samples of the parts, if all have it; of outputs it alone can be joined."""
+    """Return the mean alpha, weighted by the parts' samples, if all have it; other outputs cannot be joined."""
     planes = [(part.alpha, part.moments["count"].sum(axis=0)) for part in parts if part.alpha is not None]
     if len(planes) < len(parts):
         return {}
@@ -80,9 +80,9 @@ def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
 
 
 def _check_counts(part: Checkpoint) -> None:
-    """Refuse counts that follow from a pixel's own samples: what met little light would weigh more.
+    """Refuse sample counts that follow from a pixel's own samples: dark samples would weigh more in the mean.
 
-    With adaptive=error they follow from other pixels, so that a mean weighted by them is unbiased.
+    With adaptive=error the counts follow from other pixels, so a mean weighted by them is unbiased.
     """
     if (adaptive := Strategy.parse(part.record["strategy"]).adaptive) not in ("none", "error"):
         raise ImageError(
@@ -92,7 +92,7 @@ def _check_counts(part: Checkpoint) -> None:
 
 
 def _check_whole(part: Checkpoint) -> None:
-    """Refuse a render that lacks a sample, which was not a number: its image is no estimate."""
+    """Refuse a render that lacks a sample because it was not finite: its image is no estimate."""
     if part.record["stopped_by"] == "nonfinite":
         raise ImageError(f"{part.path}: cannot be merged: it ended at a sample that was not a number, and lacks it")
 
@@ -103,7 +103,7 @@ def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
 
 
 def _check_disjoint(parts: Sequence[Checkpoint]) -> None:
-    """Refuse the same numbers twice: every render begins with sample 0, so one seed serves for one part."""
+    """Refuse the same random numbers twice: every render begins with sample 0, so one seed serves for one part."""
     owners: dict[int, Path] = {}
     for part in parts:
         for seed in _seeds(part):
@@ -119,7 +119,7 @@ def _seeds(part: Checkpoint) -> tuple[int, ...]:
 
 
 def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
-    """Return what was rendered, seed by seed."""
+    """Return the rendered sources, one for each seed."""
     record = part.record
     return tuple(record["sources"]) or (
         {"seed": record["seed"], "samples": record["samples"], "seconds": record["seconds"], "build": record["build"]},
@@ -127,19 +127,19 @@ def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
 
 
 def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
-    """Return the bias of the parts, if they have any: it is one and the same, and the largest measurement is kept."""
+    """Return the bias of the parts; it is the same in all, so the measurement with the largest upper limit is kept."""
     found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
     return max(found, key=lambda bias: bias.high, default=None)
 
 
 def _focus(parts: Sequence[Checkpoint]) -> Focus:
-    """Return what specular surfaces focus: of one scene, so that the first part that tells of it speaks for all."""
+    """Return the light that specular surfaces focus; all parts show one scene, so the first record with it decides."""
     told = (part.record["focus"] for part in parts if part.record["focus"] is not None)
     return Focus.from_dict(next(told, None))
 
 
 def _stop(parts: Sequence[Checkpoint]) -> Stop | None:
-    """Return the rule of a part that looked at its own error, if there is one: what it selects, the whole does."""
+    """Return the rule of a part that stopped by its own error, if any: its selection affects the merged image too."""
     return next((part.stop for part in parts if part.stop is not None and part.stop.selects), None)
 
 
@@ -163,6 +163,6 @@ def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
 
 
 def _scene_max_depth(parts: Sequence[Checkpoint]) -> int | None:
-    """Return the depth that the parts' scene asks for; one that is not that of the image counts before one that is."""
+    """Return the depth that the parts' scene asks for; prefer one that differs from the image's depth."""
     said = [depth for part in parts if (depth := part.record["scene_max_depth"]) is not None]
     return max(said, key=lambda depth: depth != parts[0].record["max_depth"], default=None)

@@ -1,20 +1,21 @@
-"""An image against a reference that is a noisy render itself: its error, and the interval that the noise leaves.
+"""Error of an image against a reference that is a noisy render itself, and the interval due to the noise.
 
 With I the image, R the reference and v the variance of R, ``((I - R)² - v) / D`` averages to the image's relMSE
-(`equaltime.images.metrics`) if D is free of noise. Two things must be right where R has few samples:
+(`equaltime.images.metrics`) if D is free of noise. Two conditions must hold where R has few samples:
 
-- v is the pixel's own, from the replicates of the reference. It is noisy, and right on average. The ``stderr`` channel
-  is an average over 7x7 pixels: beside a lamp it is the lamp's, while D is that of a dark pixel. Where a file has no
-  more than that, noise is shared out within the neighbourhood in proportion to (I - R)².
-- D comes from an estimate of the truth in which noise is filtered. The reference alone will not do: where it missed a
-  light by chance that the image met, its D is near 0. So both are averaged with weights that make the noise of the
-  mean least, ``w = v / (I - R)²`` for the image, by means over the 7x7 neighbourhood; and the mean is filtered as Lee
-  (1980) does, which keeps structure that is more than noise.
+- v is the pixel's own variance, from the replicates of the reference. It is noisy, but right on average. The ``stderr``
+  channel is an average over 7x7 pixels: beside a lamp it is the lamp's, while D belongs to a dark pixel. If a file has
+  only that channel, noise is distributed within the neighbourhood in proportion to (I - R)².
+- D comes from a filtered estimate of the truth. The reference alone will not do: where it missed by chance a light that
+  the image met, its D is near 0. So both are averaged with the weights that minimise the noise of the mean. The image's
+  weight is ``w = v / (I - R)²``, by means over the 7x7 neighbourhood. The mean is filtered as by Lee (1980), which
+  keeps structure beyond the noise.
 
 The interval has two parts. One is the delta method: how the noise of each pixel moves the result. The other stands for
-noise that v does not show, since rare light was in neither replicate: the scatter of means over 4x4 blocks, which
-holds all that chance does to the squares of this image and of R, times what of it R may have made. If R has a share q
-of the squared differences, and its noise lies where they are large, that factor is ``2 sqrt(q) / (1 + q)``.
+noise that v does not show, since rare light was in neither replicate. It is the scatter of means over 4x4 blocks times
+a factor. The scatter contains all effects of chance on the squares of this image and of R. The factor is the part that
+R may have contributed. If R has a share q of the squared differences, and its noise lies where they are large, that
+factor is ``2 sqrt(q) / (1 + q)``.
 """
 
 from __future__ import annotations
@@ -41,12 +42,12 @@ Floats = NDArray[np.float64]
 _Z95 = 1.959964
 _BLOCK = 4
 FEWEST_BLOCKS = 16
-"""With fewer, the scatter of blocks says little, and ratios are in doubt."""
+"""Least number of blocks for a trusted ratio; the scatter of fewer blocks says little."""
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """What an image file tells of the noise of its pixels."""
+    """Noise of an image file's pixels."""
 
     variance: Floats
     """(H, W, 3): variance of each pixel and channel."""
@@ -55,7 +56,7 @@ class Noise:
 
     @classmethod
     def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
-        """Return what a picture and the samples behind it tell, if they do."""
+        """Return the noise of a picture, by the samples behind it or by its standard errors; None if neither is known."""
         moments, parts, second = film
         if moments is None:
             return cls.of(picture, None)
@@ -66,10 +67,10 @@ class Noise:
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
-        """Return what a picture and the statistics of its replicates tell, if they do.
+        """Return the noise by a picture and the statistics of its replicates; None if neither has it.
 
-        The replicates tell of each pixel, if they are those of the image. Standard errors are pooled if equaltime wrote
-        them.
+        The replicates give each pixel's own variance, if they belong to the image. Otherwise standard errors are used,
+        which are pooled if equaltime wrote them.
         """
         theirs = pixels is not None and np.array_equal(pixels.mean.astype(np.float32), picture.image)
         if pixels is not None and theirs and np.isfinite(pixels.variance).all():
@@ -80,7 +81,7 @@ class Noise:
         return cls(np.square(errors.astype(np.float64)), bool(picture.record))
 
     def shared_out(self, square: Floats) -> Floats:
-        """Return variances of single pixels: what is pooled is shared out as the squared differences are."""
+        """Return variances of single pixels: a pooled one is distributed in proportion to ``square``."""
         return divided(self.variance * square, _local(square)) if self.pooled else self.variance
 
 
@@ -90,13 +91,13 @@ class _Filtered:
 
     value: Floats
     shared: Floats
-    """How much of each value is the local mean."""
+    """Weight of the local mean in each value, in [0, 1]."""
     square: Floats
-    """The denominator of relative squares, value² + (0.1 m)²."""
+    """Denominator of relative squares, value² + (0.1 m)²."""
 
     @classmethod
     def of(cls, image: Floats, variance: Floats) -> _Filtered:
-        """Filter as Lee (1980): by how much of the local scatter the noise explains."""
+        """Filter as Lee (1980): by the share of the local scatter that the noise explains."""
         local = _local(image)
         scatter = _local(np.square(image - local))
         explained = np.divide(_local(variance), scatter, out=np.ones_like(scatter), where=scatter > 0.0)
@@ -107,20 +108,20 @@ class _Filtered:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """What an image's pixels differ from a noisy reference by, all float64 (H, W, 3)."""
+    """Differences of an image from a noisy reference, all float64 (H, W, 3)."""
 
     squares: Floats
-    """The squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
+    """Squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
     slopes: Floats
-    """How the sum of the squares grows with the reference's noise in each pixel and channel."""
+    """Derivative of the sum of the squares with respect to the reference's value, in each pixel and channel."""
     variance: Floats
-    """Of the reference."""
+    """Variance of the reference."""
     share: float
-    """Share that the reference's noise may have in the squared differences, in [0, 1]: an upper limit."""
+    """Upper limit, in [0, 1], of the share of the reference's noise in the squared differences."""
 
     @classmethod
     def of(cls, image: Floats, reference: Floats, noise: Noise, relative: bool = True) -> Difference:
-        """Compare an image with a reference and its noise, in squares relative to the truth's or as they are."""
+        """Compare an image with a reference and its noise, in squares relative to the truth's or absolute ones."""
         difference = image - reference
         square = np.square(difference)
         variance = noise.shared_out(square)
@@ -141,15 +142,15 @@ class Difference:
 
     @property
     def value(self) -> float:
-        """The relMSE, or MSE."""
+        """The relMSE, or the MSE."""
         return float(self.squares.mean())
 
     @property
     def measured(self) -> Measured:
-        """The value with its interval; without a value where the interval reaches down to 0.
+        """The value with its interval; the value is NaN if the interval reaches down to 0.
 
-        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. Where there is no value
-        it goes on as a multiple of the half-width, without a jump.
+        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. Without a value, the
+        upper limit continues as a multiple of the half-width, without a jump.
         """
         value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
         if not value > half:
@@ -160,7 +161,7 @@ class Difference:
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
     """Return the logarithm of the ratio of two values against one reference, and half the width of its interval.
 
-    Both values are positive. The noise of the reference moves both, and that is seen here.
+    Both values are positive. The noise of the reference moves both, which the interval takes into account.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")
@@ -172,8 +173,8 @@ def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
 def _half_width(squares: Floats, slopes: Floats, variance: Floats, share: float) -> float:
     """Return half the width of the 95 % interval of the mean of squares; see the top of this file.
 
-    Student's t has the degrees of freedom of sums to which few pixels, or few blocks, give most. How the channels of a
-    pixel go together is not known; they are taken to go all together.
+    Student's t has the degrees of freedom of sums to which few pixels, or few blocks, contribute most. The correlation
+    of a pixel's channels is not known and taken to be full.
     """
     moved = np.square((np.abs(slopes) * np.sqrt(variance)).sum(axis=2))
     by_pixels = math.sqrt(float(moved.sum())) / squares.size * student(_degrees(moved))
@@ -187,7 +188,7 @@ def _half_width(squares: Floats, slopes: Floats, variance: Floats, share: float)
 
 
 def block_means(values: Floats) -> Floats:
-    """Return means (blocks,) over blocks of 4x4 pixels of (H, W), or the pixels where these are few."""
+    """Return means (blocks,) over blocks of 4x4 pixels of (H, W); over single pixels if a side is below 16."""
     block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
     rows, columns = (n // block for n in values.shape)
     cut = values[: rows * block, : columns * block]
@@ -198,8 +199,8 @@ def block_means(values: Floats) -> Floats:
 def _share(image: Floats, reference: Floats, variance: Floats) -> float:
     """Return the upper limit, at 95 %, of the share of the reference's noise in the squared differences.
 
-    Both are relative to the mean of image and reference, which bounds them: one bright pixel cannot make them. The
-    noise of a pixel is known from few replicates, so that its sum may be off where few pixels make it.
+    Both are relative to the mean of image and reference, so that one bright pixel cannot dominate them. The noise of a
+    pixel is known from few replicates, so its sum is uncertain where few pixels dominate it.
     """
     mean = 0.5 * (image + reference)
     square = np.square(mean) + (0.1 * float(mean.mean())) ** 2
@@ -214,7 +215,7 @@ def _share(image: Floats, reference: Floats, variance: Floats) -> float:
 def _degrees(squares: Floats) -> float:
     """Return the degrees of freedom of a sum of squares of normal deviates whose variances differ (Welch 1938).
 
-    That is ``(Σ s)² / Σ s²`` of the variances; the square of one normal deviate has three times the mean square.
+    They are ``(Σ s)² / Σ s²`` of the variances; the square of one normal deviate has three times the mean square.
     """
     largest = float(squares.max(initial=0.0))
     scaled = squares / largest if largest > 0.0 else np.ones_like(squares)

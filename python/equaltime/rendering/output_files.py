@@ -1,4 +1,4 @@
-"""What an output may take the place of: nothing that a scene was read from, and no work that nobody meant to lose."""
+"""Checks of files that an output may replace: no file that a scene was read from, and no render by mistake."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from equaltime.rendering.render_file import read_record
 __all__ = ["check_replaceable", "check_spares", "keep_work"]
 
 _WORTH_KEEPING: Final = 60.0
-"""Seconds of rendering."""
+"""Seconds of rendering from which a replaced render is kept."""
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` for an output that would take the place of one of the files, by whatever name or link."""
+    """Raise `ImageError` for an output that would replace one of the files, by whatever name or link."""
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):
         if any(place.samefile(file) for file in there):
@@ -33,16 +33,16 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
 def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | None = None) -> None:
     """Raise `ImageError` for an output that would replace another program's file, or a render of another scene.
 
-    Renders of the same scene file are replaced, whatever of it has changed since.
+    Renders of the same scene file may be replaced, even if the file has changed since.
 
     Parameters
     ----------
     places
-        EXR and PNG files to be written, which may be there or not.
+        EXR and PNG files to be written, which may exist or not.
     scene
-        The scene's file as records name it; None for a scene made in memory.
+        Path of the scene's file as in records; None for a scene made in memory.
     digest
-        SHA-256 of the scene's content: a render of that is of the same scene, wherever its file was.
+        SHA-256 of the scene's content: a render of that content is of the same scene, wherever its file was.
     """
     for place in filter(Path.exists, places):
         record, text = read_record(place), _attributes(place)
@@ -57,7 +57,7 @@ def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | N
 
 
 def _is_same(theirs: str, ours: str | None) -> bool:
-    """Tell whether a scene file is ours; what a record of before calls by a name alone may have been anywhere."""
+    """Tell whether a scene file is ours; older records have only its name, which may have been in any folder."""
     if ours is None:
         return False
     return (
@@ -68,22 +68,22 @@ def _is_same(theirs: str, ours: str | None) -> bool:
 
 
 def _attributes(path: Path) -> Mapping[str, str]:
-    utf8(path)  # of another name nothing can be known
+    utf8(path)  # raises for a name that image files cannot have
     with suppress(ImageError):
         return images.read_attributes(path)
     return {}
 
 
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
-    """Keep the render that is there under the name ``path~`` if more than a minute of rendering would be lost with it.
+    """Keep the existing render as ``path~`` if more than a minute of rendering would be lost.
 
-    Nothing is lost where the new render, of this ``record``, holds the samples of the old one. One render is kept: an
+    Nothing is lost if the new render, of this ``record``, holds the samples of the old one. One render is kept: an
     older ``path~`` is replaced.
 
     Returns
     -------
     Path | None
-        Where it is kept; None if it need not be.
+        Path of the kept render; None if it need not be kept.
 
     Raises
     ------

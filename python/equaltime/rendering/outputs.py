@@ -1,17 +1,18 @@
-"""What a scene asks for beside the image: what is seen first, how opaque a pixel is, what it costs, ...
+"""Outputs of a scene beside the image: first hits, alpha, cost in rays and time, light by path length.
 
-The first is `first_hits`. The others are this renderer's own, under the names that ``aov`` gives them:
+First hits come from `first_hits`. The other outputs are specific to this renderer, under the names that ``aov`` gives
+them:
 
-``alpha``           how opaque a pixel is, in [0, 1]: the share of its paths that meet something. Light from all around
-                    is nothing, and so are emitters that the scene hides; masks and surfaces that are nothing count
-                    for what they stop. A film with alpha asks for it too; its channel is ``A``
-``rays``            how many rays a sample of the pixel takes, on the average over some samples; the same each time
-``time_from_rays``  seconds that the pixel took, of all threads: the render's time, by the counted rays. That is a
-                    clock's, and never the same twice
-``bounces``         the image taken apart by the length of the paths, in segments: ``NAME.1.R`` is what is seen,
-                    ``NAME.2.R`` direct light; the last has all longer ones. Added up, they are the image
+``alpha``           opacity of a pixel, in [0, 1]: the share of its paths that meet something. The environment and
+                    emitters that the scene hides do not count; masks and null BSDFs count for the light they stop.
+                    A film with alpha asks for it too; its channel is ``A``
+``rays``            rays that a sample of the pixel takes, averaged over some samples; the same in each run
+``time_from_rays``  seconds that the pixel took, of all threads: the render's time in proportion to the counted rays.
+                    It is measured by a clock, so no two runs agree
+``bounces``         the image by the length of the paths, in segments: ``NAME.1.R`` is emitted light seen directly,
+                    ``NAME.2.R`` direct light; the last has all longer paths. Their sum is the image
 
-They are taken after the render, by paths of their own: ``bounces`` costs about as much as the image.
+They are made after the render, by separate paths: ``bounces`` costs about as much as the image.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ __all__ = ["outputs"]
 
 Planes = dict[str, NDArray[np.float32]]
 COUNTED: Final = 16
-"""Samples by which rays are counted, at the most."""
+"""Most samples per pixel for counting rays."""
 
 
 def outputs(
@@ -50,13 +51,13 @@ def outputs(
     Parameters
     ----------
     rendered
-        The scene without what was left out of it.
+        Scene without the effects that were left out.
     samples
-        Of the render, per pixel.
+        Samples per pixel of the render.
     seconds
-        That all its threads worked.
+        Seconds of work of all threads of the render together.
     asked
-        The outputs, if they are not all that the scene asks for.
+        The outputs, if not all that the scene asks for.
     """
     asked = asked_for(scene) if asked is None else asked
     kinds = {kind for _, kind in asked}
@@ -80,8 +81,8 @@ def outputs(
 
 
 def _rays(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float64]:
-    """Return how many rays a sample of each pixel takes (H, W)."""
-    plain = strategy.model_copy(update={"adaptive": "none"})  # as many samples of each
+    """Return the number of rays that a sample of each pixel takes (H, W)."""
+    plain = strategy.model_copy(update={"adaptive": "none"})  # the same number of samples in each pixel
     renderer = make_renderer(scene, plain, seed, threads, pixel_rays=True)
     renderer.advance(samples)
     return renderer.pixel_rays.astype(np.float64) / samples
@@ -90,7 +91,7 @@ def _rays(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: in
 def _bounces(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int
 ) -> Mapping[str, NDArray[np.float32]]:
-    """Return what paths of each length bring, up to the longest that may be, by the endings of their channels."""
+    """Return the light of paths of each length, up to the longest possible, by the endings of their channels."""
     _, parts = split_light(scene, strategy, seed, threads, samples, only_lengths=True)
     lengths = np.moveaxis(parts, 2, 0)
     longest = len(lengths) if scene.max_depth == -1 else min(scene.max_depth, len(lengths))

@@ -1,7 +1,7 @@
 """The loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
 
-What is computed in which order follows from counts alone, so that a rerun repeats the bits; the clock only chooses
-where the schedule stops.
+The order of computation follows from counts alone, so a rerun repeats the bits. The clock only chooses where the
+schedule stops.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ __all__ = ["PassRenderer", "Passes", "pass_end"]
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
-# The first ones double up to this many: short ones cost more a sample (tests/bench/short_passes.py), and what is cut
-# that soon was hardly begun.
+# The first passes double up to this many samples. Short passes cost more per sample (tests/bench/short_passes.py), and
+# a render that is cut this soon has hardly begun.
 _FIRST_SAMPLES = 2**18
-# Between the law of independent samples, n^-0.5, and what low-discrepancy ones reach at best: for the time left.
+# Exponent between n^-0.5 of independent samples and the best of low-discrepancy ones, to predict the time left.
 _LIKELY_LAW = 0.55
-# What is done between passes may take so many times what it is expected to: a first estimate of the error takes twice
-# as long as others, and pixels that make much of the noise may cost more than others.
+# Factor by which work between passes may exceed its expected time: a first estimate of the error takes twice as long as
+# others, and pixels that make much of the noise may cost more than others.
 _LONGEST = 3.0
 
 
 class PassRenderer(Renders, Protocol):
-    """What the loop needs of `equaltime._core.Renderer`."""
+    """The parts of `equaltime._core.Renderer` that the loop needs."""
 
     def advance(
         self,
@@ -43,7 +43,7 @@ class PassRenderer(Renders, Protocol):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring every pixel to ``samples`` samples; False if a limit, or a pause, ended the pass before."""
+        """Bring every pixel to ``samples`` samples; return False if a limit or a pause ended the pass early."""
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
@@ -51,15 +51,15 @@ class PassRenderer(Renders, Protocol):
 
     @property
     def faulty(self) -> list[tuple[int, int, int, str]]:
-        """(x, y, sample index, what) of samples that raised floating-point faults, if these are looked for."""
+        """(x, y, sample index, what) of samples that raised floating-point faults, if faults are looked for."""
 
 
 def pass_end(samples: int, pixels: int) -> int:
-    """Return where a pass ends that begins at ``samples`` a pixel.
+    """Return the samples per pixel at the end of a pass that begins at ``samples``.
 
-    Passes of a small image end at 2, 4, 8, 16, 20, … 32, 40, … 64, 80, … From 16 on a pass adds a quarter at most, so
-    that a limit which cuts one leaves the image nearly even, until steps level off at what is a short pass for the
-    image. Every step is a power of two: both replicates grow alike.
+    Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
+    so a limit that cuts a pass leaves the image nearly even. Steps stop growing at the size of a short pass for the
+    image. Every step is a power of two, so both replicates grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
@@ -67,21 +67,21 @@ def pass_end(samples: int, pixels: int) -> int:
 
 
 class Passes:
-    """The passes of one render: iterating runs them, and gives the samples a pixel at the end of each.
+    """The passes of one render: iterating runs them, and yields the samples per pixel at the end of each.
 
-    A pass is always finished before a sample that went wrong ends the loop. Ctrl-C (or a `KeyboardInterrupt` that the
-    progress callback raises) ends it at the blocks done.
+    A bad sample ends the loop only after its pass has finished. Ctrl-C (or a `KeyboardInterrupt` raised by the progress
+    callback) ends the loop at the blocks done.
 
     Parameters
     ----------
     pixels
-        Of the image.
+        Number of the image's pixels.
     limits
-        When to stop; may be changed between passes.
+        Limits of the render; they may be changed between passes.
     samples, looks
-        Of a render that is taken up: samples that every pixel has, and what it saw when it looked at its error.
+        State of a resumed render: samples per pixel already taken, and its earlier looks at the error.
     hidden
-        What black pixels may hide, for the error.
+        Light that may be hidden, for the error's upper limit.
     """
 
     def __init__(
@@ -97,22 +97,22 @@ class Passes:
     ) -> None:
         self.limits = limits
         self.stopped_by: StoppedBy | None = None
-        """What ended the loop; None while it runs."""
+        """Reason why the loop ended; None while it runs."""
         self.samples = samples
         """Samples that every pixel has."""
         self.pixels = pixels
         self.rendering = 0.0
-        """Seconds spent in passes that have ended, without what is done between them, or in their pauses."""
+        """Seconds spent in passes that have ended, without the work between passes or in their pauses."""
         self.saving: Saving | None = None
-        """What saves what is done so far, if that is wanted: between passes, and in pauses within long ones."""
+        """Saves checkpoints between passes, and in pauses within long passes; None if no checkpoints are wanted."""
         self._pass_began: float | None = None
-        self._pace: float | None = None  # seconds a sample a pixel, of the last pass: the load may have changed
+        self._pace: float | None = None  # seconds per (sample per pixel) in the last pass: the load may change
         self._renderer, self._clock, self._start = renderer, clock, clock()
-        self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is under way
+        self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is running
         self._cancelled = False
-        self._met_limits: Limits | None = None  # those by which the last loop ended
+        self._met_limits: Limits | None = None  # limits that ended the last loop
         self._looks, self._hidden = Looks(looks), hidden
-        self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # what the last look took, or the first is taken to
+        self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # seconds of the last look, or the expected ones of the first
         self._report = None if progress is None else Reporter(self, progress)
 
     @property
@@ -122,17 +122,17 @@ class Passes:
 
     @property
     def seconds(self) -> float:
-        """Since the first pass of the loop began."""
+        """Seconds since the first pass of the loop began."""
         return self._clock() - self._start
 
     @property
     def total_seconds(self) -> float:
-        """Of all loops, up to their ends."""
+        """Seconds of all loops, each up to its end."""
         return self._ended + (self.seconds if self._runs else 0.0)
 
     def __iter__(self) -> Iterator[int]:
         if self.limits != Limits(spp=self.limits.spp) or self._report is not None:
-            load_quantiles()  # somebody will ask for the error on the way
+            load_quantiles()  # the error will be needed on the way
         self._start, self.stopped_by, self._cancelled = self._clock(), None, False
         self._pass_began, self._runs, self._met_limits = None, True, None
         try:
@@ -164,7 +164,7 @@ class Passes:
         self._met_limits = self.limits if reason in ("spp", "time", "error") else None
 
     def _pass(self, end: int) -> tuple[bool, float]:
-        """Bring every pixel to ``end`` samples; return whether they have them, and the seconds without the pauses."""
+        """Bring every pixel to ``end`` samples; return whether that is done, and the seconds without pauses."""
         self._pass_began = self.seconds
         while True:
             limit, pause = self.limits.seconds, self._until_saving()
@@ -177,7 +177,7 @@ class Passes:
                 self._pass_began += self._save()
 
     def _until_saving(self) -> float | None:
-        """Return the seconds until what is done is to be saved; None if it is not, or if a sample went wrong."""
+        """Return the seconds until the next checkpoint; None if there is none, or if a sample went wrong."""
         if self.saving is None or _went_wrong(self._renderer):
             return None
         return self.saving.left(self.seconds, self.limits.seconds)
@@ -192,12 +192,12 @@ class Passes:
         return not self._cancelled
 
     def cancel(self) -> None:
-        """End the loop at the blocks done; may be called from any thread, and counts for the loop that runs."""
+        """End the running loop at the blocks done; may be called from any thread."""
         self._cancelled = True
 
     @property
     def time_left(self) -> float | None:
-        """Estimated seconds in passes to the nearest limit; None where nothing is known yet, or no limit is set."""
+        """Estimated seconds in passes to the nearest limit; None if nothing is known yet, or no limit is set."""
         if self._met_limits is self.limits:
             return 0.0
         seconds = self.seconds
@@ -209,11 +209,11 @@ class Passes:
 
     @property
     def targets(self) -> list[float]:
-        """Samples a pixel that the limits ask for, or will likely take."""
+        """Samples per pixel at the sample limit, and the predicted ones at the error limit."""
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
     def samples_for(self, error: float | None) -> float | None:
-        """Return how many samples a pixel an error target will likely take, once it was looked at."""
+        """Return the predicted samples per pixel to reach an error; None before the first look."""
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high):
             return None
@@ -221,14 +221,14 @@ class Passes:
         return max(looks.made[-1].samples * growth, self.samples + 1.0)
 
     def run(self) -> StoppedBy:
-        """Run passes until a limit is met; say which."""
+        """Run passes until a limit is met; return the reason of the end."""
         for _ in self:
             pass
         assert self.stopped_by is not None
         return self.stopped_by
 
     def _met(self) -> StoppedBy | None:
-        """Return the limit that is met, if one is."""
+        """Return the reason to stop now; None if there is none."""
         if self._cancelled:
             return "interrupt"
         limits = self.limits
@@ -242,11 +242,11 @@ class Passes:
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
 
     def has_time_for(self, seconds: float) -> bool:
-        """Tell whether what is expected to take so many seconds, between two passes, will end before the time limit."""
+        """Tell whether work between two passes, expected to take ``seconds``, will end before the time limit."""
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
     def error(self) -> Estimate:
-        """Return the error that the render states of what is done so far."""
+        """Return the error that the render states so far."""
         return stated_error(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
 
     def _look(self) -> None:

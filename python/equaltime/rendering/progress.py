@@ -1,4 +1,4 @@
-"""What a render tells of where it stands, while it is under way."""
+"""Progress of a render that is under way."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ if TYPE_CHECKING:
 __all__ = ["ESTIMATE_SECONDS_A_PIXEL", "Progress", "ProgressCallback", "Reporter"]
 
 _REPORT_INTERVAL = 0.1
-# Share of the time that may go into the error that the progress shows: with the final one, measuring stays under 1 %.
+# Share of the time for the error shown in the progress: with the final estimate, measuring stays under 1 %.
 _ESTIMATE_SHARE = 0.003
 ESTIMATE_SECONDS_A_PIXEL = 3e-7
-"""What an estimate of the error is taken to cost before there was one."""
+"""Assumed seconds per pixel of the first error estimate, before one was measured."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a render stands."""
+    """Progress of a render."""
 
     samples: int
     """Samples that every pixel has."""
     target: int | None
     """Samples per pixel asked for, if any."""
     seconds: float
-    """Since the first sample."""
+    """Seconds since the first sample."""
     fraction: float
-    """Done of what was asked for, 0 … 1, by the limit that is nearer."""
+    """Fraction done, in [0, 1], by the limit that is nearer."""
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
     error: Estimate | None
-    """Error of the image as of a recent pass; None before there is one, and once the samples have doubled since."""
+    """Error of the image as of a recent pass; None before an estimate, or once the samples have doubled since."""
 
 
 ProgressCallback = Callable[[Progress], object]
 
 
 class Reporter:
-    """Calls the progress callback: at the end of every pass, and now and then within."""
+    """Calls the progress callback at the end of every pass, and every 0.1 s within passes."""
 
     def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
         self._passes, self._callback = passes, callback
@@ -52,13 +52,13 @@ class Reporter:
         self._estimated_at = 0
 
     def tick(self) -> bool:
-        """Report if some time has passed; always go on."""
+        """Report if 0.1 s have passed since the last report; always return True, to go on."""
         if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
             self._report()
         return True
 
     def pass_ended(self) -> None:
-        """Report the end of a pass, with a new error if that is cheap by now."""
+        """Report the end of a pass, with a new error if the estimate is cheap by now."""
         begin = self._passes.seconds
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
             self._error = self._passes.error()

@@ -1,4 +1,4 @@
-"""A render as an iterator of passes, for whoever wants to look on, to change the target, or to stop when it is enough.
+"""A render as an iterator of passes, to look on, to change the target, or to stop early.
 
 ::
 
@@ -6,7 +6,7 @@
     for state in session:
         show(state.image, state.error)
         if enough(state):
-            break                      # what is done stays
+            break                      # the result so far stays
     result = session.result            # the same bits as et.render up to there
     session.aim(error=0.01)            # go on
     for state in session: ...
@@ -31,9 +31,9 @@ __all__ = ["Progressive", "progressive"]
 
 
 class Progressive:
-    """A render that is going on; iterating gives its `Result` so far at the end of every pass.
+    """A render under way; iterating yields its `Result` so far at the end of every pass.
 
-    One thread at a time may iterate; `cancel` may be called from any.
+    One thread at a time may iterate; `cancel` may be called from any thread.
     """
 
     def __init__(self, session: Session) -> None:
@@ -45,20 +45,20 @@ class Progressive:
 
     @property
     def result(self) -> Result:
-        """What is done so far; its `stopped_by` says which limit was met, or ``unfinished``."""
+        """The result so far; its `stopped_by` is the limit that was met, or ``unfinished``."""
         return self._session.result(self._session.passes.stopped_by or "unfinished")
 
     @property
     def time_left(self) -> float | None:
-        """Estimated seconds of rendering to the nearest limit, right again within a pass after the load has changed."""
+        """Estimated seconds of rendering to the nearest limit; adapts within a pass when the load changes."""
         return self._session.passes.time_left
 
     def cancel(self) -> None:
-        """End the loop that runs, within a pass; from any thread. What is done stays, and another loop goes on."""
+        """End the running loop within a pass, from any thread. Finished work stays, and a new loop goes on."""
         self._session.passes.cancel()
 
     def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
-        """Change when to stop, from the next pass on; ``time`` counts from the start of the loop that goes on.
+        """Change the limits from the next pass on; ``time`` counts from the start of the loop.
 
         Raises
         ------
@@ -84,15 +84,14 @@ def progressive(
 ) -> Progressive:
     """Begin a render whose passes the caller runs.
 
-    Every argument is as `equaltime.render` takes it, but that without a limit the passes go on for as long as they are
-    iterated. What that tells on the way, or saves, the caller can see of every pass, and `Result.save`; it alone leaves
-    effects out.
+    Arguments as for `equaltime.render`. Without a limit, passes go on while the caller iterates. There are no callbacks
+    and no checkpoints (use the yielded results and `Result.save`), and effects cannot be left out.
 
     Raises
     ------
     SceneError, StrategyError, ImageError, RenderError, ValueError
-        As `equaltime.render` does, at once; and `SampleError` or `BrightImage` from the loop, or from
-        `Progressive.result`, with the result so far.
+        As `equaltime.render` does, at once. Also `SampleError` or `BrightImage`, with the result so far, from the loop
+        or from `Progressive.result`.
     """
     check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)

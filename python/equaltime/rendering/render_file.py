@@ -1,55 +1,59 @@
-"""The file of a saved render. This module alone knows its layout; `FORMAT` is the version that it writes.
+"""Layout of the file of a saved render. No other module knows the layout; `FORMAT` is the version written here.
 
-A saved render is an OpenEXR file of several parts, of which other programs read the first.
+A saved render is an OpenEXR file of several parts. Other programs read the first part.
 
 ========  ======================  =======================================================================
 part      channels                content
 ========  ======================  =======================================================================
 beauty    R G B, float32          the image: linear radiance, Rec. 709 primaries, in the scene's units; with
-                                  ``small`` rounded to 11 significant bits, as half where that holds it;
-                                  and A, or Y, or X Y Z, or half, if the film asks for it (`FilmPicture`)
-image     R G B, float32          the image as above, where the beauty part has not the numbers themselves
+                                  ``small`` rounded to 11 significant bits, as half where half holds it;
+                                  also A, or Y, or X Y Z, or half, if the film asks for it (`FilmPicture`)
+image     R G B, float32          the image as above, if the beauty part does not hold it exactly
 stderr    R G B, float32          standard error of each pixel, rounded to 6 significant bits; inf: unknown
 samples   samples, uint32         number of samples of each pixel
 moments   r0.mean.R.0 …, uint32   mean, count and spread of each replicate, to the bit (`equaltime.film.packing`)
-parts     r0.parts.0 …, uint32    sums over what was merged (`equaltime.film.parts_of_merge`): merged renders
+parts     r0.parts.0 …, uint32    merged renders: sums over the parts (`equaltime.film.parts_of_merge`)
 second    r0.mean.R.0 …, uint32   moments of the second nets of some pixels (`equaltime.film.second_nets`)
-unseen    R G B, float32          what samples may have missed, in radiance (`equaltime.film.unseen`)
+unseen    R G B, float32          radiance that samples may have missed (`equaltime.film.unseen`)
 lamps     R G B share, float32    lamps smaller than a pixel, and their share of it (`equaltime.film.lamps`)
 aovs      by the scene            outputs beside the image, float32 (`equaltime.rendering.first_hits`)
 ========  ======================  =======================================================================
 
-Beauty, stderr and samples are always there; a file saved with ``small`` has no others but image, and can be neither
-taken up nor merged. Three attributes of the first part tell the rest: ``Software``; ``equaltime:record``, JSON, how the
-render was made; and ``equaltime:sha256``, JSON, the SHA-256 of the record's text and of each part's numbers. A file
-whose numbers do not agree with it is refused.
+Beauty, stderr and samples are always there. A file saved with ``small`` has no other parts but image, and can be
+neither resumed nor merged. Three attributes of the first part hold the rest. ``Software`` names the program.
+``equaltime:record``, JSON, tells how the render was made. ``equaltime:sha256``, JSON, holds the SHA-256 of the record's
+text and of each part's numbers. A file that does not match these sums is refused.
 
 The keys of the record (s: seconds; px: pixels):
 
+===========================  ===========================================================================================
+key                          content
+===========================  ===========================================================================================
 format, software             version of this layout, and of equaltime
 scene, digest                the scene's file (null: made in memory), and SHA-256 of its content
 size, crop                   full film [width, height] and the image's window [x, y, width, height] in it, px
-max_depth, scene_max_depth   longest paths of the image, and those that the scene asks for; -1: no limit
+max_depth, scene_max_depth   longest paths of the image, and of the scene as written; -1: no limit
 strategy, biased             name for `Strategy.parse`; whether its mean differs from the truth
-without, bias                effects that were left out, if any, and the error that this makes
-seed, replicates, backend    with the strategy, what decides the bits
+without, bias                effects that were left out, if any, and the error due to that
+seed, replicates, backend    with the strategy, these decide the bits
 nets, second_net             independent nets of a pixel's samples: with 2 the replicates are two independent halves,
-                             with 1 they are not; and one of how many pixels has a second net, if any has
-substitutions                what was replaced in the scene since it cannot be rendered
+                             with 1 they are not; k, if one of k pixels has a second net
+substitutions                parts of the scene that were replaced since they cannot be rendered
 sources                      of a merged render: seed, samples, seconds and build of each part
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
-stopped_by, stop             what ended the render; the rule by which it was to end at an error
+stopped_by, stop             reason of the end; rule by which the render was to stop at an error
 decision                     roulette, splitting and counts, where the strategy left them to the render (`Decision`)
 error, degrees, focus        relative error with its 95 % interval; degrees of freedom; light that is focused
 common_doubt                 relative standard deviation of a factor that all variances have in common, if there is one
 radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
-position                     where the passes stand: [samples, samples of the running pass, next block]
+position                     position of the passes: [samples, samples of the running pass, next block]
 seconds, phases              rendering time, and of each phase, s
-paths, rays, shadow_rays     numbers of them; rays_per_s is all rays over the seconds
-threads, kernel, effects     threads, the compiled path tracer, and what the scene called for
+paths, rays, shadow_rays     numbers of each; rays_per_s is all rays over the seconds
+threads, kernel, effects     threads, the compiled path tracer, and the effects that the scene uses
 build                        how the core was built
+===========================  ===========================================================================================
 """
 
 from __future__ import annotations
@@ -95,12 +99,12 @@ FORMAT: Final = 2
 _RECORD, _SHA256 = "equaltime:record", "equaltime:sha256"
 _MISSED: Final = {"unseen": RGB, "lamps": (*RGB, "share")}
 _STDERR_BITS: Final = 6
-"""Significant bits of standard errors: that is within 1.6 %, and the 49 pixels they come from tell them to 10 %."""
+"""Significant bits of standard errors: 6 bits are within 1.6 %, and the 49 pixels behind an error give it to 10 %."""
 _SMALL_BITS: Final = 11
 _BEAUTY: Final = (*RGB, "X", "Y", "Z", ALPHA)
 """Channels that a first part may have, in the order of writing."""
 _HALF: Final = (10 * 2.0**-14, 65504.0)
-"""Least mean and largest value of an image whose halves are as exact as 11 bits, or as a thousandth of its mean."""
+"""Least mean and largest value of an image that half holds to 11 bits, or to a thousandth of its mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +114,7 @@ class RenderFile:
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB."""
     standard_error: NDArray[np.float32]
-    """(H, W, 3): of each pixel; inf where unknown."""
+    """(H, W, 3): standard error of each pixel; inf where unknown."""
     samples: NDArray[np.int64]
     """(H, W): samples of each pixel."""
     record: Mapping[str, Any]
@@ -123,21 +127,21 @@ class RenderFile:
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Light that samples may have missed: (H, W, C) by the name of the part."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """(H, W) by the name of the channel."""
+    """Outputs beside the image: (H, W) by the name of the channel."""
     picture: FilmPicture = field(default_factory=FilmPicture)
-    """The form of the first part."""
+    """Form of the first part."""
     alpha: NDArray[np.float32] | None = None
-    """(H, W): how opaque each pixel is."""
+    """(H, W): opacity of each pixel; None if the film does not ask for it."""
     second: SecondNets | None = None
-    """Second nets of some pixels."""
+    """Second nets of some pixels; None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
-        """Write the file, whole or not at all; with ``small`` only what is looked at, rounded.
+        """Write the file, whole or not at all; with ``small``, only the parts that viewers need, rounded.
 
         Raises
         ------
         ImageError
-            If the file cannot be written; what was there before is left alone.
+            If the file cannot be written; an earlier file stays unchanged.
         """
         image, kind = _rounded_image(self.image) if small else (np.asarray(self.image, np.float32), "float")
         parts = dict(self._looked_at(image, kind, small))
@@ -151,7 +155,7 @@ class RenderFile:
         images.write(path, "openexr", list(parts.values()), self.window)
 
     def _looked_at(self, image: NDArray[np.float32], kind: str, small: bool) -> Iterator[tuple[str, Part]]:
-        lossless = "pxr24" if small and kind == "float" else "zip"  # Pixar's 24 bits hold what was rounded to 11
+        lossless = "pxr24" if small and kind == "float" else "zip"  # Pixar's 24 bits hold numbers rounded to 11 bits
         channels, pixels = self.picture.channels(self.alpha), self.picture.pixels(image, self.alpha)
         form = "half" if self.picture.half else kind
         pixels = _as_half(pixels) if form == "half" else pixels
@@ -181,12 +185,12 @@ class RenderFile:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> RenderFile:
-        """Read all that taking up and merging need; the outputs beside the image are not among it.
+        """Read all that resuming and merging need; the outputs beside the image are not read.
 
         Raises
         ------
         ImageError
-            If the file is missing, no image, no render of equaltime's, by a later version, or damaged.
+            If the file is missing, no image, not rendered by equaltime, written by a later version, or damaged.
         """
         picture, guard = _guarded_picture(path)
         if not picture.record:
@@ -227,7 +231,7 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
 
 
 def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return what the header of a file says of how it was rendered, unchecked; empty if it does not say."""
+    """Return the record in a file's header, unchecked; empty if there is none."""
     with suppress(ImageError):
         return _json(images.read_attributes(path).get(_RECORD, "{}"), _RECORD, path)
     return {}
@@ -240,11 +244,11 @@ def read_outputs(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]
 
 
 class SavedFilm(NamedTuple):
-    """The samples of a saved render; each None if the file has none."""
+    """Samples of a saved render; each field is None if the file lacks it."""
 
     moments: NDArray[Any] | None
     parts: NDArray[Any] | None
-    """Sums over what was merged."""
+    """Sums over the parts of a merged render."""
     second: SecondNets | None
 
 
@@ -254,7 +258,7 @@ def read_film(path: str | os.PathLike[str]) -> SavedFilm:
 
 
 def holds_film(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a saved render has the moments by which it is taken up and merged; raises `ImageError`."""
+    """Tell whether a saved render has the moments that resuming and merging need; raises `ImageError`."""
     return read_part(path, "moments", "uint") is not None
 
 
@@ -300,7 +304,7 @@ def _beauty(picture: Picture) -> NDArray[np.float32]:
 def _json(text: str, name: str, path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         found = json.loads(text)
-    except (ValueError, RecursionError) as error:  # of numbers without end, or of nesting
+    except (ValueError, RecursionError) as error:  # raised by endless numbers, or by deep nesting
         raise ImageError(f"{path}: the attribute {name} is damaged: {error}") from error
     return found if isinstance(found, dict) else {}
 
@@ -321,9 +325,9 @@ def _guarded(
     guard: Guard,
     kind: str = "float",
 ) -> NDArray[Any] | None:
-    """Return the pixels (H, W, C) of a part with its channels in this order, which may depend on their number.
+    """Return the pixels (H, W, C) of a part; None if there is no such part.
 
-    EXR does not keep the order. Returns None if there is no such part.
+    ``channels`` gives the order of the channels, which may depend on their number. EXR does not keep the order.
     """
     found = read_part(path, name, kind)
     if found is None:
@@ -396,7 +400,7 @@ def _check_words(words: NDArray[np.uint32], image: NDArray[np.float32], path: st
 
 
 def _rounded_image(image: NDArray[Any]) -> tuple[NDArray[np.float32], str]:
-    """Return an image that needs half the room, and the type of its channels."""
+    """Return an image that needs half the space, and the type of its channels."""
     least, most = _HALF
     if image.size and float(np.abs(image).max()) <= most and float(image.mean()) >= least:
         return _as_half(image), "half"
@@ -410,7 +414,7 @@ def _as_half(numbers: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def _rounded(numbers: NDArray[Any], bits: int) -> NDArray[np.float32]:
-    """Round to so many significant bits; what is not finite stays."""
+    """Round to this number of significant bits; infinities and NaN stay."""
     values = np.ascontiguousarray(numbers, np.float32)
     dropped = 24 - bits
     up = (values.view(np.uint32) + np.uint32(1 << (dropped - 1))) & np.uint32(2**32 - (1 << dropped))

@@ -1,4 +1,4 @@
-"""The record of a saved render: what it must hold to be taken up or merged, since the file may be damaged."""
+"""Validation of the record of a saved render before it is resumed or merged, since the file may be damaged."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ Seconds = Annotated[float, Field(ge=0.0)]
 
 
 class _Facts(BaseModel):
-    """Facts by name; more of them than are asked for do no harm."""
+    """Facts by name; unknown names are allowed."""
 
     model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
 
 
 def _whole_look(look: Any) -> Any:
-    """Complete a look of an earlier version, which did not tell of its brightest path."""
+    """Complete a look of an earlier version, which lacks its brightest path."""
     return [*look, None] if isinstance(look, list) and len(look) == 3 else look
 
 
@@ -87,7 +87,7 @@ class _Picture(_Facts):
 
 
 class _Record(_Facts):
-    """The keys that taking up and merging go by; `equaltime.rendering.render_file` says what they mean."""
+    """Keys that resuming and merging need; `equaltime.rendering.render_file` describes them."""
 
     format: Annotated[int, Field(ge=1)] = 1
     scene: str | None
@@ -130,11 +130,11 @@ class _Record(_Facts):
 
 
 _BEST_BEFORE = {"roulette": "throughput", "sampler": "sobol", "adaptive": "none"}
-"""Defaults of the preset ``best`` in records that do not tell of nets."""
+"""Defaults of the preset ``best`` for records without nets."""
 
 
 def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a record whose strategy means what it meant when it was written."""
+    """Return the record with a strategy name that means today what it meant when it was written."""
     name = record.get("strategy")
     if "nets" in record or not isinstance(name, str) or name.partition(",")[0] != "best":
         return record
@@ -145,7 +145,7 @@ def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return a file's record, whole; raises `ImageError` with all that is wrong with it."""
+    """Return a file's record, complete; raises `ImageError` with all problems found."""
     try:
         return _Record.model_validate(_in_todays_words(record)).model_dump()
     except ValidationError as error:

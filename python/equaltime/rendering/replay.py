@@ -1,7 +1,7 @@
-"""One sample of a render once more, vertex by vertex, with every factor that made it.
+"""One sample of a render again, vertex by vertex, with every factor that contributes to it.
 
-The path goes through the same estimator as in a render, so that its radiance is the render's sample, bit by bit; what
-its vertices add sums up to it.
+The path goes through the same estimator as in a render, so its radiance is the render's sample, bit by bit. The
+contributions of its vertices sum up to that radiance.
 """
 
 from __future__ import annotations
@@ -33,22 +33,24 @@ class Replay(Shown):
     """The path of one sample. Lengths and radiance are in the scene's units, densities per solid angle."""
 
     pixel: tuple[int, int]
-    """Its place in the whole film, from the left and from the top."""
+    """Position in the whole film, from the left and from the top, in pixels."""
     sample: int
     seed: int
     strategy: str
     filter_weight: float
-    """Of its place under the pixel's filter."""
+    """Weight of the sample's position under the pixel's filter."""
     radiance: Color
-    """What the sample adds to its pixel: what the vertices add, in their order, times the filter's weight."""
+    """Contribution of the sample to its pixel: the sum over the vertices, in their order, times the filter's weight."""
     end: str
-    """Why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
+    """Reason why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
     ``roulette``."""
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
-    """Of each: ``origin`` and ``direction`` of its ray, the ``throughput`` that it is sent with, what of that its
-    medium has ``left``, what was ``gathered`` before, and, or None, the ``surface`` that is met, or the place of the
-    ``particle`` of the medium that scatters it before, the ``emitter`` that is seen there or in the environment, the
-    ``light`` that was sampled, and the ``scattering``; and the floating-point ``faults`` that it raised, in words."""
+    """Vertices of the path, as dictionaries with these keys. ``origin`` and ``direction``: the ray towards the vertex.
+    ``throughput``: throughput at the ray's start. ``left``: throughput after the medium along the ray. ``gathered``:
+    radiance gathered before. ``surface``: the surface met, or None. ``particle``: place where the medium scatters the
+    path before a surface, or None. ``emitter``: emitter seen there or in the environment, or None. ``light``: the light
+    that was sampled, or None. ``scattering``: the scattering, or None. ``faults``: floating-point faults raised, in
+    words."""
 
     def __str__(self) -> str:
         color = ", ".join(f"{channel:.4g}" for channel in self.radiance)
@@ -57,7 +59,7 @@ class Replay(Shown):
 
     @property
     def sum(self) -> Color:
-        """The sum of what the vertices add, in float32 as in the render, times the filter's weight."""
+        """Sum of the vertices' contributions, in float32 as in the render, times the filter's weight."""
         total = np.zeros(3, np.float32)
         with np.errstate(over="ignore", invalid="ignore"):
             for vertex in self.vertices:
@@ -69,14 +71,14 @@ class Replay(Shown):
 
     @property
     def first_nonfinite(self) -> tuple[int, str] | None:
-        """The first number of the path that is NaN or infinite: its vertex, and its name there."""
+        """First number of the path that is NaN or infinite: index of its vertex, and its name there; else None."""
         for index, vertex in enumerate(self.vertices):
             if name := _nonfinite(vertex):
                 return index, name
         return None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the replay as JSON data; numbers that JSON does not know are words: nan, inf, -inf."""
+        """Return the replay as JSON data; numbers that JSON lacks are words: nan, inf, -inf."""
         data = {name: getattr(self, name) for name in self.__dataclass_fields__}
         record: dict[str, Any] = _as_json({**data, "sum": self.sum})
         return record
@@ -93,12 +95,12 @@ def replay(
 ) -> Replay:
     """Trace the path of sample number ``sample`` of a pixel, counted from 0, as a render with this seed does.
 
-    With effects left out ``without`` them, as there.
+    Effects named in ``without`` are left out, as in `equaltime.render`.
 
     Raises
     ------
     SceneError, StrategyError, EffectError
-        If the scene or the strategy cannot be read, or an effect not be left out.
+        If the scene or the strategy cannot be read, or an effect cannot be left out.
     ValueError
         If the pixel is not on the film, or an argument is out of range, or of another type.
     """
@@ -129,13 +131,13 @@ def replay(
 
 
 def _name(vertex: dict[str, Any], names: Names) -> None:
-    """Say of the surfaces and lights of a vertex what they are called and where they stand."""
+    """Add names and positions to the surfaces and lights of a vertex."""
     blocker = (vertex["light"] or {}).get("blocker")
     for surface in (vertex["surface"], blocker):
         if surface is not None:
             surface["name"] = str(names.shape(surface["shape"]))
             copy = None if surface["instance"] is None else str(names.instance(surface["instance"]))
-            if copy not in (None, surface["name"]):  # what moves is an instance of itself
+            if copy not in (None, surface["name"]):  # a moving shape is an instance of itself
                 surface["name"] += f", seen as {copy}"
     for found in (vertex["emitter"], vertex["light"]):
         if found is None:
@@ -151,7 +153,7 @@ def _name(vertex: dict[str, Any], names: Names) -> None:
 
 
 def _nonfinite(value: Any) -> str | None:
-    """Return the name of the first number inside that is not finite; empty if it is the value itself."""
+    """Return the name of the first number inside that is not finite; blank if the value itself is that number."""
     if isinstance(value, float):
         return None if math.isfinite(value) else " "
     if isinstance(value, tuple):

@@ -37,7 +37,7 @@ _EXTENSIONS = (".exr", ".png")
 
 
 def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
-    """Return where the picture of a result saved as ``path`` goes; raise `ImageError` if either cannot be written."""
+    """Return the path of the picture of a result saved as ``path``; raise `ImageError` if either cannot be written."""
     images.check_writable(path, extensions)
     picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
     images.check_writable(picture, _EXTENSIONS)
@@ -45,7 +45,7 @@ def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
 
 
 def uninterrupted(result: Result) -> Result:
-    """Return a result that measures go by; raise `KeyboardInterrupt` for one that Ctrl-C cut short."""
+    """Return the result if it is complete; raise `KeyboardInterrupt` if Ctrl-C cut it short."""
     if result.stopped_by == "interrupt":
         raise KeyboardInterrupt
     return result
@@ -53,20 +53,20 @@ def uninterrupted(result: Result) -> Result:
 
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
-    """Cost of a render, and the code that did it."""
+    """Cost of a render, and the code that rendered it."""
 
     phases: Mapping[str, float] = field(hash=False)
-    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot``
-    where something was left out, and ``stop_pilot`` where a pilot chose the count; ``save`` and ``outputs`` (those
-    beside the image) where there are any."""
+    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot`` if
+    an effect was left out, and ``stop_pilot`` if a pilot chose the count; ``save`` and ``outputs`` (beside the image)
+    if there are any."""
     paths: int
-    """Camera paths, which is samples."""
+    """Camera paths: one per sample."""
     rays: int
     """Rays traced to find the nearest surface."""
     shadow_rays: int
-    """Rays traced to find out whether anything is in the way."""
+    """Rays traced to test whether any surface is in the way."""
     kernel: str
-    """The compiled path tracer that was chosen for the scene."""
+    """Name of the compiled path tracer that was chosen for the scene."""
     threads: int
     effects: tuple[str, ...] = ()
     """Effects that the scene uses."""
@@ -92,14 +92,14 @@ class Stats(Shown):
 
 @dataclass(frozen=True)
 class Origin:
-    """Everything that decides the bits of a render but the sample counts."""
+    """Everything that decides the bits of a render except the sample counts."""
 
     scene: str | None
     """The scene's file, as an absolute path; None for a scene made in memory."""
     digest: str
     """SHA-256 of the scene's content."""
     window: Window
-    """The place of the image in the full film."""
+    """Position of the image in the full film."""
     max_depth: int
     """Length of the longest paths of the problem; -1 if there is no limit."""
     strategy: str
@@ -109,20 +109,19 @@ class Origin:
     replicates: int
     backend: str
     without: tuple[str, ...] = ()
-    """The effects that were left out, as `equaltime.pricing.leave_out` takes them; biased if there are any."""
+    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
     nets: int = 2
-    """Independent nets of a pixel's samples: as many as replicates, which are independent then, or one."""
+    """Independent nets of a pixel's samples: one, or as many as replicates, which then are independent."""
     second_net: int = 0
-    """One of how many pixels has a second net beside its one (`equaltime.film.second_nets`); 0 if none has."""
+    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
     scene_max_depth: int | None = None
-    """The ``max_depth`` that the scene asks for, which may not be that of the problem; None if a record does not say.
-    """
+    """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
-    """The form in which the film asks for the picture: no bit of the render depends on it."""
+    """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Origin:
@@ -148,7 +147,7 @@ class Origin:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The origin as JSON data, as it stands in the record of a result."""
+        """The origin as JSON data, as in the record of a result."""
         return {
             "scene": self.scene,
             "digest": self.digest,
@@ -173,7 +172,7 @@ class Origin:
 class Result:
     """A rendered image with its error bar and its cost.
 
-    No array of it can be written to: copy what is to be changed.
+    Its arrays are read-only: copy an array to change it.
     """
 
     image: NDArray[np.float32]
@@ -188,17 +187,17 @@ class Result:
     stats: Stats
     stopped_by: StoppedBy
     """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
-    chose for it, Ctrl-C, or a sample that was not a number. ``unfinished`` is a render that was saved on the way."""
+    chose for it, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
     """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
     looks: tuple[Look, ...] = ()
     """Looks of a render that was to stop at an error: samples a pixel, the error, its upper limit."""
     bias: Estimate | None = None
-    """The error that leaving effects out makes, if any were; what `Strategy.truncate` does is not measured."""
+    """Error due to the effects that were left out, if any; the bias of `Strategy.truncate` is not measured."""
     position: tuple[int, int, int] | None = None
-    """Position of the passes, from which they are taken up: samples that every pixel has on average, those of the
-    blocks before the next one, and that block's number."""
+    """Position from which passes resume: samples per pixel completed (mean), samples of the blocks already done in the
+    running pass, and index of the next block."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Light that samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
     stop: Stop | None = None
@@ -209,18 +208,18 @@ class Result:
     """Degrees of freedom behind the variance of each pixel: the number of replicates less 1. In a merged render: the
     harmonic mean over pixels, of all parts and their replicates (`equaltime.film.parts_of_merge`)."""
     parts: NDArray[Any] | None = None
-    """(H, W): sums over what was merged, from which variances are estimated; None if nothing was merged."""
+    """(H, W): sums over the parts of a merged render, for variances; None if nothing was merged."""
     common_doubt: float = 0.0
     """Relative standard deviation of a factor that the variances of all pixels have in common."""
     second: SecondNets | None = None
     """Second nets of some pixels (`equaltime.film.second_nets`); None if there are none."""
     decision: Decision = field(default_factory=Decision)
-    """What the strategy left to the render."""
+    """Decisions that the strategy left to the render."""
     focus: Focus = field(default_factory=Focus.none)
-    """Light that specular surfaces focus, by which the error may be in doubt."""
+    """Light that specular surfaces focus, which may put the error in doubt."""
 
     def __post_init__(self) -> None:
-        """Keep others from changing what is stated about one another: the image, its error and its moments."""
+        """Make the arrays read-only: image, error and moments describe each other."""
         second = None if self.second is None else self.second.moments
         arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts, second)
         for array in (*arrays, *self.missed.values(), *self.aovs.values()):
@@ -229,27 +228,27 @@ class Result:
 
     @property
     def spp(self) -> float:
-        """Samples per pixel; the mean, where a limit cut a pass."""
+        """Samples per pixel; the mean, if a limit cut a pass."""
         return float(self.samples.mean())
 
     @property
     def alpha(self) -> NDArray[np.float32] | None:
-        """(H, W): how opaque each pixel is (`equaltime.rendering.outputs`); None unless the film asks for it."""
+        """(H, W): opacity of each pixel (`equaltime.rendering.outputs`); None unless the film asks for it."""
         return self.aovs.get(ALPHA)
 
     @property
     def radiance_range(self) -> float:
         """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
 
-        It is large in ordinary scenes too, such as one lamp in thick fog. Only where `lint` finds emitters that are
-        more than 1e12 apart (``radiance-range``) may light of the dim ones be missing.
+        The ratio is large in ordinary scenes too, such as one lamp in thick fog. Light of dim emitters may be missing
+        only if `lint` finds emitters that are more than 1e12 apart (``radiance-range``).
         """
         least = float(np.min(self.image, where=self.image > 0.0, initial=np.inf))
         return float(self.image.max()) / least if least < np.inf else 1.0
 
     @property
     def record(self) -> dict[str, Any]:
-        """The provenance as JSON data: what `save` stores in the EXR, and ``--json`` prints."""
+        """The provenance as JSON data: the record that `save` stores in the EXR and ``--json`` prints."""
         height, width = self.samples.shape
         window = self.origin.window
         return {
@@ -288,19 +287,19 @@ class Result:
         Parameters
         ----------
         path
-            ``NAME.exr`` gets the image, its standard error, the sample counts, how it was made, and the moments by
-            which the render is taken up or merged (`equaltime.rendering.render_file`), with a preview ``NAME.png``
-            beside it. The first picture of it has the channels that the film asks for (`FilmPicture`), as has the
-            preview. ``NAME.png`` gets the preview alone. A render that is there already and took more than a minute is
-            kept as ``NAME.exr~``, unless this one has all of its samples.
+            ``NAME.exr`` gets the image, its standard error, the sample counts, the record, and the moments needed to
+            resume or merge the render (`equaltime.rendering.render_file`). A preview ``NAME.png`` is written beside it.
+            Its first part has the channels that the film asks for (`FilmPicture`), as has the preview. ``NAME.png``
+            gets the preview alone. An existing render that took more than a minute is kept as ``NAME.exr~``, unless
+            this one has all of its samples.
         small
-            Leave out of the EXR what taking up and merging need, and the outputs beside the image; and round the image
+            Leave out of the EXR the parts for resuming and merging, and the outputs beside the image. Round the image
             to 11 significant bits (0.02 %).
 
         Raises
         ------
         ImageError
-            If a file cannot be written; what was there before is left alone.
+            If a file cannot be written; an earlier file stays unchanged.
         """
         path = Path(path)
         picture = check_output(path)
@@ -361,14 +360,14 @@ def make_result(
     second: SecondNets | None = None,
     decision: Decision | None = None,
 ) -> Result:
-    """Add the image and its errors, and the time that they took, to what is known of a render.
+    """Make the result of a render: add the image, its errors, and the time that these took to compute.
 
-    The result shares ``moments`` and those of ``second`` nets with the caller.
+    The result shares ``moments`` and the moments of ``second`` with the caller.
 
     Raises
     ------
     BrightImage
-        With the result, if float32 cannot hold the image.
+        If float32 cannot hold the image; the error holds the result.
     """
     begin = time.perf_counter()
     image = as_float32(pixels.mean)

@@ -20,13 +20,13 @@ __all__ = ["Checkpoints", "run"]
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Where and how often the render so far is saved."""
+    """Path and interval of the checkpoints."""
 
     path: Path
     every: float = 60.0
-    """Seconds; longer where saving would take more than half of the time."""
+    """Seconds between checkpoints; longer if saving would take more than half of the time."""
     unsaved: Callable[[str], object] | None = None
-    """Called with the reason when a checkpoint could not be written, once until one has been again."""
+    """Called with the reason when a checkpoint cannot be written; again only after one was written."""
 
 
 def run(
@@ -36,12 +36,12 @@ def run(
     pass_ended: Sequence[Callable[[], object]] = (),
     ended: Sequence[Callable[[Result], object]] = (),
 ) -> Result:
-    """Run a session to its end, with the outputs that the scene ``asking`` wants beside the image.
+    """Run a session to its end, with the outputs that the scene ``asking`` asks for beside the image.
 
     Parameters
     ----------
     asking
-        The user's scene. That of the session may lack effects, which were left out.
+        The user's scene. The session's scene may lack effects that were left out.
     pass_ended
         Called after each pass.
     ended
@@ -72,10 +72,10 @@ def run(
 
 
 def _with_outputs(result: Result, session: Session, asking: Scene, checkpoint: Path | None) -> Result:
-    """Add the outputs; not after Ctrl-C, since they may take as long as the image."""
+    """Add the outputs, except after Ctrl-C, since they may take as long as the image."""
     if result.stopped_by == "interrupt" or not asked_for(asking):
         return result
-    if checkpoint is not None:  # outputs may take as much memory as the image, too
+    if checkpoint is not None:  # outputs may also take as much memory as the image
         with suppress(ImageError):
             result.save(checkpoint)
     job, begin, worked = session.job, clock.perf_counter(), result.stats.seconds * result.stats.threads

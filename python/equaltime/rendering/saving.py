@@ -1,4 +1,4 @@
-"""When what is done so far is saved: every so many seconds, but neither half of the time nor when it is almost over."""
+"""Schedule of checkpoints: one every N seconds, at most half of the time, and none shortly before the time limit."""
 
 from __future__ import annotations
 
@@ -9,41 +9,41 @@ from equaltime.errors import ImageError
 __all__ = ["Saving"]
 
 _ROOM = 2.0
-"""Times what saving took last: what must be left before the time limit."""
+"""A checkpoint is skipped if less than this many times the last save's duration remains before the time limit."""
 
 
 class Saving:
-    """Saves what is done so far, and knows when that is due.
+    """Saves checkpoints and schedules them.
 
     All times are seconds since the first pass began.
 
     Parameters
     ----------
     save
-        Does it.
+        Callable that saves the render so far.
     every
-        Seconds from one state that is saved to the next; more where saving would take more than half of them.
+        Seconds between the starts of two checkpoints; more if saving would take more than half of them.
     takes
-        Seconds that saving is taken to take before it was done once.
+        Expected seconds of the first save.
     failed
-        Called with why saving failed, once until it has been done again: a full disk may have room the next time.
+        Called with the reason when saving fails; again only after a save has worked: a full disk may have room later.
     """
 
     def __init__(
         self, save: Callable[[], object], every: float, takes: float, failed: Callable[[str], object] | None = None
     ) -> None:
         self.seconds = 0.0
-        """Spent in saving."""
+        """Seconds spent in saving."""
         self._save, self._every, self._takes, self._due = save, every, takes, every
         self._failed, self._fails = failed, False
 
     def left(self, now: float, limit: float | None) -> float | None:
-        """Return the seconds until it is due, 0 if it is; None if it would not be done before the time limit."""
+        """Return the seconds until the next save, 0 if it is due; None if it would not end before the time limit."""
         due = max(self._due, now)
         return None if limit is not None and due + _ROOM * self._takes > limit else due - now
 
     def run(self, clock: Callable[[], float]) -> float:
-        """Save; return the seconds that it took."""
+        """Save; return the seconds that saving took."""
         begin = clock()
         self._try()
         end = clock()

@@ -47,7 +47,7 @@ from equaltime.strategy import Strategy
 __all__ = ["Session", "origin_of"]
 
 _SECONDS_A_PIXEL = 1e-6
-"""What saving is taken to cost before it was done once."""
+"""Expected seconds per pixel of the first checkpoint."""
 
 
 class Session:
@@ -56,9 +56,9 @@ class Session:
     Raises
     ------
     SceneError
-        If the film is more than this machine can hold.
+        If the film is larger than this machine's memory.
     RenderError
-        If there is not enough memory, or the film is a single pixel and nothing but its error is to end the render.
+        If there is not enough memory, or if the film is a single pixel and an error is the only limit.
     ImageError
         If the checkpoint belongs to another render.
     """
@@ -69,9 +69,9 @@ class Session:
         biased = strategy.biased or bool(job.without)
         origin = origin_of(scene, strategy.name, biased, job.seed, REPLICATES, "core", job.without)
         self._origin = replace(origin, nets=nets(scene, strategy), second_net=second_net(scene, strategy))
-        core = scene.core  # built now, if it was not before
+        core = scene.core  # built now if needed
         self.bytes_before = resident_bytes()
-        """Of the process, with the scene, before there is a film."""
+        """Resident bytes of the process after the scene was built and before the film was allocated."""
         decided = strategy if resumed is None else resumed.decision.applied(strategy)
         self._renderer = make_renderer(scene, decided, job.seed, job.threads, traps=job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
@@ -91,7 +91,7 @@ class Session:
 
     @property
     def origin(self) -> Origin:
-        """What decides the bits of the render."""
+        """Everything that decides the bits of the render."""
         return self._origin
 
     def _take_up(self, resumed: Checkpoint) -> None:
@@ -117,9 +117,10 @@ class Session:
     ) -> Result:
         """Run all passes, call ``pass_ended`` after each, and return the result.
 
-        If ``path`` is given, what is done so far is saved there every so many seconds, within passes too; ``unsaved``
-        is called with why, where that fails, once until it has been done again. After Ctrl-C the result is what was
-        finished; raises `KeyboardInterrupt` if that is nothing, `SampleError` or `BrightImage` with the result so far.
+        If ``path`` is given, the render so far is saved there every ``every`` seconds, within passes too. If saving
+        fails, ``unsaved`` is called with the reason, and again only after a save has worked. After Ctrl-C the result
+        holds the finished part. Raises `KeyboardInterrupt` if nothing is finished, and `SampleError` or `BrightImage`
+        with the result so far.
         """
         if path is not None:
             takes = _SECONDS_A_PIXEL * self.passes.pixels
@@ -127,7 +128,7 @@ class Session:
         stopped_by = self._run_passes(pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
-        with held_back() as late:  # or an impatient one more: what is finished is finished
+        with held_back() as late:  # another Ctrl-C changes nothing: the image is finished
             result = self.result(stopped_by)
         return replace(result, stopped_by="interrupt") if late else result
 
@@ -136,7 +137,7 @@ class Session:
             for _ in self.passes:
                 if pass_ended is not None:
                     pass_ended(self)
-        except KeyboardInterrupt:  # between two passes
+        except KeyboardInterrupt:  # raised between two passes
             return "interrupt"
         assert self.passes.stopped_by is not None
         return self.passes.stopped_by
@@ -150,7 +151,7 @@ class Session:
                 raise
 
     def error(self, lasting: bool = False) -> Estimate:
-        """Estimate the error of what is done so far, or of it what more samples do not undo at once."""
+        """Estimate the error so far. With `lasting`, leave out the widening that a few more samples remove."""
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
 
@@ -159,7 +160,7 @@ class Session:
         return statistics_so_far(self._renderer)
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's share of ``samples`` a pixel on average, (H, W): 1 everywhere where counts are even."""
+        """Return each pixel's sample count over the mean count ``samples``, (H, W): 1 everywhere for even counts."""
         renderer = self._renderer
         if isinstance(renderer, AdaptiveRenderer):
             return renderer.rates(samples)
@@ -172,12 +173,12 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """The strategy, with what was decided so far."""
+        """The strategy with the decisions so far."""
         return self._decision.applied(self.job.strategy)
 
     @property
     def _decision(self) -> Decision:
-        """What was decided so far, by this render or by one that it took up."""
+        """Decisions so far, of this render or of the one that it resumed."""
         found, before = decision_of(self._renderer, self.job.strategy), self._resumed
         return found if before == Decision() else replace(before, counts=found.counts or before.counts)
 
@@ -187,14 +188,14 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """The rule by which it stops at an error, or was to stop; None if none was asked for."""
+        """Rule by which the render stops at an error, or was to stop; None if no error was asked for."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return what is done so far; raises `SampleError` or `BrightImage` with it if something went wrong.
+        """Return the result so far; raises `SampleError` or `BrightImage` with it if something went wrong.
 
-        The result shares nothing with the film, which may go on changing, and does not keep the renderer in memory.
+        The result shares no memory with the film, which may go on changing, and does not keep the renderer in memory.
         """
         shared = self._snapshot(stopped_by)
         second = None if shared.second is None else shared.second.copy()
@@ -203,7 +204,7 @@ class Session:
         return result
 
     def _snapshot(self, stopped_by: StoppedBy) -> Result:
-        """Return what is done so far, with the moments of the film itself."""
+        """Return the result so far, sharing the moments of the film."""
         counters = self._renderer.counters
         phases = {**self.job.scene.timings, "render": self._before + self.passes.total_seconds}
         if self.passes.saving is not None and self.passes.saving.seconds:
@@ -244,7 +245,7 @@ class Session:
             raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
-        """Raise `SampleError`, with the result so far if there is to be one, if a sample went wrong."""
+        """Raise `SampleError` if a sample went wrong, with ``result`` as the result so far."""
         if self._renderer.nonfinite or self._renderer.faulty:
             origin = self._origin
             raise bad_sample(self.job.scene, self.job.strategy, origin.seed, self._renderer, result, origin.without)
@@ -259,7 +260,7 @@ def origin_of(
     backend: str,
     without: tuple[str, ...] = (),
 ) -> Origin:
-    """Return what decides the bits of a render of the scene."""
+    """Return everything that decides the bits of a render of the scene."""
     film = scene.model.sensor.film
     return Origin(
         scene=None if scene.source is None else os.path.abspath(scene.source),
@@ -269,7 +270,7 @@ def origin_of(
         max_depth=scene.max_depth,
         strategy=strategy,
         biased=biased,
-        seed=int(seed),  # NumPy's integers cannot be written into records
+        seed=int(seed),  # records cannot hold NumPy's integers
         replicates=replicates,
         backend=backend,
         without=without,

@@ -1,7 +1,7 @@
-"""The words around the number that a render states, which is the image's error or only its noise.
+"""The words around the number that a render states: the number is the image's error, or only its noise.
 
 ``max_depth`` belongs to the problem. If the scene asks for longer paths than the image has, the number does not contain
-the difference. The bias of a strategy is not in it either, unless a pilot has measured it.
+the difference. Nor does it contain the bias of a strategy, unless a pilot has measured that bias.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ class Stated:
     """The words around the number that a render states."""
 
     noun: Literal["error", "noise", "noise and measured bias"]
-    """``error`` if nothing is missing in the number."""
+    """Name of the number; ``error`` if nothing is missing in it."""
     paths: str
-    """The paths of the image, such as ``paths up to depth 2``, if the scene asks for others; else empty."""
+    """Paths of the image, such as ``paths up to depth 2``, if the scene asks for others; else empty."""
     by_strategy: bool
     """Whether the strategy is biased by an amount that is not in the number."""
     missing: str
-    """What the number says nothing of, and what measures it; empty if it is the whole error."""
+    """Errors that are not in the number, and how to measure them; empty if the number is the whole error."""
 
     @property
     def of_paths(self) -> str:
-        """The paths as they follow the number."""
+        """The paths in words that follow the number."""
         return f" of {self.paths}" if self.paths else ""
 
 
@@ -46,7 +46,7 @@ def paths_up_to(depth: int) -> str:
 
 
 def shorter(depth: int, other: int | None) -> int:
-    """Return the smaller of two depths; -1 is no limit, and so is None."""
+    """Return the smaller of two depths; -1 and None stand for no limit."""
     if other is None or other < 0:
         return depth
     return other if depth < 0 else min(depth, other)
@@ -58,7 +58,7 @@ def other_depth(depth: int, asked: int) -> str:
 
 
 def different_problems(records: Sequence[tuple[Path, Mapping[str, Any]]]) -> Iterator[str]:
-    """Note where images, given with their records, are of different problems, or of another than their scene's."""
+    """Yield notes on images, with their records, of different problems, or of other depths than their scenes."""
     depths = {path: depth for path, said in records if _is_depth(depth := said.get("max_depth"))}
     shown = set(depths.values())
     if len(shown) > 1:
@@ -80,7 +80,7 @@ def stated(origin: Origin) -> Stated:
     """Return the words for a render of this origin."""
     strategy = Strategy.parse(origin.strategy) if origin.backend == "core" else Strategy()
     longest = shorter(origin.max_depth, strategy.truncate)
-    if any(name.startswith("long_paths") for name in origin.without):  # the cut is measured, and in the number
+    if any(name.startswith("long_paths") for name in origin.without):  # the number contains the measured cut
         strategy = strategy.model_copy(update={"truncate": None})
     asked = origin.max_depth if origin.scene_max_depth is None else origin.scene_max_depth
     depth = shorter(origin.max_depth, strategy.truncate)
@@ -98,7 +98,7 @@ def stated(origin: Origin) -> Stated:
 
 
 def _measure(longest: int, max_depth: int, asked: int) -> str:
-    """Return which option of ``render`` measures what the paths bring that are longer than the longest of the image."""
+    """Return the option of ``render`` that measures the light of paths longer than the image's longest; else empty."""
     if longest < 1:
         return ""
     instead = "" if max_depth == asked else f" instead of `--max-depth {max_depth}`"

@@ -1,8 +1,8 @@
 """A render's passes in tev, the viewer (https://github.com/Tom94/tev), over its network protocol.
 
-A message is its length in bytes (all of it, uint32), a byte that says what it is, and its fields: numbers are little
-endian, a truth is a byte, a text ends with a zero byte. Two kinds are sent: 4 creates an image of some channels, 6
-updates a rectangle of one, whose channels may lie interleaved.
+A message is its length in bytes (all of it, uint32), a byte for its kind, and its fields. Numbers are little endian, a
+bool is a byte, a text ends with a zero byte. Two kinds are sent: 4 creates an image of some channels, 6 updates a
+rectangle of one, whose channels may be interleaved.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ from equaltime.errors import RenderError
 __all__ = ["PORT", "Viewer"]
 
 PORT = 14158
-"""Where tev listens unless it is told otherwise."""
+"""Port on which tev listens by default."""
 
 _CREATE, _UPDATE = 4, 6
 _CHANNELS = ("R", "G", "B")
 _PATIENCE = 2.0
-"""Seconds to wait for a viewer that does not take what it is sent."""
+"""Seconds to wait for a viewer that does not accept data."""
 _INTERVAL = 0.2
 _MOST_SHARE = 0.02
-"""Of the time, that goes into showing."""
+"""Largest share of the time that goes into showing."""
 _MOST_BYTES = 1 << 24
-"""Of the pixels of a message."""
+"""Largest number of pixel bytes in one message."""
 
 
 class Viewer:
-    """An image in tev that follows a render: give it to `equaltime.render` as ``show``.
+    """An image in tev that follows a render: pass it to `equaltime.render` as ``show``.
 
-    A viewer that cannot be reached, or goes away, says so in `problem`, and is sent nothing from then on: a render is
-    never lost to it.
+    If the viewer cannot be reached, or closes, `problem` says so, and nothing more is sent. The render goes on in any
+    case.
 
     Parameters
     ----------
     address
         ``HOST:PORT``, or ``HOST``.
     name
-        What the viewer calls the image.
+        Name of the image in the viewer.
 
     Raises
     ------
     RenderError
-        If the address is none.
+        If the address is invalid.
     """
 
     def __init__(self, address: str = "localhost", name: str = "equaltime") -> None:
@@ -58,7 +58,7 @@ class Viewer:
         if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 2**16:
             raise RenderError(f"tev: expected HOST:PORT, such as localhost:{PORT}, found '{address}'")
         self.problem: str | None = None
-        """Why the viewer is shown nothing more; None while it is."""
+        """Reason why nothing more is sent to the viewer; None while it is shown images."""
         self._address, self._host, self._port = address, host.strip("[]"), int(port)
         self._name = name
         self._socket: socket.socket | None = None
@@ -69,16 +69,16 @@ class Viewer:
 
     @property
     def due(self) -> bool:
-        """Whether it is time for another picture: not too often, nor so that showing takes more than its share."""
+        """Whether it is time for another picture: at most every 0.2 s, and for at most 2 % of the time."""
         under_way = self._sent is not None and not self._sent.done()
         return self.problem is None and not under_way and time.monotonic() >= self._next
 
     def offer(self, image: NDArray[Any]) -> None:
-        """Send an image (H, W, 3), linear, that nobody changes, while the caller goes on: viewers may read slowly."""
+        """Send an image (H, W, 3), linear, in the background; nobody may change it. Viewers may read slowly."""
         self._sent = self._sender.submit(self._show, image)
 
     def show(self, image: NDArray[Any]) -> None:
-        """Send an image (H, W, 3), linear, after all that was offered."""
+        """Send an image (H, W, 3), linear, after all images offered; return when it was sent."""
         self._sender.submit(self._show, image).result()
 
     def _show(self, image: NDArray[Any]) -> None:
@@ -95,12 +95,12 @@ class Viewer:
         self._next = end + max(_INTERVAL, (end - begin) / _MOST_SHARE)
 
     def connect(self) -> None:
-        """Reach the viewer, if it is not reached; `show` would, but it may take a while."""
+        """Connect to the viewer if needed; `show` would too, but connecting may take a while."""
         if self._socket is not None or self.problem is not None:
             return
         try:
             self._socket = socket.create_connection((self._host, self._port), _PATIENCE)
-        except (OSError, UnicodeError) as error:  # a name that is none is no text for the network
+        except (OSError, UnicodeError) as error:  # an invalid host name cannot be encoded
             self._give_up(error)
 
     def _give_up(self, error: OSError | UnicodeError) -> None:
@@ -109,7 +109,7 @@ class Viewer:
         self._hang_up()
 
     def close(self) -> None:
-        """Let go of the viewer, which keeps the image, once it has all that it was sent."""
+        """Disconnect from the viewer once it has received everything; it keeps the image."""
         self._sender.submit(self._hang_up).result()
 
     def _hang_up(self) -> None:

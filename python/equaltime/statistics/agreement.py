@@ -1,8 +1,8 @@
-"""Whether two renderers have the same expected image: the protocol by which every such comparison here is decided.
+"""Test whether two renderers have the same expected image: the protocol of every such comparison here.
 
-Both render the same scene with a box filter, many times with independent seeds (64 are asked for where the two are
-compared in earnest). What is compared are the means of square blocks of pixels, which are near enough to normal. Each
-block and channel gives a Welch statistic, and that a normal deviate z. Four looks at the z's share the false alarms:
+Both render the same scene with a box filter, many times with independent seeds (64 for a full comparison). The means of
+square blocks of pixels are compared, which are near enough to normal. Each block and channel gives a Welch statistic,
+which is converted to a normal deviate z. Four looks at the z's share the false alarms:
 
 - *worst*: the largest |z| of all blocks and channels, which sees a mistake in one place;
 - *mean*: the mean z of a channel, which sees a small bias with one sign everywhere;
@@ -10,9 +10,9 @@ block and channel gives a Welch statistic, and that a normal deviate z. Four loo
   its signs, and standard errors that are too small;
 - *shape*: the Anderson-Darling distance of a channel's z's from the normal distribution, the test behind a Q-Q plot.
 
-Everything that is looked at shares one level by Šidák's formula, which is exact for independent looks and errs on the
-safe side for the dependent ones here. A comparison of many scenes gives each the level `share(level, scenes)`, fixed
-before any is looked at.
+All looks share one level by Šidák's formula, which is exact for independent looks and errs on the safe side for the
+dependent ones here. A comparison of many scenes gives each the level `share(level, scenes)`, fixed before any result is
+seen.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ __all__ = [
 Array = NDArray[np.float64]
 
 LEVEL = 0.001
-"""The false-alarm rate of a whole family of comparisons."""
+"""False-alarm rate of a whole family of comparisons."""
 ROUNDING = 2e-6
-"""What float32 may do to a mean that has no noise, relative."""
+"""Relative error that float32 may cause in a mean without noise."""
 MOST_SKEWNESS = 0.1
-"""Of a block's mean over all repeats. By simulation with six repeats of sums of 20 to 130 rare events, Welch's p-values
-of 0.001 to 1e-5 are then true within a third; where there are ten events, p-values of 1e-5 come a thousand times as
-often as they should."""
+"""Largest skewness of a block's mean over all repeats. By simulation with six repeats of sums of 20 to 130 rare events,
+Welch's p-values of 0.001 to 1e-5 are then true within a third. With ten events, p-values of 1e-5 come a thousand times
+as often as they should."""
 
 
 def sidak(p: float, looks: int) -> float:
-    """Return the probability that the least of so many independent p-values is at most `p`."""
+    """Return the probability that the least of ``looks`` independent p-values is at most `p`."""
     return -math.expm1(looks * math.log1p(-p)) if p < 1.0 else 1.0
 
 
@@ -62,7 +62,7 @@ def share(level: float, parts: int) -> float:
 
 
 def block_means(image: ArrayLike, block: int) -> Array:
-    """Return the means (rows, columns, channels) of blocks of pixels; what is left over at the ends is dropped."""
+    """Return the means (rows, columns, channels) of blocks of pixels; incomplete blocks at the ends are dropped."""
     pixels = np.asarray(image, dtype=np.float64)
     rows, columns = pixels.shape[0] // block, pixels.shape[1] // block
     cut = pixels[: rows * block, : columns * block]
@@ -72,40 +72,40 @@ def block_means(image: ArrayLike, block: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class BlockMeans:
-    """Block means of an image and what is known of their errors, all (rows, columns, channels)."""
+    """Block means of an image and their variances, all (rows, columns, channels)."""
 
     mean: Array
     variance: Array
-    """Of the mean."""
+    """Variance of ``mean``."""
     degrees: float
     """Degrees of freedom of the variance; infinite if it is known exactly."""
 
     @classmethod
     def of_seeds(cls, images: Iterable[ArrayLike], block: int = 8) -> BlockMeans:
-        """Return what images (height, width, channels) with independent seeds say; one at a time is in memory."""
+        """Return the block means of images (height, width, channels) with independent seeds, held one at a time."""
         means = np.stack([block_means(image, block) for image in images])
         return cls(means.mean(axis=0), means.var(axis=0, ddof=1) / len(means), len(means) - 1.0)
 
     @classmethod
     def of_pixels(cls, mean: ArrayLike, variance: ArrayLike, block: int = 8, degrees: float = math.inf) -> BlockMeans:
-        """Return what an image of independent pixels says, given the variances of its pixels' means."""
+        """Return the block means of an image of independent pixels, given the variances of its pixels' means."""
         return cls(block_means(mean, block), block_means(variance, block) / block**2, degrees)
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """The outcome of a comparison: small p-values speak against equal expectations."""
+    """Outcome of a comparison: small p-values speak against equal expectations."""
 
     z: Array
-    """(rows, columns, channels): the first image's excess as a normal deviate; NaN where there is no noise."""
+    """(rows, columns, channels): excess of the first image as a normal deviate; NaN where there is no noise."""
     looks: Mapping[str, float]
-    """The p-value of each look."""
+    """P-value of each look."""
     unequal: int
-    """In how many blocks and channels without noise the images differ: one is proof enough."""
+    """Number of blocks and channels without noise in which the images differ: one is proof enough."""
 
     @property
     def p(self) -> float:
-        """The p-value of all looks together."""
+        """P-value of all looks together."""
         return 0.0 if self.unequal else sidak(min(self.looks.values()), len(self.looks))
 
     @property
@@ -130,7 +130,8 @@ class Agreement:
 def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
     """Compare two images block by block; see the top of this file.
 
-    Where neither image has noise beyond rounding they must be equal; such blocks are left out of the statistics.
+    If neither image has noise beyond rounding in a block, the images must be equal there; such blocks are left out of
+    the statistics.
     """
     if first.mean.shape != second.mean.shape:
         raise ValueError(f"blocks of shape {first.mean.shape} cannot be compared with {second.mean.shape}")
@@ -152,8 +153,8 @@ def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
 def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block: int = 8) -> float:
     """Return the p-value of the hypothesis that two sets of renders (K, H, W, 3) have the same expected image.
 
-    Seeds must be independent, and there must be two at least on either side. With few the test is exact only as far as
-    block means are normal: eight or more are wanted for a level of 1 %, 64 for 0.1 %.
+    Seeds must be independent, with at least two on either side. With few seeds the test is exact only as far as block
+    means are normal: use eight or more for a level of 1 %, 64 for 0.1 %.
     """
     return compare(BlockMeans.of_seeds(first, block), BlockMeans.of_seeds(second, block)).p
 
@@ -173,10 +174,10 @@ def _look(channels: list[Array]) -> dict[str, float]:
 
 
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
-    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal to be compared.
+    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal for a test.
 
-    Not so where a block's noise is made by few pixels, or one set has found none of the light that the other has noise
-    of: then the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
+    They are not if few pixels make a block's noise, or if one set has no noise where the other has some. Then the
+    spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):
@@ -186,7 +187,7 @@ def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
 
 
 def _skewed(images: Array, block: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the variances of block sums over all images, and where these are too skewed; pixels are independent."""
+    """Return the variances of block sums over all images, and a mask of too skewed blocks; pixels are independent."""
     count = len(images)
     if count < 3:
         raise ValueError(f"skewness needs 3 images, not {count}")
@@ -199,8 +200,9 @@ def _skewed(images: Array, block: int) -> tuple[Array, NDArray[np.bool_]]:
 def anderson_darling(z: Array) -> float:
     """Return the p-value of the hypothesis that the numbers in `z` are independent and standard normal.
 
-    By the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3) erfc(sqrt(a)), that of the largest
-    eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952): 5 % too small at p = 0.001, 15 % at p = 0.1.
+    It uses the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3) erfc(sqrt(a)). That term
+    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). It is 5 % too small at p =
+    0.001, 15 % at p = 0.1.
     """
     ordered = np.sort(z)
     special = optional("scipy.special")
@@ -215,5 +217,5 @@ def _two_sided(z: float) -> float:
 
 
 def _channels(z: Array) -> list[Array]:
-    """Return the z's of each channel that are numbers."""
+    """Return the finite z's of each channel."""
     return [z[..., c][np.isfinite(z[..., c])] for c in range(z.shape[-1])]

@@ -1,19 +1,20 @@
-"""Error against time: how long to a wanted error, what at equal time, how steep.
+"""Error against time: the time to a wanted error, the error at a given time, the slope.
 
 A strategy's curve is that of the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
 reference's noise is subtracted in relMSE, and averages away there even where single repeats fall below 0. Between
 checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors fall; noise may
-make them rise). Whatever is read off the curve is a smooth function of means over repeats, formed on the logarithm; its
-interval comes from the jackknife over repeats, which sees that checkpoints of one run share samples, and that two
-strategies' repeats share a machine that drifts. What the reference's noise does to all repeats alike no spread shows:
-everything is formed again with all of relMSE moved by its standard error, of two strategies by the same.
+make them rise). Every number read off the curve is a smooth function of means over repeats, formed on the logarithm.
+Its interval comes from the jackknife over repeats. The jackknife accounts for samples that checkpoints of one run
+share, and for a drifting machine that two strategies' repeats share. The reference's noise affects all repeats alike,
+which no spread shows. So everything is formed again with all of relMSE moved by its standard error, for two strategies
+by the same amount.
 
 Where a few events make most of the error (`Runs.tail`), the mean over repeats is that of the runs that had them, and no
-spread tells how often they come. Times are then those of typical runs: medians over repeats, each by its own curve,
-with the interval of the sign test, which holds for any distribution. Beyond its end every curve goes on by the slope of
-the median one, even where samples are independent: 1 / sqrt(time) is the law of the mean error, and a run that has not
-met the rare light lacks it as much after twice the time. Where tails are light, mean and median are the same number,
-and the mean is known better.
+spread tells how often they come. Times are then times of typical runs: medians over repeats, each by its own curve,
+with the interval of the sign test, which holds for any distribution. Beyond its end every curve continues with the
+slope of the median one, even where samples are independent. 1 / sqrt(time) is the law of the mean error, and a run that
+has not met the rare light lacks it as much after twice the time. Where tails are light, mean and median are the same
+number, and the mean is known better.
 """
 
 from __future__ import annotations
@@ -57,24 +58,24 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 INDEPENDENT = -0.5
-"""Slope of error against time where samples are independent: variance falls as 1 / n."""
+"""Slope of error against time for independent samples: variance falls as 1 / n."""
 TRUSTED_REACH = 10.0
-"""How far beyond the longest run a fitted slope is trusted, as a factor of time."""
+"""Largest factor of time beyond the longest run for which a fitted slope is trusted."""
 FARTHEST_REACH = 100.0
-"""And how far it is used at all."""
+"""Largest factor of time beyond the longest run for which a fitted slope is used at all."""
 _FARTHEST_ERROR = 2.0
-"""How far outside the runs an error is told, as a factor of time."""
+"""Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
-"""And where no slope is known: runs may end a tenth of their time early."""
+"""Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
 _CLEAR = 4.0
-"""An error drowns where its square is not so many standard errors of the reference's part in it."""
+"""Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
 _TELLING = 10.0
 """A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
 _MOST_OF_ONE = 0.5
-"""Share of one repeat in the squared errors of all, beyond which it is no run like the others."""
+"""Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 TYPICAL = "typical runs: the median of repeats"
-"""What is said of times that are not those of the mean error."""
+"""Note on times that are medians, not times of the mean error."""
 _Z95 = 1.959964
 _FEWEST_POINTS = 3
 
@@ -84,30 +85,30 @@ class Runs:
     """All repeats of one strategy on one scene, at the same checkpoints."""
 
     seconds: Floats
-    """(K, C): since the first sample; increasing."""
+    """(K, C): seconds since the first sample; increasing."""
     relmse: Floats
-    """(K, C): realised, with the reference's noise subtracted."""
+    """(K, C): realised relMSE, with the reference's noise subtracted."""
     independent: bool = False
     """Whether samples are known to be independent, so that error falls as time to the power -1/2 for ever."""
     biased: bool = False
     """Whether the error may stop falling: then nothing is extrapolated."""
     doubt: str = ""
-    """Why the mean over repeats is not that of typical runs, if the final images show it (see `tails`)."""
+    """Reason why the mean over repeats is not that of typical runs, by the final images (`equaltime.film.tails`)."""
     missing: str = ""
-    """Why later errors may be larger than any repeat shows, if so: upper ends of errors and times do not hold."""
+    """Reason why later errors may exceed all repeats, so that upper ends of errors and times do not hold."""
     unseen: float = 0.0
-    """By how much larger relMSE may be for what no repeat saw (relative)."""
+    """Relative amount by which relMSE may be larger because of light that no repeat met."""
     shared: float = 0.0
     """Standard error of relMSE that all repeats share: the reference's."""
 
     @property
     def repeats(self) -> int:
-        """K."""
+        """K, the number of repeats."""
         return len(self.seconds)
 
     @property
     def tail(self) -> str:
-        """Why the mean over repeats is not that of typical runs: ``doubt``, or one repeat stands out; empty if not."""
+        """Reason why the mean is not that of typical runs: ``doubt``, or one repeat that stands out; else empty."""
         sums = self.relmse.sum(axis=0)
         clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)
         share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
@@ -121,13 +122,13 @@ class Runs:
         return self.independent and not self.biased and not self.tail
 
     def typical(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return the medians of log seconds and log error over the repeats that are kept, up to where they drown."""
+        """Return the medians of log seconds and log error over the kept repeats, while above the reference's noise."""
         chosen = kept > 0.0
         seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
         return self._clear(seconds, square)
 
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return log seconds and log error of the mean over the repeats that are kept, up to where it drowns."""
+        """Return log seconds and log error of the mean over the kept repeats, while above the reference's noise."""
         return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
 
     def _clear(self, seconds: Floats, square: Floats) -> tuple[Floats, Floats]:
@@ -136,25 +137,25 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return the runs as the reference would show them that is off by so many of its standard errors."""
+        """Return the runs as seen with a reference that is off by ``errors`` of its standard errors."""
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
-        """Say of an error's interval how far its upper end can be trusted."""
+        """Limit the trust in the upper end of an error's interval, or widen it, by the tail and missing light."""
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
-        """Say the same of a time's, which grows at most as relMSE does: errors fall at least as 1 / sqrt(time)."""
+        """Do the same for a time, which grows at most as relMSE does: errors fall at least as 1 / sqrt(time)."""
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
-    """Return the jackknife's interval of a statistic, with what the reference's noise leaves open.
+    """Return the jackknife's interval of a statistic, widened by the uncertainty of the reference.
 
-    ``statistic`` takes the weights of the repeats, and by how many of its standard errors the reference is off.
+    ``statistic`` takes the weights of the repeats, and the reference's error in its standard errors.
     """
     found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
     everything = np.ones(repeats)
@@ -190,7 +191,7 @@ def _steepness(x: Floats, y: Floats) -> float:
 
 
 def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
-    """Return the slope by which the curve goes on after its end (or before its beginning)."""
+    """Return the slope with which the curve continues after its end (or before its beginning)."""
     if runs.law:
         return INDEPENDENT
     near = np.abs(x - (x[-1] if late else x[0])) <= _TAIL_OCTAVES * math.log(2.0)
@@ -204,13 +205,13 @@ def log_time(runs: Runs, target: float, kept: Floats) -> float:
 
 
 def log_times(runs: Runs, target: float) -> Floats:
-    """Return the same for the curve of each repeat, which beyond its ends goes on by the slope of the median one."""
+    """Return the log of the seconds for the curve of each repeat, extrapolated by the slope of the median curve."""
     typical = runs.typical(np.ones(runs.repeats))
     return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
 
 
 def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: tuple[Floats, Floats]) -> float:
-    """Return the log of the seconds at which a curve falls to the target; beyond its ends by another's slope there."""
+    """Return the log of the seconds at which a curve falls to the target; ``slopes`` extrapolates beyond its ends."""
     x, y = curve
     if not x.size:
         return math.nan
@@ -231,10 +232,10 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
 def time_to_error(runs: Runs, target: float) -> Interval:
     """Return the seconds to a relative error (0.02 is 2 %).
 
-    Beyond the runs' end the curve is continued, by slope -1/2 where samples are independent, else by the slope of its
-    last three octaves, and the note says so; not beyond 100 times the longest run by a fitted slope, nor at all for a
-    biased strategy: then the value is ``inf`` and ``low`` what is surely known, or 0. Where few events make the error,
-    the time is that of typical runs, and the note says so.
+    Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
+    the slope of its last three octaves. A fitted slope is used up to 100 times the longest run, and a biased strategy
+    is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is the time that is surely not
+    enough, or 0. Where few events make the error, the time is that of typical runs, and the note says so.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -260,10 +261,10 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 
 
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
-    """Return the median of logarithms over repeats, with what the reference's noise leaves open.
+    """Return the median of logarithms over repeats, with an interval that includes the reference's uncertainty.
 
-    ``logs`` takes by how many of its standard errors the reference is off; ``more`` is the half width of what else is
-    not known, and has nothing to do with either.
+    ``logs`` takes the reference's error in its standard errors. ``more`` is the half width of another uncertainty,
+    independent of both.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):
@@ -277,7 +278,7 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 
 
 def slope_doubt(runs: Runs, value: float) -> float:
-    """Return the half width that the slope of the median curve leaves to the log of a time, if it lies beyond its ends.
+    """Return the half width of the log of a time due to the slope of the median curve; 0 between its ends.
 
     The jackknife's variance of a median is too large on average, and never tends to the right one.
     """
@@ -300,12 +301,12 @@ def _surely_until(runs: Runs, target: float, last: int) -> float:
 
 
 def _lower_end(log_time: Interval) -> float:
-    """Return the lower end of a time that is given by its logarithm, if it can be trusted, else 0."""
+    """Return the lower end of a time from the interval of its logarithm; 0 if the interval is not trusted."""
     return exp(log_time.low) if log_time.trusted and not math.isnan(log_time.low) else 0.0
 
 
 def _with_reach(found: Interval, value: float, begin: float, end: float, law: bool) -> Interval:
-    """Say how far outside the runs the number lies, and doubt it where nothing vouches for the way there."""
+    """Note how far outside the runs the number lies, and doubt it where a fitted slope is used too far."""
     reach = math.exp(max(value - end, begin - value, 0.0))
     if reach <= 1.0 + 1e-9:
         return found
@@ -318,7 +319,7 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
-    """Return the relative error at a time; a little outside the runs (twice at most) by the slope there."""
+    """Return the relative error at a time; up to twice outside the runs, by the slope there."""
     wanted = math.log(seconds)
 
     def log_error(kept: Floats, off: float) -> float:
@@ -344,12 +345,12 @@ def error_at(runs: Runs, seconds: float) -> Interval:
 
 
 def _no_less(mean: Interval, median: Interval) -> Interval:
-    """Return an error whose lower end is that of typical runs, if it is higher: rare events can only add."""
+    """Return an error with the lower end of typical runs, if that is higher: rare events can only add."""
     return replace(mean, low=max(mean.low, min(median.low, mean.value))) if median.trusted else mean
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
-    """Return the relative error at a time; 0 where it ended below what the reference can show, NaN if none is known."""
+    """Return the relative error at a time; 0 if it is below the reference's noise, NaN if unknown."""
     found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
     return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 

@@ -1,10 +1,10 @@
 """Numbers with their 95 % intervals, from a few independent repeats.
 
-A repeat is a whole run with its own seed, so repeats are independent whatever a run does inside (low-discrepancy
-points, images that grow from checkpoint to checkpoint, pixels that share a denominator). Nothing here looks inside:
-every interval comes from the spread over K repeats, by Student's t with K - 1 degrees of freedom. That the numbers are
-near enough to normal is the one assumption left; it fails where a few rare events make up the error. `tails` looks
-for that, and what it finds is carried as ``trusted`` and ``note`` of the interval.
+A repeat is a whole run with its own seed. So repeats are independent whatever a run does inside: low-discrepancy
+points, images that grow from checkpoint to checkpoint, pixels that share a denominator. Every interval comes from the
+spread over K repeats alone, by Student's t with K - 1 degrees of freedom. The one remaining assumption is that the
+numbers are near enough to normal. It fails where a few rare events make up the error. `equaltime.film.tails` detects
+that; the interval carries the finding as ``trusted`` and ``note``.
 """
 
 from __future__ import annotations
@@ -40,9 +40,11 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 FEWEST_REPEATS = 3
-"""With two, Student's interval is 12.7 standard errors wide, and nothing can be seen of the tails."""
+"""Least number of repeats for a trusted interval. With two, Student's interval is 12.7 standard errors wide, and the
+tails cannot be seen."""
 FEWEST_FOR_MEDIAN = 6
-"""The least and the largest of six hold their median between them in 1 - 2 / 2^6 = 97 % of cases; of five, in 94 %."""
+"""Least number of repeats for a trusted median. The extremes of six hold their median between them in 1 - 2 / 2^6 = 97
+% of cases; of five, in 94 %."""
 
 
 @dataclass(frozen=True)
@@ -50,58 +52,58 @@ class Interval:
     """A number with its 95 % interval."""
 
     value: float
-    """NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
+    """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
     low: float
     high: float
     trusted: bool = True
     """Whether the interval holds the truth in 95 % of cases; if not, ``note`` says why."""
     note: str = ""
-    """What must be said beside the number: why it cannot be trusted, or that it is extrapolated."""
+    """Caveats beside the number: why it cannot be trusted, or that it is extrapolated."""
     bound: Literal["", "low", "high"] = ""
-    """Of an interval that is not trusted: which end holds nevertheless, with 97.5 % confidence."""
+    """The end that is still valid (97.5 %, one-sided) when the interval as a whole is not trusted."""
     reach: float = 1.0
-    """How many times farther than what was measured it lies: above 1 it is extrapolated."""
+    """Distance from the measured range, as a factor: above 1 the number is extrapolated."""
 
     @property
     def known(self) -> bool:
-        """Whether there is a number at all."""
+        """Whether there is a finite number."""
         return math.isfinite(self.value)
 
     def doubted(self, reason: str) -> Interval:
-        """Return the same numbers, not to be trusted for this reason as well."""
+        """Return the same numbers, not trusted for this reason in addition to others."""
         return replace(self, trusted=False, bound="", note=join((self.note, reason)))
 
     def bounded(self, end: Literal["low", "high"], reason: str) -> Interval:
-        """Return the same numbers, of which for this reason no more than one end can be trusted."""
+        """Return the same numbers, of which for this reason at most one end is still valid."""
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
     def telling(self, within: float) -> Interval:
-        """Return the same numbers without the end that holds, if that is farther than ``within`` times off the value.
+        """Return the same numbers without the valid end, if it is more than ``within`` times off the value.
 
-        An end so far off says nothing. If the value is infinite, every lower end above 0 says something.
+        An end that far off says nothing. If the value is infinite, every lower end above 0 says something.
         """
         if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
             return self
         return replace(self, bound="")
 
     def deciding(self) -> Interval:
-        """Return the same ratio without the end that holds, if that leaves open which of the two is larger."""
+        """Return the same ratio without the valid end, if that does not decide which of the two numbers is larger."""
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
 
     def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
-        """Return the interval of a positive number with one end farther out by the factor ``1 + more``."""
+        """Return the interval of a positive number with one end moved outwards by the factor ``1 + more``."""
         if end == "high":
             return replace(self, high=self.high * (1.0 + more))
         return replace(self, low=self.low / (1.0 + more))
 
     def noted(self, note: str) -> Interval:
-        """Return the same numbers with one more thing to say."""
+        """Return the same numbers with an additional note."""
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of an increasing or decreasing function of the number."""
+        """Return the interval of a monotonic function of the number."""
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
@@ -133,7 +135,7 @@ def mean_interval(values: ArrayLike) -> Interval:
 
 
 def few(interval: Interval, repeats: int) -> Interval:
-    """Doubt an interval that rests on too few repeats."""
+    """Doubt an interval from too few repeats."""
     if repeats >= FEWEST_REPEATS:
         return interval
     return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
@@ -148,11 +150,12 @@ def geometric_interval(values: ArrayLike) -> Interval:
 
 
 def median_interval(values: ArrayLike) -> Interval:
-    """Return the median of independent values with an interval that is right for any distribution.
+    """Return the median of independent values with an interval that is valid for any distribution.
 
-    The sign test's intervals reach from one of the ordered values to another; between the one that has more than 95 %
-    and the next narrower it is interpolated (Hettmansperger & Sheather 1986). With fewer than six values even the least
-    and the largest have not 95 % between them, and are not trusted. Values may be infinite, and so may be the ends.
+    The sign test's intervals reach from one of the ordered values to another. The result is interpolated between the
+    narrowest interval with more than 95 % and the next narrower one (Hettmansperger & Sheather 1986). With fewer than
+    six values even the least and the largest do not have 95 % between them, and are not trusted. Values and ends may be
+    infinite.
     """
     numbers = np.sort(np.asarray(values, np.float64))
     if numbers.size == 0 or np.isnan(numbers).any():
@@ -177,15 +180,15 @@ def _sign_test(count: int) -> tuple[int, float]:
 
 
 def _between(outer: float, inner: float, weight: float) -> float:
-    """Return the outer of two numbers moved towards the inner one; an infinite one stays where it is."""
+    """Return the outer of two numbers moved towards the inner one; an infinite one stays unchanged."""
     return float(outer + weight * (inner - outer)) if math.isfinite(outer) else float(outer)
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
     """Return the ratio of the means of two paired sets of positive values, formed on the logarithm.
 
-    The pairs (one a repeat) may be correlated; the jackknife over pairs sees that. Means are compared, not the mean of
-    ratios, which is biased by the noise of the denominators.
+    The pairs (one per repeat) may be correlated, which the jackknife over pairs takes into account. The ratio of means
+    is used, since the mean of ratios is biased by the noise of the denominators.
     """
     top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
 
@@ -200,14 +203,14 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
     """Return the interval of a smooth function of the means over repeats (Tukey 1958; Efron & Tibshirani 1993, ch. 11).
 
     Pseudo-values ``K s - (K - 1) s_r``, with s_r the statistic without repeat r, are treated as K independent values.
-    Their mean is the value returned: to first order free of the bias that comes of the function's curvature.
+    Their mean is the value returned: to first order it is free of the bias from the function's curvature.
 
     Parameters
     ----------
     statistic
-        Takes the weights of the repeats, (K,), each 0 or 1.
+        Function of the weights of the repeats, (K,), each 0 or 1.
     repeats
-        K.
+        K, the number of repeats.
 
     """
     everything = np.ones(repeats)
@@ -223,7 +226,7 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
 
 
 def join(reasons: Iterable[str]) -> str:
-    """Join what is to be said, each once."""
+    """Join notes, each once."""
     return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
 
 
@@ -232,24 +235,24 @@ def _chosen(kept: Floats) -> NDArray[np.bool_]:
 
 
 def exp(value: float) -> float:
-    """Return e to this power, or infinity where a number has no room for it; NaN of NaN."""
+    """Return e to this power; infinity where float64 would overflow, and NaN for NaN."""
     return math.inf if value >= 700.0 else math.exp(value)
 
 
 def sound(interval: Interval) -> bool:
-    """Tell whether an interval of a positive number can be trusted, and ends."""
+    """Tell whether an interval of a positive number can be trusted, and is finite and above 0."""
     return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
 
 
 def sound_below(interval: Interval) -> bool:
-    """Tell whether at least its lower end can be trusted."""
+    """Tell whether at least the lower end of an interval can be trusted."""
     return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
 
 
 def product_mean(intervals: Sequence[Interval]) -> Interval:
-    """Return the geometric mean of positive numbers that were measured apart, with the interval that their own give.
+    """Return the geometric mean of independently measured positive numbers, with the interval from theirs.
 
-    If one of them has no more than a lower end that can be trusted, so has their mean.
+    If only the lower end of some of them can be trusted, only the lower end of the mean can be.
     """
     logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
     mean = sum(value for value, _, _ in logs) / len(logs)
@@ -261,5 +264,5 @@ def product_mean(intervals: Sequence[Interval]) -> Interval:
 
 
 def signed_root(square: float) -> float:
-    """Return the square root, with the sign of its argument."""
+    """Return the square root of the absolute value, with the sign of the argument."""
     return math.copysign(math.sqrt(abs(square)), square)
