@@ -56,7 +56,7 @@ class Noise:
 
     @classmethod
     def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
-        """Return the noise of a picture, by the samples behind it or by its standard errors; None if neither is known."""
+        """Return the noise of a picture, by its samples or else its standard errors; None if neither is known."""
         moments, parts, second = film
         if moments is None:
             return cls.of(picture, None)
