@@ -6,7 +6,7 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 
 from __future__ import annotations
 
-from equaltime.cli import startup as startup  # first: Ctrl-C meets it during the other imports
+from equaltime.cli import startup as startup  # first: handles Ctrl-C during the other imports
 
 # isort: split
 import functools

@@ -279,7 +279,10 @@ def _viewer(address: str, output: Path) -> Viewer:
 
 
 def _observer(progress: ProgressCallback | None, quiet: bool, record: dict[str, Any] | None) -> Observer:
-    """Return the observer of quotes and decisions: it fills the JSON record if there is one, else prints or is quiet."""
+    """Return the observer of quotes and decisions: it fills the JSON record if there is one, else prints unless quiet.
+
+    Checkpoints that cannot be saved are always reported on stderr.
+    """
     unsaved = while_heard(_warn_of_checkpoints)
     if record is not None:
         return Observer.of(

@@ -104,7 +104,7 @@ class Lights:
 
 
 class _AreaLight:
-    """A shape that emits: triangles, a sphere or a disk."""
+    """An emitting shape: triangles, a sphere or a disk."""
 
     def __init__(self, world: World, shape: int) -> None:
         self.shape = shape

@@ -31,7 +31,7 @@ class CaseReport:
     """Outcome of the peer; None without a peer, or if the case tests a guarantee that only equaltime gives."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the outcome as JSON data."""
         case, found = self.case, self.ours.as_dict()
         peer = {} if self.theirs is None else {"peer": self.theirs.as_dict()}
         return {"id": case.id, "name": case.name, "stresses": case.stresses, "scene": case.scene, **found, **peer}
@@ -54,7 +54,7 @@ class SelfTest:
         return all(case.ours.passed for case in self.cases)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the outcome as JSON data."""
         return {
             "cases": [case.as_dict() for case in self.cases],
             "level": LEVEL,

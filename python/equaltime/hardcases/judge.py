@@ -115,7 +115,7 @@ def _standard_error(means: NDArray[np.float64]) -> float:
 
 def _deviate(off: float, error: float, degrees: float, rounding: float) -> float:
     """Return the normal deviate with the t-statistic's tail probability, after subtracting the rounding."""
-    from scipy import stats  # late: it takes long to import
+    from scipy import stats  # late: slow to import
 
     excess = max(abs(off) - rounding, 0.0)
     if error == 0.0:

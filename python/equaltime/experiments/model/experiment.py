@@ -164,7 +164,7 @@ class Experiment(Value):
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
-    """Label of the strategy that all are compared with; by default ``naive``, else the first other than ``best``."""
+    """Label of the strategy to compare all others with; by default ``naive``, else the first other than ``best``."""
     budget: Seconds | None = None
     """Seconds of a run from first sample to last checkpoint; 10 if neither this nor ``spp`` is given."""
     spp: (
@@ -207,7 +207,7 @@ class Experiment(Value):
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Fill in names, and raise `ExperimentError` with every problem at once."""
+        """Fill in names and defaults, validate, and raise one `ExperimentError` with every problem."""
         problems = crossed(values) if isinstance(values, Mapping) else ()
         try:
             experiment = validate(_named(values) if isinstance(values, Mapping) else values)

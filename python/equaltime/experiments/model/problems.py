@@ -218,7 +218,7 @@ def _message(model: type[BaseModel], location: Sequence[str | int], details: Err
 
 
 def _keys(model: type[BaseModel], location: Sequence[str | int]) -> set[str]:
-    """Return the keys that the table around ``location`` may have."""
+    """Return the allowed keys of the table that contains ``location``."""
     for step in location[:-1]:
         if isinstance(step, str):
             model = _model_in(model.model_fields[step].annotation) or model

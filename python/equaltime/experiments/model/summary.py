@@ -94,7 +94,7 @@ class SceneResult:
     reference_error: float
     """Relative error of the reference; already subtracted from the errors measured against it."""
     baseline: str
-    """Label of the strategy that all are compared with."""
+    """Label of the strategy with which all others are compared."""
     standard: str | None
     """Label of the strategy against which the other strategies' expectations are tested."""
     budget_s: float

@@ -62,7 +62,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""Words that may stand in braces."""
+"""Words that a command may contain in braces."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")

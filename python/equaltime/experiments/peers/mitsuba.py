@@ -73,7 +73,7 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Variant, integrator and sampler."""
+        """Text of variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 

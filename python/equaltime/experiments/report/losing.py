@@ -51,7 +51,7 @@ def losing(
 
 
 def _most(found: Mapping[str, Losses]) -> float:
-    """Return the ratio at which the colours end: a power of 2 that covers 90 % of the significant ratios."""
+    """Return the ratio at which the colours end: the power of 2 (2 to 64) that covers 90 % of significant ratios."""
     sure = [
         np.abs(np.log2(np.maximum(one.ratio[one.worse | one.better], 1e-9)))
         for one in found.values()

@@ -42,7 +42,7 @@ REFERENCE_STRATEGY = "mis,lights=power,sampler=independent"
 
 Report = Callable[[float], object]
 
-# Runs have seeds below 2^31.
+# Seeds of the halves; no run has them, because runs have seeds below 2^31.
 _SEEDS = (2**63 + 1, 2**63 + 2)
 _FIRST_SAMPLES = 8
 # Fewest samples of a half: with fewer, an image that has not found any light yet would pass for exact.

@@ -267,7 +267,7 @@ class _Session:
                 self.threads,
                 lambda share: self._tell("reference", turn, share, None),
             )
-            self.folder.note("references", turn.key[0], known.facts)  # before the file, which makes this code skipped
+            self.folder.note("references", turn.key[0], known.facts)  # first: skipped once the file exists
             references.write(path, known)
         return references.read(path).reference
 
