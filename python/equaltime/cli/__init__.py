@@ -81,7 +81,7 @@ def equaltime_command(
 ) -> None:
     """Render without bias, with an error bar on everything.
 
-    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (finished samples are kept).
+    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (finished work is kept).
     """
     if version:
         typer.echo(f"equaltime {equaltime.__version__}")
