@@ -1,12 +1,12 @@
 """The command line: ``equaltime COMMAND …``.
 
-A command is one function in one module, registered in `COMMANDS`; it returns its exit code: 0 done, 1 ran and failed
+A command is one function in one module, registered in `COMMANDS`. It returns its exit code: 0 done, 1 ran and failed
 its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progress and errors go to stderr.
 """
 
 from __future__ import annotations
 
-from equaltime.cli import startup as startup  # first: Ctrl-C meets it during the other imports
+from equaltime.cli import startup as startup  # first: handles Ctrl-C during the other imports
 
 # isort: split
 import functools
@@ -55,7 +55,7 @@ app = typer.Typer(
 
 
 def _ending_in_words(command: Callable[..., int]) -> Callable[..., int]:
-    """Let Ctrl-C and broken pipes say so: Typer would end without a word."""
+    """Return the command with messages for Ctrl-C and broken pipes, for which Typer prints nothing."""
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
@@ -81,7 +81,7 @@ def equaltime_command(
 ) -> None:
     """Render without bias, with an error bar on everything.
 
-    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (what was finished is kept).
+    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (finished work is kept).
     """
     if version:
         typer.echo(f"equaltime {equaltime.__version__}")
@@ -92,7 +92,7 @@ def equaltime_command(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; the console script passes it to the shell."""
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no failure
+        sys.stdout.reconfigure(errors="backslashreplace")  # names that the terminal cannot show are escaped
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
         ready()
@@ -115,13 +115,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error("not enough memory")
         return 1
     except ImportError as error:
-        if "failed to map segment" not in str(error):  # a library that is loaded late
+        if "failed to map segment" not in str(error):  # of a library that is loaded late
             raise
         print_error(f"not enough memory: {error}")
         return 1
     except OSError as error:
         return tell_os_error(error)
     finally:
-        # Python ends as if killed by Ctrl-C if one ever passed through an exec of text, as in a late import, though it
-        # was caught: the next exec makes it forget.
+        # If a KeyboardInterrupt once passed through an exec of text, as in a late import, Python exits as if killed by
+        # Ctrl-C, even if it was caught. Another exec clears that state.
         exec("")

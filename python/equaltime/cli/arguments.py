@@ -1,4 +1,4 @@
-"""How the values of options are spelled: durations, sizes, windows, definitions."""
+"""Parsers of option values: durations, percentages, sizes, windows, definitions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 
 
 def parse_duration(text: str) -> float:
-    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds."""
+    """Return the seconds of ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds."""
     try:
         seconds = seconds_of(text)
     except ValueError as error:
@@ -36,11 +36,11 @@ def parse_duration(text: str) -> float:
 
 
 _LEAST_WITHOUT_SIGN = 0.5
-"""The smallest number that needs a per cent sign: whoever writes ``1`` for an error means 1 %, not 100 %."""
+"""Smallest number that needs a per cent sign: ``1`` for an error probably means 1 %, not 100 %."""
 
 
 def parse_percent(text: str) -> float:
-    """Read ``2%`` or ``0.02`` as a fraction below 1."""
+    """Return ``2%`` or ``0.02`` as a fraction in (0, 1)."""
     number, percent, rest = text.strip().partition("%")
     try:
         value = float(number) / (100.0 if percent else 1.0)
@@ -57,7 +57,7 @@ def parse_percent(text: str) -> float:
 
 
 def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
-    """Return what reads a whole number within these limits; the default of an option comes as a number."""
+    """Return a parser of whole numbers in [least, most]; it also accepts a number, an option's default."""
 
     def parse(value: str | int) -> int:
         text = str(value)
@@ -69,7 +69,7 @@ def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """Read ``WxH``."""
+    """Return width and height of ``WxH``."""
     match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
     if not match or 0 in (int(match[1]), int(match[2])):
         raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
@@ -77,21 +77,21 @@ def parse_size(text: str) -> tuple[int, int]:
 
 
 def parse_pixel(text: str) -> tuple[int, int]:
-    """Read ``x,y``."""
+    """Return column and row of ``x,y``."""
     if not (match := re.fullmatch(r"(\d+),(\d+)", text.replace(" ", ""))):
         raise typer.BadParameter(f"'{text}' is no pixel; write x,y, counted from the left and from the top")
     return int(match[1]), int(match[2])
 
 
 def parse_crop(text: str) -> tuple[int, int, int, int]:
-    """Read ``x,y,w,h``."""
+    """Return the window ``x,y,w,h``."""
     if not (match := re.fullmatch(r"(\d+),(\d+),(\d+),(\d+)", text.replace(" ", ""))):
         raise typer.BadParameter(f"'{text}' is no crop window; write x,y,width,height in pixels, such as 0,0,64,64")
     return int(match[1]), int(match[2]), int(match[3]), int(match[4])
 
 
 def parse_definitions(pairs: Sequence[str]) -> dict[str, str]:
-    """Read ``name=value`` pairs; the last of a name wins."""
+    """Return the values of ``name=value`` pairs; the last pair of a name wins."""
     definitions = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")

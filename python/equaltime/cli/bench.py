@@ -26,7 +26,7 @@ __all__ = ["bench", "share_bar"]
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
-    """Read ``1,2``: numbers of threads, 0 for one for each processor."""
+    """Return the numbers of threads of a text such as ``1,2``; 0 stands for one thread per processor."""
     words = text.replace(" ", "").split(",")
     if not all(word.isascii() and word.isdigit() and int(word) <= MOST_THREADS for word in words):
         raise typer.BadParameter(f"'{text}' is no list of numbers of threads up to {MOST_THREADS}; write 1,2")
@@ -76,9 +76,10 @@ def bench(
 ) -> int:
     """Measure how fast scenes render.
 
-    Paths and rays per second, and the limit ratio: the time that Embree alone takes to trace the very rays that the
-    render traced, over the time of the render. Repeats go round over scenes and thread counts; what is printed are
-    medians, with their 95 % intervals.
+    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays, over
+    the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are medians with
+    their 95 % intervals.
+
 
     For instance: `equaltime bench cornell-box.toml veach-mis.toml --threads 1,2`
     """
@@ -100,7 +101,7 @@ def bench(
 
 @contextmanager
 def share_bar() -> Iterator[Callable[[float], object] | None]:
-    """Show a bar for as long as the context lasts; give None if nobody would see it."""
+    """Show a bar during the context, and yield its callback; yield None if stderr is no terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None

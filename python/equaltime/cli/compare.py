@@ -30,11 +30,12 @@ def compare(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Tell how far images are from each other, or from a reference.
+    """Measure how far images are from each other, or from a reference.
 
-    Works on any renderer's files. Where they carry standard errors (channels stderr.R, stderr.G, stderr.B), the
-    reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. All errors, and
-    their ratio, are those of these very images.
+    Works on any renderer's files. If they have standard errors (channels stderr.R, stderr.G, stderr.B), the reference's
+    noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and their ratio
+    describe these two images, not the strategies in general.
+
 
     For instance: `equaltime compare naive.exr best.exr reference.exr`
     """

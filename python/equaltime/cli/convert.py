@@ -32,10 +32,10 @@ def convert(
         typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, not refer to them."),
     ] = False,
 ) -> int:
-    """Write a scene as another kind of file.
+    """Write a scene to a file of another format.
 
-    The same scene is read from it: the same bits in every image. Nothing is overwritten. Variables have their values,
-    spectra are colours in linear sRGB, old words are today's.
+    The new file gives the same scene: every image has the same bits. No file is overwritten. Variables are replaced by
+    their values, spectra by colours in linear sRGB, and outdated names by today's.
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)

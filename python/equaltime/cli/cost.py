@@ -98,14 +98,14 @@ def cost(
         bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
     ] = False,
 ) -> int:
-    """Show what accuracy costs in time: how the error of each strategy falls, with error bars.
+    """Measure the time to a given accuracy: how the error of each strategy falls, with error bars.
 
-    Every strategy renders the scene several times, in turn with the others. Its error is measured against a reference,
+    Every strategy renders the scene several times, in turn with the others. Errors are measured against a reference,
     which is rendered first and kept for other experiments. The report has the curves, the times to a wanted error, the
-    images at equal time and where all of it comes from. The last line is the verdict.
+    images at equal time and the provenance of all numbers. The last line is the verdict.
 
-    Ctrl-C stops it. The same command goes on where it was and repeats nothing; with more --repeats it adds to what is
-    there. Another scene, strategy, budget or build needs another folder.
+    Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
+    are added to the folder. A changed scene, budget, machine or build needs another folder.
 
     For instance:
 
@@ -119,18 +119,17 @@ def cost(
 
     * `equaltime cost scenes/experiments -o experiments --quick`
 
-    All experiments of a folder are run one after another, each into a folder of its own, and `index.html` shows them
-    all.
+    All experiments of a folder are run one after another, each into its own folder, and `index.html` shows them all.
 
-    An experiment file has these keys, and says of a mistake what is known instead:
+    Keys of an experiment file (a misspelt key is reported with the nearest known one):
 
     * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define, substitute }]`
 
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
       { label = "any", peer = { command = "render {scene} {spp} {seed} {out}", limit = "5min" } }]`;
-      without `limit`, a peer whose render takes longer than 20 times the budget (or `reference.seconds`, if that is
-      more) and 60 s is ended
+      without `limit`, a peer's render is ended after 60 s plus 20 times the budget (or plus `reference.seconds`, if
+      that is more)
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;

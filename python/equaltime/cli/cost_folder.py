@@ -1,4 +1,4 @@
-"""``equaltime cost FOLDER``: all experiments of a folder, and the page that shows them."""
+"""``equaltime cost FOLDER``: runs all experiments of a folder, and writes the page that shows them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["cost_folder"]
 
 
 def cost_folder(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
-    """Run what is left of every experiment in ``source``; return 1 if one failed."""
+    """Run or continue every experiment in ``source``; return the exit code, 1 if an experiment failed."""
     check_installed()
 
     def tell(card: Card) -> None:

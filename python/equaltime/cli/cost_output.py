@@ -1,4 +1,4 @@
-"""What ``equaltime cost`` says besides tables: data as JSON has them, and what an interruption has left."""
+"""Output of ``equaltime cost`` other than tables: JSON data, and the message after an interruption."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["as_data", "recorded"]
 
 
 def recorded(folder: Path) -> str:
-    """Say what an interruption has left."""
+    """Return a sentence on the runs recorded before an interruption."""
     runs = _runs(folder)
     if runs == 0:
         return "no run was finished"
@@ -26,7 +26,7 @@ def recorded(folder: Path) -> str:
 
 
 def _runs(folder: Path) -> int:
-    """Count the runs that are recorded in a folder, or in those in it."""
+    """Count the recorded runs of a folder and of its subfolders."""
     try:
         records = [Folder(folder).records, *folder.glob("*/records.csv")]
         return sum(row.last for path in records for row in load(path))
@@ -35,7 +35,7 @@ def _runs(folder: Path) -> int:
 
 
 def as_data(value: object) -> Any:
-    """Return JSON data; what is not finite is None."""
+    """Return JSON data; numbers that are not finite become None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, BaseModel):

@@ -1,4 +1,4 @@
-"""The progress line of an experiment, on stderr: which run of how many, on what, time left."""
+"""The progress line of an experiment, on stderr: number of the run, strategy, scene, time left."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from equaltime.experiments.run.runner import ProgressCallback, RunProgress
 
 __all__ = ["cost_progress", "describe", "time_left"]
 
-# How often the line is drawn anew while a run is timed; it takes a millisecond.
+# A refresh takes a millisecond, also while a run is timed.
 _REFRESHES_PER_SECOND = 1
 
 
 @contextmanager
 def cost_progress(quiet: bool = False) -> Iterator[ProgressCallback | None]:
-    """Show a line for as long as the context lasts; give None if nobody would see it."""
+    """Show a line during the context, and yield its callback; yield None if quiet or if stderr is no terminal."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield None
@@ -41,7 +41,7 @@ def cost_progress(quiet: bool = False) -> Iterator[ProgressCallback | None]:
 
 
 def describe(progress: RunProgress) -> str:
-    """Say what is going on, such as ``run 5 of 25: best on cornell-box``."""
+    """Return the present activity as text, such as ``run 5 of 25: best on cornell-box``."""
     if progress.phase == "setup":
         return f"setting up {progress.strategy} on {progress.scene}"
     if progress.phase == "agreement":
@@ -56,7 +56,7 @@ def describe(progress: RunProgress) -> str:
 
 
 def time_left(seconds: float) -> str:
-    """Write a time for a countdown: ``0:07 left``, ``1:02:30 left``."""
+    """Format seconds for a countdown: ``0:07 left``, ``1:02:30 left``."""
     minutes, rest = divmod(max(0, math.ceil(seconds)), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02} left" if hours else f"{minutes}:{rest:02} left"

@@ -1,4 +1,4 @@
-"""What ``equaltime cost`` prints when it has measured: errors at equal time, times to an error, the verdict."""
+"""Tables that ``equaltime cost`` prints at its end: errors at equal time, times to an error, the verdict."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ANY_WIDTH = 1000
 
 
 def print_summary(summary: Summary, folder: Path) -> None:
-    """Print a table of each scene, where the report is, and the verdict."""
+    """Print a table of each scene, the path of the report, and the verdict."""
     console = plain_console()
     if not console.is_terminal:
         console.width = _ANY_WIDTH
@@ -41,7 +41,7 @@ def print_summary(summary: Summary, folder: Path) -> None:
 
 
 def _without_error(scene: SceneResult) -> Iterator[tuple[str, str]]:
-    """Tell which strategies are left out, or have no interval of the error at equal time, and why."""
+    """Yield the strategies that are left out or lack an interval of the error at equal time, with the reason."""
     yield from scene.left_out
     for result in scene.strategies:
         if not result.error_at_budget.trusted and result.error_at_budget.note:
@@ -49,7 +49,7 @@ def _without_error(scene: SceneResult) -> Iterator[tuple[str, str]]:
 
 
 def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Table:
-    """Return the table with as many times as there is room for: half a number would mislead."""
+    """Return the table with as many columns of times as fit the width; a truncated number would mislead."""
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
     for most in range(_MOST_TARGETS, 0, -1):
@@ -60,7 +60,10 @@ def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Tabl
 
 
 def _table(scene: SceneResult, targets: tuple[float, ...], most: int) -> Table:
-    """Return errors at equal time, and times to the smallest errors of which most is known."""
+    """Return errors at equal time, and times to up to ``most`` targets that most strategies have trusted times for.
+
+    Of several such targets the smallest are chosen.
+    """
     from equaltime.experiments.report.words import error_cell, percent, seconds, seconds_cell
 
     cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}

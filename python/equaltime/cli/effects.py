@@ -61,10 +61,11 @@ def effects(
     substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Tell what a scene calls for, and what each effect costs: in time, in noise, in memory.
+    """List the effects that a scene uses, with the cost of each: in time, in noise, in memory.
 
-    The scene is rendered in turn with and without each effect that can be left out, on a film made smaller. What it
-    does not call for is free.
+    The scene is rendered in turn with and without each effect that can be left out, on a smaller film. Effects that the
+    scene does not use cost nothing.
+
 
     For instance: `equaltime effects scene.toml --quick`
     """
@@ -89,7 +90,7 @@ def effects(
 
 
 def _check_folder(folder: Path) -> None:
-    """Make a folder, and find out before all measuring that it cannot be written to."""
+    """Make a folder; raise ImageError before any measurement if it cannot be written to."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -149,7 +150,7 @@ def _cells(price: Price) -> tuple[str, ...]:
 
 
 def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
-    """Iterate over the parts, the largest first, but for lengths of paths, which have their order."""
+    """Yield the shares as text, the largest first; lengths of paths keep their order."""
     lengths = all(what.split()[0].isdigit() for what in shares)
     ordered = shares.items() if lengths else sorted(shares.items(), key=lambda item: -item[1].value)
     for what, share in ordered:

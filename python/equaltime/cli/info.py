@@ -22,13 +22,13 @@ from equaltime.words import duration
 __all__ = ["info"]
 
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
-"""Of what is told how many of each plugin there are."""
+"""Families of plugins whose numbers are printed."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
     *("decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
     *("threads", "kernel", "effects", "substitutions", "software", "build"),
 )
-"""What is told of a saved render: keys of its record."""
+"""Keys of a saved render's record that are printed."""
 
 
 def info(
@@ -47,7 +47,7 @@ def info(
     substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Load a scene and tell what is in it, and what it calls for; or tell how a saved render was made."""
+    """Print the contents of a scene and the effects that it uses, or how a saved render was made."""
     if scene.suffix.lower() == ".exr":
         return _of_render(scene, as_json)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
@@ -134,7 +134,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 
 def _plugins(model: SceneModel) -> dict[str, dict[str, int]]:
-    """Return for each family how many of each plugin there are; what is used twice counts once."""
+    """Return family → plugin → number of uses; an object used in several places counts once."""
     found: dict[str, dict[str, int]] = {family: {} for family in FAMILIES}
     for node in {id(node): node for node in model.nodes() if node.kind in found}.values():
         counts = found[node.kind]

@@ -25,10 +25,10 @@ def lint(
     substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Tell the hazards of a scene before it renders.
+    """List the hazards of a scene before it renders.
 
-    Warnings are of what makes an image wrong; notes of what is dealt with, or may be meant. Ends with 0 if there are
-    none or notes only, with 1 if there are warnings.
+    Warnings name causes of a wrong image. Notes name problems that equaltime handles, or that may be intended. The exit
+    code is 1 if there are warnings, else 0.
     """
     findings = hazards(load_file(scene, parse_definitions(define or ()), substitute=substitute))
     warnings = sum(finding.severity == "warning" for finding in findings)
@@ -41,11 +41,11 @@ def lint(
 
 
 def print_hazards(scene: Scene) -> tuple[Finding, ...]:
-    """Print one line of what a quick look at the scene finds, if anything; return the findings that were printed."""
+    """Print a line on the findings of the fast checks, if there are any; return these findings."""
     try:
         findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != "mended-files")
     except ValueError:
-        return ()  # what cannot be rendered is told when it is built
+        return ()  # the build of the scene reports it
     if told := summary(findings):
         more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
         print(f"lint: {told}; see {more}", file=sys.stderr)
@@ -53,7 +53,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Say in one line how many findings there are and of what; empty if there are none."""
+    """Return one line with the number of findings and their checks; empty if there are none."""
     told = []
     for severity in ("warning", "note"):
         checks = [finding.check for finding in findings if finding.severity == severity]

@@ -36,14 +36,15 @@ def merge(
     overwrite: Overwrite = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
 ) -> int:
-    """Join renders of one scene that were made with different seeds, on whatever machines.
+    """Join renders of one scene that were made with different seeds, on any machines.
 
-    The image is that of one render with all the samples. Its error bar comes from the spread of all parts, and is the
-    surer the more of them there are. Adaptive renders cannot be merged.
+    The image equals one render with all samples. Its error bar comes from the spread of all parts, and is the more
+    reliable the more parts there are. Adaptive renders cannot be merged.
+
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
-    picture = check_output(output, (".exr",))  # what a PNG holds could not be merged again
+    picture = check_output(output, (".exr",))  # a PNG could not be merged again
     check_spares({output, picture}, files, "is one of the files to be merged")
     result = merge_files(files)
     if not overwrite:

@@ -1,4 +1,4 @@
-"""How the command line says things: errors, warnings, times."""
+"""Messages of the command line: errors, warnings, durations, quotes."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ __all__ = [
 T = TypeVar("T")
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
-"""How light is found, in words."""
+"""Descriptions of the ways in which a path finds light."""
 
 
 def plain_console() -> Console:
-    """Return a terminal that shows words as they are: names may have brackets, which rich takes for its own."""
+    """Return a console without markup, because rich would interpret brackets in names."""
     return Console(highlight=False, markup=False)
 
 
 def print_error(text: str) -> None:
-    """Print one line ``error: …`` for every problem."""
+    """Print one line ``error: …`` for each line of the text."""
     for line in text.split("\n"):
         print(f"error: {_visible(line)}", file=sys.stderr)
 
 
 def print_warnings(scene: Scene) -> None:
-    """Print one line ``warning: …`` for everything odd about the scene's files."""
+    """Print one line ``warning: …`` for each warning of the scene."""
     for warning in scene.warnings:
         print_warning(warning)
 
@@ -54,13 +54,13 @@ def print_warning(text: str) -> None:
 
 
 def print_lines(lines: Sequence[str]) -> None:
-    """Print lines as they come."""
+    """Print lines, and flush each."""
     for line in lines:
         print(_visible(line), flush=True)
 
 
 def print_quote(quote: Quote) -> None:
-    """Print what a render will cost or bring, in one line."""
+    """Print the predicted error, time and samples of a render in one line."""
     spp, seconds, error, number = quote.spp, quote.seconds, quote.error, stated(quote.origin)
     limits = f" [{duration(seconds.low)}, {duration(seconds.high)}]" if seconds.high > seconds.low else ""
     print(
@@ -72,12 +72,12 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print why there is no quote, in one line."""
+    """Print one line with the reason why there is no quote."""
     print(f"no quote: {why}", flush=True)
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
-    """Return what says things until nobody hears them: a pipe that is closed, or a full disk, must not end a render."""
+    """Return a callback that is silent after its first OSError: a closed pipe or a full disk must not end a render."""
     heard = True
 
     def said(what: T) -> None:
@@ -92,5 +92,5 @@ def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
 
 
 def _visible(text: str) -> str:
-    """Write what a terminal would obey instead of showing: a file's words must not move the cursor."""
+    """Escape unprintable characters: a text from a file must not control the terminal."""
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)

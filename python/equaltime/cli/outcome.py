@@ -1,4 +1,4 @@
-"""Lines that every command that makes an image prints of it."""
+"""Lines about an image, printed by every command that makes one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["doubts", "headline", "kept_elsewhere", "left_by_interrupt", "selects
 
 
 def headline(result: Result) -> str:
-    """Say in a line what the image is, its error or noise, whether it is biased, and what the number does not say."""
+    """Return a line with size, samples, error or noise, bias, and the part of the error that the number lacks."""
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
@@ -30,7 +30,11 @@ def headline(result: Result) -> str:
 
 
 def _bias(result: Result, number: Stated) -> str:
-    """Say what biases the image; nothing where its paths are not those of the scene, or its own error stopped it."""
+    """Return the cause of a bias, or "unbiased".
+
+    Empty if other paths than the scene's were rendered, or if a stop that looked at the image's own error favours
+    images without rare light.
+    """
     origin = result.origin
     by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias} of it"]
     if number.by_strategy or (origin.biased and not by):
@@ -42,7 +46,7 @@ def _bias(result: Result, number: Stated) -> str:
 
 
 def stopped(result: Result) -> list[str]:
-    """Say in a line what ended the render, and in another what such a stop does to the image, if that matters."""
+    """Return a line on what ended the render; a second line warns if such a stop selects images."""
     fewest, most = int(result.samples.min()), int(result.samples.max())
     reasons = {
         "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
@@ -64,14 +68,14 @@ def stopped(result: Result) -> list[str]:
 
 
 def _count(stop: Stop | None) -> str:
-    """Say which count a pilot chose, and for which error; nothing if none did."""
+    """Return which sample count a pilot chose for which error; empty if there was no such pilot."""
     if stop is None or stop.spp is None:
         return ""
     return f"a pilot with other samples chose {stop.spp} samples per pixel for an error of {100.0 * stop.error:.3g} %"
 
 
 def _count_missed(stop: Stop | None) -> str:
-    """Say that another limit came before the count of a pilot, if there was one."""
+    """Return a remark that another limit came before a pilot's sample count; empty without such a pilot."""
     if stop is None or stop.selects:
         return ""
     if stop.spp is None:
@@ -80,19 +84,19 @@ def _count_missed(stop: Stop | None) -> str:
 
 
 def selects_images(result: Result) -> bool:
-    """Tell whether a stop that looked at the image's own error favours images that lack light which is in the scene."""
+    """Tell whether a stop that looked at the image's own error favours images that missed rare light."""
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
 
 
 def wrote(files: Sequence[Path]) -> str:
-    """Say in a line which files were written, and where a render that was there before is kept."""
+    """Return a line that names the written files, and the file in which an earlier render is kept."""
     kept = [file for file in files if file.name.endswith("~")]
     written = f"wrote {', '.join(str(file) for file in files if file not in kept)}"
     return f"{written}; the render that was there is kept as {kept[0]}" if kept else written
 
 
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
-    """Say in a line each what keeps the image or its error from being relied on; ``findings`` are lint's, if known."""
+    """Return one line for each reason to doubt the image or its error; ``findings`` are lint's, if known."""
     lines = []
     if not result.error.trusted:
         lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
@@ -109,17 +113,17 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
 
 
 def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
-    """Say in a line that Ctrl-C came before the outputs beside the image, if the scene asks for any."""
+    """Return a line if Ctrl-C came before the outputs beside the image that the scene asks for, else no line."""
     if result.stopped_by != "interrupt" or result.aovs or not asked_for(scene):
         return []
     return ["the outputs beside the image were not rendered; --resume renders them when the image is finished"]
 
 
 def kept_elsewhere(result: Result) -> str:
-    """Save a result elsewhere, since its own place does not take it any more; say where."""
+    """Save a result to a temporary folder because its own file cannot be written; return a remark with the path."""
     with suppress(OSError):
         path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
-        with suppress(ImageError):  # of the picture beside it too
+        with suppress(ImageError):  # also if only the preview fails
             result.save(path)
         if path.exists():
             return f"; the render is kept in {path}"

@@ -17,7 +17,7 @@ __all__ = ["progress_bar"]
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
-    """Show a bar for as long as the context lasts; give None if nobody would see it."""
+    """Show a bar during the context, and yield its callback; yield None if quiet or if stderr is no terminal."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield None
@@ -33,7 +33,7 @@ def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
 
 
 def describe(progress: Progress) -> str:
-    """Say where a render stands, such as ``24/64 spp  noise 3.12 %  0:07 left``."""
+    """Return the state of a render as text, such as ``24/64 spp  noise 3.12 %  0:07 left``."""
     target = "" if progress.target is None else f"/{progress.target}"
     words = [f"{progress.samples}{target} spp"]
     if progress.error is not None and progress.error.known:

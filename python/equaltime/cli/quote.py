@@ -38,7 +38,7 @@ from equaltime.words import duration, percent
 __all__ = ["quote"]
 
 _WORTH_TELLING = 0.01
-"""A share of error²."""
+"""Smallest share of error² that is printed."""
 _MOST_PIXELS, _MOST_PARTS = 3, 4
 _KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was found"}
 
@@ -66,10 +66,12 @@ def quote(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Tell what an error will cost, or what a time will buy, before it is rendered.
+    """Predict the time to an error, or the error after a time, before rendering.
 
-    A pilot of 8 samples a pixel, or of a twentieth of the work but ten seconds at most, tells how fast the error falls,
-    by some pixels that are rendered to the end, where on the picture it is, and which light makes it.
+    Renders a pilot of 8 samples a pixel, or of a twentieth of the work up to ten seconds, whichever is more. Reports
+    how fast the error falls, where in the image it is, and which light causes it. Some pixels are rendered to the end
+    for this.
+
 
     For instance:
 
@@ -131,7 +133,7 @@ def _print(found: Quote, why: bool | None) -> None:
 
 
 def _of_what(found: Quote, number: Stated) -> str:
-    """Say of which problem or biased strategy the noise is, and what measures what it does not contain."""
+    """Return the rendered paths or biased strategy that the noise refers to, and the part of the error it lacks."""
     by = f"biased: {found.origin.strategy}" if number.by_strategy else ""
     return "; ".join(filter(None, (number.of_paths.strip(), by, number.missing)))
 
@@ -182,7 +184,7 @@ def _add_light(table: Table, light: NoiseLight, law: Law) -> None:
 
 
 def _largest(shares: Mapping[str, Estimate]) -> str:
-    """Write shares worth telling, the largest first, and how many there are beside these."""
+    """Format the shares of at least 1 %, the largest first, with the number and the sum of the others."""
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)
     told = [(what, share) for what, share in ordered if abs(share.value) >= _WORTH_TELLING][:_MOST_PARTS]
     words = "; ".join(f"{what} {_share(share)}" for what, share in told)
@@ -199,7 +201,7 @@ def _share(share: Estimate) -> str:
 
 
 def _whole(share: float) -> str:
-    """Write a share in whole per cent, or with two digits if it is less than ten."""
+    """Format a share in whole per cent, or with two digits below 9.5 %."""
     return f"{100.0 * share:.0f}" if abs(share) >= 0.095 else f"{100.0 * share:.2g}"
 
 

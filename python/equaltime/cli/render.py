@@ -148,7 +148,7 @@ def render(
 ) -> int:
     """Render a scene to an EXR with its error bar.
 
-    Ctrl-C stops and keeps what is finished. Of several limits, whichever comes first ends the render.
+    Ctrl-C stops the render and keeps its finished samples. The first of several limits ends the render.
 
     For instance:
 
@@ -198,10 +198,10 @@ def render(
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
-    # an impatient second Ctrl-C must not cost what the first one kept: from the last sample to the last word
+    # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
-            with progress_bar(quiet) as progress, unwarned():  # a black picture is told below, in a line
+            with progress_bar(quiet) as progress, unwarned():  # a black picture is reported below
                 result = render_scene(
                     loaded,
                     spp=spp,
@@ -223,7 +223,7 @@ def render(
                 )
                 signals = ending.enter_context(held_back())
         except (SampleError, BrightImage) as found:
-            if found.result is None:  # it was a pilot's
+            if found.result is None:  # raised by a pilot
                 raise
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
@@ -257,7 +257,7 @@ def _tell_end(
     told: dict[str, Any] | None,
     verbose: bool,
 ) -> None:
-    """Print what was done, as a record with what it should tell besides, or in lines."""
+    """Print the outcome as a JSON record with the entries of ``told``; without ``told`` in lines, unless quiet."""
     if viewer is not None and viewer.problem is not None:
         print_warning(viewer.problem)
     if told is not None:
@@ -279,7 +279,10 @@ def _viewer(address: str, output: Path) -> Viewer:
 
 
 def _observer(progress: ProgressCallback | None, quiet: bool, record: dict[str, Any] | None) -> Observer:
-    """Return who hears of quotes and decisions: the JSON record if there is one, else the terminal, unless quiet."""
+    """Return the observer of quotes and decisions: it fills the JSON record if there is one, else prints unless quiet.
+
+    Checkpoints that cannot be saved are always reported on stderr.
+    """
     unsaved = while_heard(_warn_of_checkpoints)
     if record is not None:
         return Observer.of(
@@ -306,7 +309,7 @@ def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str
 
 
 def _summary(result: Result, findings: Sequence[Finding], writing: float, files: tuple[Path, ...]) -> list[str]:
-    """Say in a few lines what was done, what it cost, where it is and why it ended."""
+    """Return lines on the image, its times, its files, the stop and the reasons for doubt."""
     phases = {**result.stats.phases, "write": writing}
     seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
     rate = result.stats.rays_per_second / 1e6

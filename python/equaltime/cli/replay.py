@@ -48,9 +48,9 @@ def replay(
     without: Without = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Show the path of one sample of a render, vertex by vertex, with every factor that made it.
+    """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
-    The path is the render's with the same scene, size, depth, strategy and seed, and so is its radiance, bit by bit.
+    With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit.
     """
     chosen = Strategy.parse(strategy)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)

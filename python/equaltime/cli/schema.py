@@ -11,7 +11,7 @@ __all__ = ["schema"]
 def schema() -> int:
     """Print a JSON schema of scene files, for editors.
 
-    It describes every plugin and its parameters, so that an editor completes and checks what you write.
+    The schema describes every plugin and its parameters, so that an editor completes and checks scene files.
 
     For instance: `equaltime schema > scene.schema.json`, and on the first line of a scene `#:schema scene.schema.json`
     """

@@ -38,8 +38,9 @@ def selftest(
 ) -> int:
     """Run the hard cases on this machine: small scenes whose images are known in closed form, or to the bit.
 
-    Exits with 1 if one fails here; whether a peer passes is printed beside it. Seeds are fixed, and all cases together
-    would fail a right renderer with other seeds once in a thousand.
+    The exit code is 1 if a case fails here; a peer's results are printed beside and do not count. Seeds are fixed. With
+    other seeds, a correct renderer would fail at least one case once in a thousand runs.
+
 
     For instance: `equaltime selftest --only G3 --peer mitsuba`
     """

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: both end a command with what is finished."""
+"""Handlers of Ctrl-C and SIGTERM: both end a command and keep its finished work."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from equaltime.interrupts import last_held_back
 __all__ = ["interruptible"]
 
 _ONE_PRESS = 1.0
-"""Seconds in which further signals count as the first one: a key is held down, or pressed again and again.
+"""Signals within this many seconds of the first count as one: a key may be held down or pressed repeatedly.
 
 A signal that was held back while a command ended counts as a first one, too.
 """
@@ -23,7 +23,10 @@ A signal that was held back while a command ended counts as a first one, too.
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let both raise `KeyboardInterrupt`, once for all that come within a second; none while a command ends."""
+    """Let SIGINT and SIGTERM raise `KeyboardInterrupt`, once for all signals within a second.
+
+    While a command ends, they raise nothing.
+    """
     raised = -_ONE_PRESS
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -41,7 +44,7 @@ def interruptible() -> Iterator[None]:
     finally:
         raised = math.inf  # `interrupt` raises nothing from here on, so that both handlers are restored
         over()
-        with ExitStack() as stack:  # a handler that is back may raise before the other is
+        with ExitStack() as stack:  # a restored handler may raise before the other is restored
             for number, handler in before.items():
                 if signal.getsignal(number) is interrupt:
                     stack.callback(signal.signal, number, handler)

@@ -1,4 +1,4 @@
-"""Gives errors of standard output a type of their own: an OSError of a file or a socket may lack a name, too."""
+"""Gives errors of standard output their own type, because other OSErrors may lack a file name, too."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ __all__ = ["OutputError", "named_output", "tell_os_error"]
 
 
 class OutputError(OSError):
-    """Standard output takes nothing any more: the disk is full, or the reader has gone (``| head``)."""
+    """Writing to standard output failed: the disk is full, or the reader has closed the pipe (``| head``)."""
 
     def __init__(self, reason: OSError) -> None:
         super().__init__(reason.errno, reason.strerror or str(reason), "standard output")
         self.unread = isinstance(reason, BrokenPipeError)
-        """Whether the reader has gone, which is its right."""
+        """Whether the reader has closed the pipe, which is no error."""
 
 
 class _Named:
-    """A text stream whose errors in writing are `OutputError`."""
+    """A text stream whose write errors are `OutputError`."""
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream = stream
@@ -50,7 +50,7 @@ class _Named:
 
 @contextmanager
 def named_output() -> Iterator[None]:
-    """Let failures to write to standard output be `OutputError`. If it is closed (``>&-``), nothing is printed."""
+    """Raise `OutputError` if writing to standard output fails; print nothing if it is closed (``>&-``)."""
     if sys.stdout is None:
         yield
         return
@@ -60,9 +60,12 @@ def named_output() -> Iterator[None]:
 
 
 def tell_os_error(error: OSError) -> int:
-    """Print what the system refused, and where; return the exit code. After an `OutputError`, the output is closed."""
+    """Print a system error with its file, and return the exit code; after an `OutputError`, redirect stdout to null.
+
+    A pipe closed by its reader prints no message.
+    """
     if isinstance(error, OutputError):
-        # Python flushes stdout at exit, and would complain again
+        # otherwise Python's flush of stdout at exit would fail again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if not (isinstance(error, OutputError) and error.unread):
         print_error(f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error))

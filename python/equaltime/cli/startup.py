@@ -1,7 +1,7 @@
-"""Ends the ``equaltime`` command quietly if Ctrl-C comes while it is still importing what it needs.
+"""Ends the ``equaltime`` command quietly if Ctrl-C comes during its imports.
 
-Importing this module does that, in a process that was started as the command and in no other; the package imports it
-before all that takes time. From `ready` on the command line sees to Ctrl-C itself, until `over`.
+Importing this module installs the handler, but only in a process that was started as the command. The package imports
+it before all slow imports. From `ready` until `over` the command line handles Ctrl-C itself.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["over", "ready", "runs_the_command"]
 
 
 def runs_the_command(arguments: list[str]) -> bool:
-    """Tell whether a process started so (``sys.orig_argv``) is the command: by its script, or by ``-m equaltime``."""
+    """Tell whether ``sys.orig_argv`` starts the command: by its script, or by ``-m equaltime``."""
     before, after = arguments[1:2], arguments[2:3]
     while before and before[0].startswith("-") and before[0] != "-m":  # Python's own options
         arguments = arguments[1:]
@@ -33,13 +33,13 @@ def ready() -> None:
 
 
 def over() -> None:
-    """Let no Ctrl-C change the exit code of a command that has done its work: Python would end as if killed by it."""
+    """Ignore Ctrl-C after the command has done its work, so that Python does not exit as if killed."""
     if _IS_THE_COMMAND:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _end(number: int, frame: FrameType | None) -> NoReturn:
-    os._exit(130)  # nothing was begun, and an exception would be raised within whatever is being imported
+    os._exit(130)  # no work was begun, and an exception would appear inside an import
 
 
 _IS_THE_COMMAND = (

@@ -1,12 +1,14 @@
-"""A second renderer, written to be read: it says what the right image is, and the core is tested against it.
+"""A second, readable renderer: the tests compare the core's images with its images.
 
-A path tracer in NumPy, all in float64, that shares the scene description with the core and nothing else: triangles are
-found by embreex (Embree 4; the core has Embree 3), points on them are computed anew in float64, spheres and disks are
-intersected by their formulas. What it does is the textbook's choice wherever there is one, and another than the
-core's: random numbers from NumPy's Philox, lights sampled uniformly by area, microfacets by D, multiple importance
-sampling with the balance heuristic, no Russian roulette. Slow, and noisier at equal samples: meant for small images.
+The renderer is a path tracer in NumPy, in float64 throughout, and shares only the scene description with the core.
+Triangles are found by embreex (Embree 4; the core has Embree 3), and points on them are recomputed in float64. Spheres
+and disks are intersected by their formulas.
 
-Read it in this order: `tracer` (the estimator), `scattering`, `lights`, `environment`, `world` (what a ray meets),
+Where textbooks have a standard method, the cross-check uses it, and differs from the core: random numbers from NumPy's
+Philox, lights sampled uniformly by area, microfacets by D, multiple importance sampling with the balance heuristic, no
+Russian roulette. It is slow, and noisier at equal samples: use it for small images.
+
+Read it in this order: `tracer` (the estimator), `scattering`, `lights`, `environment`, `world` (intersection),
 `camera`.
 """
 

@@ -1,8 +1,8 @@
-"""Scattering at the simplest surfaces, by Mitsuba 3's formulas, in local coordinates; `scattering` has all of them.
+"""The simplest BSDFs, by Mitsuba 3's formulas, in local coordinates; `scattering` covers all BSDFs.
 
-The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` gives
+The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` returns
 f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and glass
-scatter into single directions: they evaluate to zero and their samples have no density.
+scatter into discrete directions: they evaluate to zero, and the density of their samples is infinite.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class Scattered:
     """Sampled directions."""
 
     wi: Array
-    """(N, 3) unit"""
+    """Unit directions to the light (N, 3)."""
     weight: Array
-    """(N, 3) f times cosine over the density"""
+    """BSDF f times cosine over the density (N, 3)."""
     pdf: Array
-    """(N,) per solid angle; infinite for single directions"""
+    """Density per solid angle (N,); infinite for discrete directions."""
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
@@ -82,7 +82,7 @@ def draw_cosine(count: int, rng: np.random.Generator) -> Array:
 
 
 def microfacets(bsdf: RoughConductor, m: Array) -> Array:
-    """Return the density D of microfacet normals m, per solid angle of m and projected area of the surface (N,)."""
+    """Return the density D of microfacet normals m (N,), per solid angle of m and projected area of the surface."""
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     across, z2 = (m[:, 0] / alpha_u) ** 2 + (m[:, 1] / alpha_v) ** 2, m[:, 2] ** 2
     if bsdf.distribution == "ggx":
@@ -92,9 +92,9 @@ def microfacets(bsdf: RoughConductor, m: Array) -> Array:
 
 
 def smith(bsdf: RoughConductor, v: Array) -> Array:
-    """Return the share of microfacets that are seen from v (N,): Smith's G1, for Beckmann in the usual rational form.
+    """Return the share of microfacets visible from v (N,): Smith's G1, for Beckmann in the usual rational form.
 
-    Walter et al. 2007, eq. 27 and 34. Both directions are taken as independent: G = G1(wo) G1(wi).
+    See Walter et al. 2007, eq. 27 and 34. Both directions are assumed independent: G = G1(wo) G1(wi).
     """
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     slope = np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]) / v[:, 2]  # roughness times the tangent of the angle
@@ -116,7 +116,7 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
-    """Return normals with density D times their cosine: round slopes, stretched by the roughness."""
+    """Return normals with density D times their cosine: isotropic slopes, scaled by the roughness along u and v."""
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))
     alpha_u, alpha_v = map(constant, bsdf.alphas)
@@ -153,7 +153,7 @@ def fresnel_dielectric(cosine: Array, eta: Array) -> tuple[Array, Array]:
 def _glass(bsdf: Dielectric, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
     """Reflect with the probability of Fresnel's reflectance, else refract.
 
-    Refracted radiance is squeezed into another solid angle: it changes by 1/eta^2.
+    Refraction changes the solid angle, and so scales radiance by 1/eta^2.
     """
     ior = bsdf.int_ior / bsdf.ext_ior
     eta = np.where(front, ior, 1.0 / ior)

@@ -13,14 +13,14 @@ from equaltime.scene.model import Box, Filter, Gaussian, Perspective, Tent, as_a
 __all__ = ["Camera", "filter_offsets"]
 
 GAUSSIAN_CUT = 4.0
-"""Where the Gaussian filter ends, in standard deviations; there it is lowered to zero."""
+"""Radius of the Gaussian filter, in standard deviations; the filter is shifted down to be zero there."""
 
 
 class Camera:
-    """Rays through places on the film.
+    """A pinhole camera: rays through places on the film.
 
-    Camera space looks along +z with +x to the left of the image and +y up. Places are in pixels of the whole film from
-    its upper left corner: the middle of the first pixel is (0.5, 0.5).
+    Camera space looks along +z, with +x to the left of the image and +y up. Places are in pixels of the whole film,
+    from its upper left corner: the middle of the first pixel is (0.5, 0.5).
     """
 
     def __init__(self, sensor: Perspective) -> None:
@@ -33,19 +33,19 @@ class Camera:
 
     @property
     def origin(self) -> Array:
-        """The pinhole, (3,)."""
+        """Position of the pinhole (3,)."""
         return self._to_world[:3, 3]
 
     def pixels(self) -> Array:
-        """Return the upper left corners of the pixels of the crop window: (height * width, 2), row by row."""
+        """Return the upper left corners of the crop window's pixels (height * width, 2), row by row."""
         x, y, width, height = self._film.crop
         columns, rows = np.meshgrid(np.arange(x, x + width), np.arange(y, y + height))
         return np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(np.float64)
 
     def rays(self, places: Array) -> tuple[Array, Array, Array]:
-        """Return the unit directions (N, 3) of the rays from `origin` through `places` (N, 2), and where they count.
+        """Return unit directions (N, 3) of rays from `origin` through `places` (N, 2), and their near and far ends.
 
-        That is from the near plane to the far plane: two arrays of distances (N,) from the pinhole.
+        The ends are the distances (N,) of the near plane and of the far plane from the pinhole.
         """
         width, height = self._film.size
         x, y = (1.0 - 2.0 * (places / (width, height) + self._principal_point)).T
@@ -56,10 +56,10 @@ class Camera:
 
 
 def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Array:
-    """Return `count` random offsets (count, 2) from the middle of a pixel whose density is the pixel filter.
+    """Return random offsets (count, 2) from the middle of a pixel, with the pixel filter as density.
 
-    With places drawn like this a pixel is the plain mean of its samples. Both coordinates are independent, since all
-    the filters are products.
+    With such places, a pixel is the plain mean of its samples. The coordinates are independent, since all the filters
+    are products.
     """
     if isinstance(rfilter, Box):
         return rng.uniform(-0.5, 0.5, (count, 2))
@@ -71,7 +71,7 @@ def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Arr
 
 
 def _cut_gaussian(count: int, rng: np.random.Generator) -> Array:
-    """Return numbers with a density proportional to exp(-x^2/2) - exp(-cut^2/2), by rejection from the normal one."""
+    """Return numbers with density proportional to exp(-x^2/2) - exp(-cut^2/2), by rejection from normal numbers."""
     x, pending = np.empty(count), np.arange(count)
     while pending.size:
         proposed = rng.standard_normal(pending.size)

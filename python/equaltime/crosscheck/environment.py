@@ -1,4 +1,4 @@
-"""Light from all around: constant, or an image in latitude and longitude by Mitsuba's mapping."""
+"""Environment emitters: constant, or a latitude-longitude image by Mitsuba's mapping."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["ConstantEnvironment", "Environment", "ImageEnvironment", "make_envir
 
 
 class Environment(Protocol):
-    """Radiance from every direction, and a way to sample directions where there is much of it."""
+    """Radiance from every direction, with importance sampling of directions."""
 
     def radiance(self, directions: Array) -> Array:
-        """Return the radiance (N, 3) that comes from unit world directions."""
+        """Return the radiance (N, 3) from unit world directions."""
 
     def pdf(self, directions: Array) -> Array:
         """Return the density per solid angle (N,) with which `sample` draws directions."""
@@ -36,7 +36,7 @@ def make_environment(emitter: Constant | EnvMap, assets: Assets) -> Environment 
 
 
 class ConstantEnvironment:
-    """The same radiance from everywhere, sampled uniformly over the sphere."""
+    """A constant environment, sampled uniformly over the sphere."""
 
     def __init__(self, radiance: Array) -> None:
         self._radiance = radiance
@@ -60,9 +60,9 @@ class ImageEnvironment:
     """An image of H rows and W columns around the scene, interpolated bilinearly.
 
     Row i is centred at the polar angle pi i / (H - 1) from the local +y axis. Column j is centred at the angle
-    2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap round. So the image has W (H - 1) cells
-    between four texel centres each. A cell is picked by its mean brightness times its solid angle, then a place in it
-    uniformly.
+    2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap around. The image thus has W (H - 1)
+    cells, each between four texel centres. A cell is picked by its mean brightness times its solid angle, then a place
+    in it uniformly.
     """
 
     def __init__(self, pixels: Array, to_world: Array) -> None:
@@ -77,7 +77,7 @@ class ImageEnvironment:
 
     @property
     def total(self) -> float:
-        """A measure of all light, 0 for a black image."""
+        """Sum of the cells' weights, 0 for a black image."""
         return float(self._running[-1])
 
     def radiance(self, directions: Array) -> Array:
@@ -95,7 +95,7 @@ class ImageEnvironment:
         x, y = self._place(directions)
         cell = y.astype(np.int64) * self._columns + x.astype(np.int64)
         sine = np.sin(math.pi * y / self._rows)
-        # The density over places in the image, then over angles, then over solid angle.
+        # density over places in the image, then over angles, then over solid angle
         per_place = self._pick[cell] * self._rows * self._columns
         density: Array = per_place / (2.0 * math.pi**2 * np.maximum(sine, 1e-300))
         return density
@@ -112,7 +112,7 @@ class ImageEnvironment:
         return world
 
     def _place(self, directions: Array) -> tuple[Array, Array]:
-        """Return column and row, as real numbers below the last ones, where directions meet the image."""
+        """Return the real-valued column and row at which directions meet the image, below the last ones."""
         x, y, z = (directions @ self._rotation).T
         column = np.mod(np.arctan2(x, -z) / (2.0 * math.pi) * self._columns - 0.5, self._columns)
         row = np.arccos(np.clip(y, -1.0, 1.0)) / math.pi * self._rows

@@ -1,7 +1,7 @@
-"""Scattering at surfaces of dielectrics, bare or over a diffuse body, by Mitsuba 3's formulas: value and density.
+"""Value and density of dielectric surfaces, bare or over a diffuse body, by Mitsuba 3's formulas.
 
-As in `equaltime.crosscheck.bsdfs`: the normal is +z on the side of the viewer, values have the cosine of wi in them.
-The densities are those of visible normals, which the core draws: they are compared, and nothing is sampled by them.
+As in `equaltime.crosscheck.bsdfs`, the normal is +z on the side of the viewer, and values include the cosine of wi. The
+densities are of visible normals, as the core draws them: tests compare them, and the cross-check does not sample them.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, Roug
 __all__ = ["mirror_share", "plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
 
 KNOTS = 64
-"""Of a rough interface's transmittance, by the cosine, as Mitsuba has them; linear between."""
+"""Knots in the cosine of a rough interface's transmittance table, as in Mitsuba; linear interpolation between."""
 
 
 def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
-    """Return the reflectance (N,) of a sheet, with all reflections between its sides: a geometric series."""
+    """Return the reflectance (N,) of a thin sheet, including all internal reflections: a geometric series."""
     one, _ = fresnel_dielectric(wo[:, 2], np.full(len(wo), bsdf.int_ior / bsdf.ext_ior))
     return np.asarray(one + (1.0 - one) ** 2 * one / np.where(one < 1.0, 1.0 - one**2, 1.0))
 
 
 def mirror_share(bsdf: Plastic, wo: Array) -> Array:
-    """Return the part (N,) of the samples that takes the mirror over a diffuse body, not the body."""
+    """Return the share (N,) of the samples that take the mirror rather than the diffuse body below."""
     ior = bsdf.int_ior / bsdf.ext_ior
     seen, _ = fresnel_dielectric(np.maximum(wo[:, 2], 0.0), np.full(len(wo), ior))
     mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
@@ -38,7 +38,7 @@ def mirror_share(bsdf: Plastic, wo: Array) -> Array:
 
 
 def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return value (N, 3) and density (N,) of the diffuse body; the mirror over it has single directions."""
+    """Return value (N, 3) and density (N,) of the diffuse body; the mirror above has discrete directions."""
     ior = bsdf.int_ior / bsdf.ext_ior
     index = np.full(len(wo), ior)
     seen, lit = (fresnel_dielectric(np.maximum(v[:, 2], 0.0), index)[0] for v in (wo, wi))
@@ -48,7 +48,7 @@ def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return value (N, 3) and density (N,) of facets over a diffuse body."""
+    """Return value (N, 3) and density (N,) of microfacets over a diffuse body."""
     ior = bsdf.int_ior / bsdf.ext_ior
     facets = RoughConductor(distribution=bsdf.distribution, alpha=bsdf.alpha)
     outside, entering, internal = _interface(facets, ior)
@@ -66,7 +66,7 @@ def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Arra
 
 
 def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = True) -> tuple[Array, Array]:
-    """Return value (N, 3), of radiance, and density (N,) of facets that reflect and refract (Walter et al. 2007)."""
+    """Return value (N, 3), for radiance, and density (N,) of reflecting and refracting facets (Walter et al. 2007)."""
     ior = bsdf.int_ior / bsdf.ext_ior
     eta = ior if front else 1.0 / ior
     alpha_u, alpha_v = map(constant, bsdf.alphas)
@@ -88,7 +88,7 @@ def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = 
 
 
 def visible(facets: RoughConductor, v: Array) -> Array:
-    """Return the share of facets that are seen (N,) without approximation: what normalises the visible normals."""
+    """Return the exact share of facets visible from v (N,), which normalises the density of visible normals."""
     if facets.distribution == "ggx":
         return smith(facets, v)
     alpha_u, alpha_v = map(constant, facets.alphas)
@@ -103,7 +103,7 @@ def _body(bsdf: Plastic, internal: float, ior: float) -> Array:
 
 
 def _diffuse_fresnel(eta: float) -> float:
-    """Return what an interface reflects of diffuse light, by the fits that Mitsuba has (d'Eon & Irving 2011)."""
+    """Return an interface's reflectance for diffuse light, by the fits that Mitsuba uses (d'Eon & Irving 2011)."""
     x = 1.0 / eta
     if eta < 1.0:
         return 0.6681 + eta * (0.7099 - 1.4399 * eta) + 0.0636 * x
@@ -112,7 +112,7 @@ def _diffuse_fresnel(eta: float) -> float:
 
 @lru_cache(maxsize=64)
 def _interface(facets: RoughConductor, ior: float) -> tuple[Array, float, float]:
-    """Return what facets let through, by the cosine; its mean over all directions; and what they send back inside."""
+    """Return a rough interface's transmittance by cosine, the transmittance's mean, and the mean inner reflectance."""
     cosines = np.maximum(np.arange(KNOTS) / (KNOTS - 1), 1e-6)
     outside = np.array([_let_through(facets, c, ior) for c in cosines])
     inside = np.array([_sent_back(facets, c, 1.0 / ior) for c in cosines])
@@ -120,10 +120,10 @@ def _interface(facets: RoughConductor, ior: float) -> tuple[Array, float, float]
 
 
 def _normals(facets: RoughConductor, cosine: float) -> tuple[Array, Array, Array]:
-    """Return a viewer's direction (1, 3), normals (N, 3) on a grid, and how much of what is seen each stands for."""
+    """Return the viewer's direction (1, 3), normals (N, 3) on a grid, and their shares of the visible area (N,)."""
     side = 64
     t, turn = np.meshgrid((np.arange(4 * side) + 0.5) / (4 * side), (np.arange(side) + 0.5) / side)
-    rest = t**2  # of what is steeper: denser where slopes are steep, for the tails of GGX
+    rest = t**2  # share of steeper slopes: the grid is denser for steep slopes, for the tails of GGX
     r = np.sqrt((1.0 - rest) / rest) if facets.distribution == "ggx" else np.sqrt(-np.log(rest))
     alpha = constant(facets.alphas[0])
     slope = alpha * r * np.cos(math.pi * turn), alpha * r * np.sin(math.pi * turn)

@@ -1,4 +1,4 @@
-"""Lights, sampled the plain way: one of them at random, a point on it uniformly by area."""
+"""Lights, sampled without importance: one light at random, a point on it uniformly by area."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ __all__ = ["LightSamples", "Lights"]
 
 @dataclass(slots=True, eq=False)
 class LightSamples:
-    """Light that may reach some points, one row a point: from where, how much, how likely it was to be chosen."""
+    """Sampled light for points, one row per point: direction, distance, radiance and density."""
 
     wi: Array
-    """(N, 3) unit, towards the light"""
+    """Unit directions towards the light (N, 3)."""
     distance: Array
-    """(N,) infinite for the environment"""
+    """Distances to the light (N,); infinite for the environment."""
     radiance: Array
-    """(N, 3) if nothing stands between; for point lights intensity over squared distance"""
+    """Unoccluded radiance (N, 3); for point lights intensity over squared distance."""
     pdf: Array
-    """(N,) per solid angle, the choice of the light included"""
+    """Density per solid angle (N,), including the choice of the light."""
     single: Array
-    """(N,) 1 where only light sampling can find the light (point lights), else 0"""
+    """Flags (N,): 1 if only light sampling can find the light (point lights), else 0."""
 
 
 class Lights:
-    """All lights of a scene, each chosen equally often."""
+    """All lights of a scene, each chosen with equal probability."""
 
     def __init__(self, model: SceneModel, surfaces: tuple[Surface, ...], world: World, assets: Assets) -> None:
         self._world = world
@@ -50,17 +50,17 @@ class Lights:
 
     @property
     def count(self) -> int:
-        """How many lights there are to choose from."""
+        """Number of lights to choose from."""
         return len(self._surfaces) + len(self._points) + (self.environment is not None)
 
     def emitted(self, hits: Hits, directions: Array) -> Array:
-        """Return the radiance (N, 3) that surfaces send back along rays that met them: from their front side only."""
+        """Return the radiance (N, 3) that surfaces emit towards the origins of rays; only front sides emit."""
         front = dot(hits.normal, directions) < 0.0
         emission: Array = np.where(front[:, None], self._emission[self._world.shape[hits.patch]], 0.0)
         return emission
 
     def surface_pdf(self, hits: Hits, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` chooses the surface points that rays met."""
+        """Return the density per solid angle (N,) with which `sample` chooses the surface points that rays hit."""
         cosine = np.abs(dot(hits.normal, directions))
         area = self._areas[self._world.shape[hits.patch]]
         density: Array = hits.t**2 / (np.maximum(cosine, 1e-300) * area * max(self.count, 1))
@@ -73,7 +73,7 @@ class Lights:
         return self.environment.pdf(directions) / self.count
 
     def sample(self, points: Array, rng: np.random.Generator) -> LightSamples:
-        """Choose a light for each point, and a place on it."""
+        """Choose a light for each point, and a place on the light."""
         n = len(points)
         samples = LightSamples(np.zeros((n, 3)), np.full(n, np.inf), np.zeros((n, 3)), np.ones(n), np.zeros(n))
         samples.wi[:, 2] = 1.0
@@ -104,7 +104,7 @@ class Lights:
 
 
 class _AreaLight:
-    """A shape that emits: triangles, a sphere or a disk."""
+    """An emitting shape: triangles, a sphere or a disk."""
 
     def __init__(self, world: World, shape: int) -> None:
         self.shape = shape
@@ -116,7 +116,7 @@ class _AreaLight:
 
     @property
     def area(self) -> float:
-        """Of the whole shape."""
+        """Area of the whole shape."""
         if isinstance(self._patch, Sphere):
             return 4.0 * math.pi * self._patch.radius**2
         if isinstance(self._patch, Disk):
@@ -125,7 +125,7 @@ class _AreaLight:
         return float(self._running[-1]) if self._running.size else 0.0
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
-        """Return points uniform over the area, and the normals of the front side there: (count, 3) each."""
+        """Return points uniform over the area, and the front side's normals there, (count, 3) each."""
         if isinstance(self._patch, Sphere):
             z, phi = rng.uniform(-1.0, 1.0, count), rng.uniform(0.0, 2.0 * math.pi, count)
             r = np.sqrt(1.0 - z**2)

@@ -1,6 +1,6 @@
-"""The scene's surfaces as patches: triangles, spheres and disks in one numbering, each knowing its shape.
+"""The scene's surfaces as patches: triangles, spheres and disks in one numbering, each with its shape's index.
 
-A patch's number is its place here: all triangles first, then the spheres, then the disks.
+Patches are numbered with all triangles first, then the spheres, then the disks.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 __all__ = ["Disk", "Sphere", "Triangles", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Along which axis the u coordinate of Mitsuba's cube grows (or falls) on the faces across x, y and z …"""
+"""Axes along which u of Mitsuba's cube grows or falls, for the faces across x, y and z, except at y = -1."""
 CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
-"""… but for the face at y = -1."""
+"""Axis along which u grows or falls on the face at y = -1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,24 +28,24 @@ class Triangles:
     """All triangles of the scene, counter-clockwise from the front."""
 
     corners: Array
-    """(T, 3, 3)"""
+    """Corner positions (T, 3, 3)."""
     corner_normals: Array
-    """(T, 3, 3) unit shading normals; the geometric one where there are none"""
+    """Unit shading normals at the corners (T, 3, 3); geometric normals if the mesh has none."""
     normals: Array
-    """(T, 3) unit, on the front side"""
+    """Unit geometric normals on the front side (T, 3)."""
     areas: Array
-    """(T,)"""
+    """Areas (T,)."""
     tangents: Array
-    """(T, 3) the direction in which the texture coordinate u grows, of any length"""
+    """Directions in which the texture coordinate u grows (T, 3), of any length."""
     shapes: Index
-    """(T,)"""
+    """Indices of the shapes (T,)."""
     primitives: Index
-    """(T,) which triangle of its shape it is"""
+    """Indices of the triangles in their shapes (T,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sphere:
-    """A sphere; `front` is 1 if that is the outside, else -1. `axis` is where ``to_world`` takes +z."""
+    """A sphere; `front` is 1 if the front side is outside, else -1. `axis` is the world direction of local +z."""
 
     shape: int
     center: Array
@@ -56,7 +56,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Disk:
-    """The unit disk under `to_world`; `normal` is unit, on the front side."""
+    """The unit disk under `to_world`; `normal` is the unit normal on the front side."""
 
     shape: int
     to_world: Array
@@ -65,7 +65,7 @@ class Disk:
 
 
 def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere], list[Disk]]:
-    """Return the patches of all shapes."""
+    """Return the triangles, spheres and disks of all shapes."""
     meshes: list[Triangles] = []
     spheres: list[Sphere] = []
     disks: list[Disk] = []
@@ -76,13 +76,13 @@ def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere],
             spheres.append(Sphere(index, surface.center, surface.radius, front, axis))
         elif isinstance(surface, DiskSurface):
             disks.append(_disk(index, surface))
-        elif not isinstance(surface, CylinderSurface):  # which `check` refuses
+        elif not isinstance(surface, CylinderSurface):  # `check` refuses cylinders
             meshes.append(_triangles(index, shape, surface))
     return _joined(meshes), spheres, disks
 
 
 def _joined(meshes: list[Triangles]) -> Triangles:
-    """Return the triangles of all meshes, one after the other."""
+    """Return the triangles of all meshes, in order."""
     if not meshes:
         rows, numbers = np.zeros((0, 3)), np.zeros(0, np.int64)
         return Triangles(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), rows, np.zeros(0), rows, numbers, numbers)
@@ -127,7 +127,7 @@ def _cube_tangents(to_world: Array, corners: Array) -> Array:
 
 
 def _uv_tangents(corners: Array, uvs: Array | None, normals: Array) -> Array:
-    """Return how the point moves with u: solves p = p0 + u dp_du + v dp_dv on each triangle.
+    """Return the direction of dp/du (T, 3), from p = p0 + u dp_du + v dp_dv on each triangle.
 
     Without texture coordinates, u and v are barycentric.
     """

@@ -1,4 +1,4 @@
-"""What the camera sees: the first surface behind the middle of each pixel."""
+"""Primary hits: the first surface behind the middle of each pixel."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ class PrimaryHits:
     """The first surfaces, one for each pixel of the crop window."""
 
     shape: Index
-    """(H, W) index in the scene's shapes, -1 where there is nothing"""
+    """Index in the scene's shapes (H, W); -1 without a hit."""
     primitive: Index
-    """(H, W) which triangle of a mesh, else 0; -1 where there is nothing"""
+    """Index of a mesh's triangle, 0 for other shapes (H, W); -1 without a hit."""
     t: Array
-    """(H, W) distance from the pinhole, infinite where there is nothing"""
+    """Distance from the pinhole (H, W); infinite without a hit."""
     point: Array
-    """(H, W, 3) NaN where there is nothing"""
+    """Hit point (H, W, 3); NaN without a hit."""
 
 
 def primary_hits(scene: Scene) -> PrimaryHits:
-    """Return what stands behind the middles of the pixels, between the clip planes, at the shutter's centre."""
+    """Return the first surfaces behind the pixels' middles, between the clip planes, at the shutter's centre."""
     model = still(scene.model)
     camera, world = Camera(camera_of(model)), World(model, scene.assets)
     directions, near, far = camera.rays(camera.pixels() + 0.5)

@@ -1,6 +1,6 @@
-"""The principled model by Burley's formulas with Mitsuba 3's parameters: its value, in float64 and local coordinates.
+"""Value of the principled BSDF by Burley's formulas with Mitsuba 3's parameters, in float64 and local coordinates.
 
-As in `equaltime.crosscheck.interfaces`: the normal is +z on the side of the viewer, and values have the cosine of wi.
+As in `equaltime.crosscheck.interfaces`, the normal is +z on the viewer's side, and values include the cosine of wi.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 
 
 def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Array:
-    """Return the value (N, 3): of radiance, so that what is refracted is compressed."""
+    """Return the value (N, 3), for radiance: refraction scales it by 1/eta^2."""
     front = front or not bsdf.transmits
     eta = bsdf.ior if front else 1.0 / bsdf.ior
     above = wi[:, 2] > 0.0
@@ -38,7 +38,7 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
 
 
 def main_facets(bsdf: Principled) -> RoughConductor:
-    """Return what has the facets of the main lobe."""
+    """Return a rough conductor with the facets of the main lobe."""
     rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
     u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
     return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)
@@ -71,14 +71,14 @@ def _schlick_weight(cosine: Array) -> Array:
 
 
 def _schlick(r0: Array | float, cosine: Array, ior: float) -> Array:
-    """Return Schlick's reflectance (N, 3 or 1); from the denser side by the cosine of refraction."""
+    """Return Schlick's reflectance (N, 3 or 1); on the denser side it uses the cosine of refraction."""
     inside = np.sqrt(np.maximum(0.0, 1.0 - (1.0 - cosine**2) / ior**2))
     weight = _schlick_weight(cosine if ior > 1.0 else inside)[:, None]
     return np.asarray(weight + np.asarray(r0) * (1.0 - weight))
 
 
 def _facets(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array, i: Array, eta: float, front: bool) -> Array:
-    """Return the main lobe: GGX facets that reflect, tinted or as metal, and refract."""
+    """Return the value of the main lobe: GGX facets that reflect (plain, tinted or as metal) and refract."""
     metal, glass, tinted = (float(constant(x)) for x in (bsdf.metallic, bsdf.spec_trans, bsdf.spec_tint))
     facets = main_facets(bsdf)
     above = wi[:, 2] > 0.0
@@ -96,7 +96,7 @@ def _facets(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array, i: Array
 
 
 def _coat(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array) -> Array:
-    """Return the clear coat, of a reflectance of 4 %, masked as by a roughness of a quarter."""
+    """Return the value of the clear coat: reflectance of 4 % at normal incidence, masking of roughness 0.25."""
     mask, d = RoughConductor(distribution="ggx", alpha=0.25), coat_facets(bsdf, m)
     up = np.where(wi[:, 2:] > 0.0, wi, -wi)
     shape = 0.25 * float(constant(bsdf.clearcoat)) * d * smith(mask, wo) * smith(mask, up) * wi[:, 2]
@@ -104,7 +104,7 @@ def _coat(bsdf: Principled, wo: Array, wi: Array, m: Array, o: Array) -> Array:
 
 
 def _diffuse(bsdf: Principled, wo: Array, wi: Array, o: Array) -> Array:
-    """Return the body, with retro-reflection, blended to Hanrahan and Krueger's flat look; and sheen."""
+    """Return the value of sheen plus the body: retro-reflective, blended to Hanrahan and Krueger's flat look."""
     metal, glass, rough = (float(constant(x)) for x in (bsdf.metallic, bsdf.spec_trans, bsdf.roughness))
     flat, lit, seen = float(constant(bsdf.flatness)), _schlick_weight(wi[:, 2]), _schlick_weight(wo[:, 2])
     retro = 2.0 * rough * o**2

@@ -1,4 +1,4 @@
-"""What the cross-check traces; anything else it refuses by name, before the first ray."""
+"""Refuses scenes with plugins that the cross-check cannot trace, by name, before the first ray."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TRACED: Final = (
 
 
 def check(model: SceneModel) -> None:
-    """Raise RenderError, with names, if there is anything in `model` that cannot be traced here."""
+    """Raise RenderError with the names of all parts of `model` that the cross-check cannot trace."""
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
     unknown |= {"'hide_emitters'"} if model.integrator.hides_emitters else set()
@@ -31,13 +31,13 @@ def check(model: SceneModel) -> None:
 
 
 def camera_of(model: SceneModel) -> Perspective:
-    """Return the camera, a pinhole."""
+    """Return the pinhole camera; raises RenderError for another sensor."""
     if not isinstance(model.sensor, Perspective):
         raise RenderError(f"the cross-check cannot trace '{model.sensor.type}'")
     return model.sensor
 
 
 def constant(value: Texture | T) -> T:
-    """Return a parameter that is the same everywhere, as `check` has made sure."""
+    """Return a parameter without a texture; `check` refuses textures."""
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value

@@ -1,7 +1,7 @@
-"""Scattering at any surface that the cross-check knows, by value and by samples, in local coordinates.
+"""All BSDFs of the cross-check: values and samples, in local coordinates.
 
-As in `bsdfs`: the normal is +z on the side of the viewer; wo points to the viewer (z > 0), wi to the light. What is
-not said there is drawn from a mixture of lobes, of which each has the textbook's density: cosines, and facets by D.
+As in `bsdfs`, the normal is +z on the side of the viewer; wo points to the viewer (z > 0), wi to the light. BSDFs that
+`bsdfs` does not have are sampled by a mixture of lobes with textbook densities: cosines, and facets by D.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ Generator = np.random.Generator
 
 
 def is_single(bsdf: Bsdf) -> bool:
-    """Tell whether the BSDF scatters into single directions only, which light sampling never finds."""
+    """Tell whether the BSDF scatters into discrete directions only, which light sampling never finds."""
     return bsdf.type in ("conductor", "dielectric", "thindielectric")
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Array]:
-    """Return f times the cosine of wi (N, 3), and the density of sampling wi (N,); `front`: where the viewer is."""
+    """Return f times the cosine of wi (N, 3), and the density of sampling wi (N,); `front`: viewer on the front."""
     if not isinstance(bsdf, Mixed):
         return bsdfs.evaluate(bsdf, wo, wi)
     value, pdf = np.zeros_like(wi), np.zeros(len(wi))
@@ -67,7 +67,7 @@ def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: Generator) -> Scattered:
         for number, lobe in enumerate(lobes):
             chosen = rows[choice == number]
             wi[chosen], valid[chosen] = lobe.draw(wo[chosen], rng)
-        single[rows[choice == len(lobes)]] = True  # what the shares leave, which is the mirror's
+        single[rows[choice == len(lobes)]] = True  # the rest of the shares belongs to the mirror
     wi[~valid] = (0.0, 0.0, 1.0)
     value, pdf = evaluate(bsdf, wo, wi, front)
     weight = np.divide(value, pdf[:, None], out=np.zeros_like(value), where=(valid & (pdf > 0.0))[:, None])
@@ -99,18 +99,18 @@ def _pane(bsdf: ThinDielectric, wo: Array, rng: Generator) -> Scattered:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lobe:
     share: Array
-    """(N,) how many of the samples are drawn from it"""
+    """Share of the samples that are drawn from the lobe (N,)."""
     draw: Callable[[Array, Generator], tuple[Array, Mask]]
-    """Of wo: directions wi (N, 3), and which of them are any."""
+    """Function of wo that returns directions wi (N, 3), and flags of the valid ones (N,)."""
     density: Callable[[Array, Array], Array]
-    """Of wo and wi."""
+    """Density of wi per solid angle (N,), as a function of wo and wi."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Facets:
     draw: Callable[[int, Generator], Array]
     density: Callable[[Array], Array]
-    """Per solid angle of the normal."""
+    """Density per solid angle of the normal."""
 
 
 def _lobes(bsdf: Mixed, wo: Array, front: bool) -> list[_Lobe]:
@@ -190,7 +190,7 @@ def _by_d(bsdf: RoughConductor) -> _Facets:
 
 
 def _coat(bsdf: Principled) -> _Facets:
-    """Return the coat's facets; GTR1's cosines are inverted in closed form (Burley 2012, appendix B.2)."""
+    """Return the coat's facets; the distribution of GTR1's cosines has a closed inverse (Burley 2012, appendix B.2)."""
 
     def draw(count: int, rng: Generator) -> Array:
         alpha2, phi = coat_alpha2(bsdf), rng.uniform(0.0, 2.0 * math.pi, count)

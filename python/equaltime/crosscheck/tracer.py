@@ -1,6 +1,6 @@
-"""The estimator: paths from the camera, all at once, with light sampling and BSDF sampling combined.
+"""The estimator: paths from the camera, traced together, with light and BSDF sampling combined.
 
-Each row of the arrays is a path. A step moves all paths one surface on; those that end are dropped.
+Each row of the arrays is a path. A step extends all paths by one surface; paths that end are dropped.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ __all__ = ["Tracer", "render"]
 
 PATHS_AT_ONCE = 1 << 16
 OCCLUDER = 1.0 - 1e-9
-"""What a shadow ray meets beyond this part of its way is the light itself."""
+"""Share of a shadow ray's length in which a hit occludes; a hit beyond it is the light itself."""
 NEGLIGIBLE = 1e-12
-"""Without a limit of depth, paths are followed until they carry this little: nothing that a render could show."""
+"""Throughput at which paths without a depth limit end, too small to be visible in an image."""
 ENDLESS = 100_000
 
 
@@ -40,15 +40,15 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     spp
         Samples per pixel, all independent.
     seed
-        Of all random numbers. The image depends on nothing else but the scene and `spp`.
+        Seed of all random numbers. The image depends only on the seed, the scene and `spp`.
     size
-        Width and height, if not the scene's own.
+        Width and height in pixels; by default the scene's own.
 
     Returns
     -------
     mean, variance
         Two (H, W, 3) arrays: radiance per pixel of the crop window, and the estimated variance of that mean (NaN for a
-        single sample). Both are unbiased. Where anything moves, all pixels share the times of their samples, so that
+        single sample). Both are unbiased. If the scene moves, all pixels share the times of their samples, so that
         their errors are correlated.
 
     Raises
@@ -65,10 +65,10 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     mean, squares, done = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3)), 0
     while done < spp:
         count = 1 if moving else min(spp - done, max(1, PATHS_AT_ONCE // len(pixels)))
-        if moving:  # brute force: another still scene for each sample
+        if moving:  # brute force: a new still scene for each sample
             tracer = Tracer(scene.replaced(at_time(scene.model, _any_time(scene.model.sensor, rng))))
         radiance = tracer.sample(np.tile(pixels, (count, 1)), rng).reshape(count, len(pixels), 3)
-        for one in radiance:  # Welford's way to mean and squared deviations
+        for one in radiance:  # Welford's algorithm for mean and squared deviations
             done += 1
             change = one - mean
             mean += change / done
@@ -84,25 +84,25 @@ def _any_time(sensor: Sensor, rng: np.random.Generator) -> float:
 
 @dataclass(slots=True, eq=False)
 class _Rays:
-    """Where the paths are: rays on their way to the next surface."""
+    """Current segments of the paths: rays to the next surface."""
 
     path: Index
-    """(n,) which path each is"""
+    """Indices of the paths (n,)."""
     origin: Array
     direction: Array
     start: Index
-    """(n,) the patch that the ray leaves, -1 for none"""
+    """Patches that the rays leave (n,); -1 for none."""
     beta: Array
-    """(n, 3) what the path carries: the product of all weights so far"""
+    """Throughput (n, 3): the product of all weights so far."""
     pdf: Array
-    """(n,) density of the direction per solid angle; infinite where nothing but this ray could have found it"""
+    """Density of the direction per solid angle (n,); infinite if light sampling could not have found the direction."""
 
     def keep(self, rows: Mask) -> _Rays:
         return _Rays(*(getattr(self, name)[rows] for name in self.__slots__))
 
 
 class Tracer:
-    """A scene, ready to be sampled."""
+    """A scene prepared for sampling."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model
@@ -120,7 +120,7 @@ class Tracer:
         self._bsdf_of = np.array([[-1 if b is None else number[b] for b in pair] for pair in sides]).reshape(-1, 2)
 
     def sample(self, pixels: Array, rng: np.random.Generator) -> Array:
-        """Return one sample of radiance (N, 3) for each of the pixels (N, 2) given by their upper left corners."""
+        """Return one sample of radiance (N, 3) for each pixel, given by its upper left corner (N, 2)."""
         radiance = np.zeros((len(pixels), 3))
         rays, far = self._camera_rays(pixels, rng)
         depth = 0
@@ -144,7 +144,7 @@ class Tracer:
         return radiance
 
     def _camera_rays(self, pixels: Array, rng: np.random.Generator) -> tuple[_Rays, Array]:
-        """Return rays from the near plane, and how far from there the far plane is."""
+        """Return rays from the near plane, and the distances (N,) from there to the far plane."""
         n = len(pixels)
         directions, near, far = self.camera.rays(pixels + 0.5 + filter_offsets(self._filter, n, rng))
         origins = self.camera.origin + near[:, None] * directions
@@ -162,7 +162,7 @@ class Tracer:
         return rays.beta * found * _share(rays.pdf, self._lights.surface_pdf(hits, rays.direction))
 
     def _scatter(self, rays: _Rays, hits: Hits, radiance: Array, rng: np.random.Generator) -> _Rays:
-        """Add the light that reaches the hits directly to `radiance`, and return the rays that go on from them."""
+        """Add direct light at the hits to `radiance`, and return the rays that continue from the hits."""
         front = dot(hits.normal, rays.direction) < 0.0
         bsdf = self._bsdf_of[self.world.shape[hits.patch], np.where(front, 0, 1)]
         following: list[_Rays] = []
@@ -178,7 +178,7 @@ class Tracer:
         return _Rays(*(np.concatenate([getattr(f, name) for f in following]) for name in _Rays.__slots__))
 
     def _direct(self, here: _Place, model: Bsdf, rng: np.random.Generator) -> Array:
-        """Return what one light that is chosen at random adds to each path."""
+        """Return the contribution (n, 3) of one randomly chosen light to each path."""
         light = self._lights.sample(here.point, rng)
         wi = here.frames.to_local(light.wi)
         value, pdf = scattering.evaluate(model, here.wo, wi, here.front)
@@ -202,7 +202,7 @@ class Tracer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Place:
-    """Where paths meet surfaces of one BSDF. Normals and frames are on the viewer's side."""
+    """Vertices of paths on surfaces with one BSDF. Normals and frames are on the viewer's side."""
 
     rays: _Rays
     point: Array
@@ -210,7 +210,7 @@ class _Place:
     normal: Array
     frames: Frames
     wo: Array
-    """(n, 3) local"""
+    """Local directions to the viewer (n, 3)."""
     front: Mask
 
     @classmethod
@@ -218,20 +218,20 @@ class _Place:
         side = np.where(front, 1.0, -1.0)[:, None]
         frames = Frames.from_normals(side * hits.shading[rows], hits.tangent[rows])
         wo = frames.to_local(-rays.direction)
-        lit = wo[:, 2] > 0.0  # a shading normal that faces away from the viewer: the surface is black there
+        lit = wo[:, 2] > 0.0  # the surface is black if its shading normal faces away from the viewer
         rays = rays.keep(lit)
         frames = Frames(frames.s[lit], frames.t[lit], frames.n[lit])
         normal = (side * hits.normal[rows])[lit]
         return cls(rays, hits.point[rows][lit], hits.patch[rows][lit], normal, frames, wo[lit], front[lit])
 
     def same_side(self, world: Array, local: Array) -> Mask:
-        """Tell whether the geometric normal (N,) agrees with the shading normal on which side directions are."""
+        """Tell whether directions are on the same side of the geometric and the shading normal (N,)."""
         same: Mask = (dot(self.normal, world) > 0.0) == (local[:, 2] > 0.0)
         return same
 
 
 def _share(pdf: Array, other: Array) -> Array:
-    """Return the balance heuristic's weight (N, 1) of a direction found with density `pdf`, not with `other`."""
+    """Return the balance heuristic's weight (N, 1) of directions drawn with density `pdf` rather than `other`."""
     with np.errstate(divide="ignore"):
         weight: Array = 1.0 / (1.0 + other / pdf)
     return weight[:, None]

@@ -15,21 +15,21 @@ Mask = NDArray[np.bool_]
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the scalar products of rows, (N,)."""
+    """Return the scalar products of rows (N,)."""
     product: Array = np.einsum("...i,...i->...", a, b)
     return product
 
 
 def normalize(a: Array) -> Array:
-    """Return the rows with length 1."""
+    """Return the rows scaled to length 1."""
     unit: Array = a / np.sqrt(dot(a, a))[..., None]
     return unit
 
 
 def perpendicular(n: Array) -> Array:
-    """Return a unit vector at right angles to each row: what Mitsuba takes where nothing tells a tangent.
+    """Return a unit vector perpendicular to each row, as Mitsuba does if there is no tangent.
 
-    Duff et al. 2017, "Building an orthonormal basis, revisited".
+    See Duff et al. 2017, "Building an orthonormal basis, revisited".
     """
     sign = np.copysign(1.0, n[:, 2])
     a = -1.0 / (sign + n[:, 2])
@@ -38,7 +38,7 @@ def perpendicular(n: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """Orthonormal frames, one a row; local directions have the cosine to the normal as z."""
+    """Orthonormal frames, one per row; z of a local direction is its cosine to the normal."""
 
     s: Array
     t: Array
@@ -46,7 +46,7 @@ class Frames:
 
     @classmethod
     def from_normals(cls, n: Array, tangents: Array) -> Frames:
-        """Return frames with the given unit normals whose s leans towards the given tangents."""
+        """Return frames with the given unit normals and s along the projected tangents."""
         s = tangents - n * dot(n, tangents)[:, None]
         useless = ~(dot(s, s) > 1e-24 * dot(tangents, tangents))
         s[useless] = perpendicular(n[useless])
@@ -54,10 +54,10 @@ class Frames:
         return cls(s, np.cross(n, s), n)
 
     def to_local(self, v: Array) -> Array:
-        """Return the coordinates of world directions."""
+        """Return the local coordinates of world directions."""
         return np.stack([dot(v, self.s), dot(v, self.t), dot(v, self.n)], axis=1)
 
     def to_world(self, v: Array) -> Array:
-        """Return the world directions of coordinates."""
+        """Return the world directions of local coordinates."""
         world: Array = v[:, :1] * self.s + v[:, 1:2] * self.t + v[:, 2:] * self.n
         return world

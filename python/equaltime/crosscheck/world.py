@@ -1,4 +1,4 @@
-"""What a ray meets: embreex finds triangles, formulas in float64 say where, spheres and disks are tried one by one."""
+"""Ray intersection: embreex finds triangles, float64 formulas give the points; spheres and disks are tried in turn."""
 
 from __future__ import annotations
 
@@ -16,32 +16,34 @@ from equaltime.scene.model import SceneModel
 __all__ = ["Hits", "World"]
 
 NUDGE = 2.0**-18
-"""How far a ray starts off its triangle for Embree, relative to the triangle's largest coordinate: 64 times the
-rounding of float32. Nothing nearer than that is seen; points and distances do not depend on it."""
+"""Offset of a ray's start from its triangle for Embree, relative to the triangle's largest coordinate.
+
+The offset is 64 times the rounding of float32. Surfaces nearer than that are missed; points and distances do not depend
+on the offset."""
 ATTEMPTS = 8
-"""How often a ray may go on behind a triangle that float64 says it does not meet."""
+"""Most searches per ray: a ray continues behind a triangle that float64 finds it does not hit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """The nearest surfaces that rays meet, one a row; `patch` is -1 and `t` infinite where there is none."""
+    """Nearest surfaces that rays hit, one per row; without a hit `patch` is -1 and `t` infinite."""
 
     t: Array
-    """(N,) distance, directions being unit"""
+    """Distances along unit directions (N,)."""
     patch: Index
-    """(N,)"""
+    """Numbers of the patches (N,)."""
     point: Array
-    """(N, 3)"""
+    """Hit points (N, 3)."""
     normal: Array
-    """(N, 3) unit geometric normal on the front side"""
+    """Unit geometric normals on the front side (N, 3)."""
     shading: Array
-    """(N, 3) unit shading normal on the front side"""
+    """Unit shading normals on the front side (N, 3)."""
     tangent: Array
-    """(N, 3) the direction in which the texture coordinate u grows, of any length"""
+    """Directions in which the texture coordinate u grows (N, 3), of any length."""
 
 
 class World:
-    """All surfaces of a scene. ``shape`` and ``primitive`` say for each patch where it comes from."""
+    """All surfaces of a scene; ``shape`` and ``primitive`` are the indices of each patch's shape and primitive."""
 
     def __init__(self, model: SceneModel, assets: Assets) -> None:
         self.triangles, self.spheres, self.disks = collect(model, assets)
@@ -59,19 +61,19 @@ class World:
 
     @property
     def first_sphere(self) -> int:
-        """The number of the first patch that is a sphere."""
+        """Number of the first patch that is a sphere."""
         return len(self.triangles.shapes)
 
     @property
     def first_disk(self) -> int:
-        """The number of the first patch that is a disk."""
+        """Number of the first patch that is a disk."""
         return self.first_sphere + len(self.spheres)
 
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
-        """Return distance and patch of the first surface that each ray meets; infinity and -1 if there is none.
+        """Return distance and patch of the first surface that each ray hits; infinity and -1 without a hit.
 
-        `directions` are unit. `start` is the patch that a ray leaves (-1: none). It can meet that again only if it is a
-        sphere, and then where it leaves it: so no ray meets the very point that it comes from, without any tolerance.
+        `directions` are unit. `start` is the patch that a ray leaves (-1: none). A ray can hit its start patch again
+        only if the patch is a sphere, and then at the far side. So no ray hits its own origin, without any tolerance.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -82,7 +84,7 @@ class World:
         return best, patch
 
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
-        """Return what is known of the points that `intersect` found."""
+        """Return points, normals and tangents at the hits that `intersect` found."""
         there = patch >= 0
         point = origins + np.where(there, t, 0.0)[:, None] * directions
         normal, tangent = np.zeros_like(point), np.zeros_like(point)
@@ -135,7 +137,7 @@ class World:
         return t
 
     def _weights(self, point: Array, triangle: Index) -> Array:
-        """Return the barycentric coordinates (N, 3) of points, brought into the triangle."""
+        """Return the barycentric coordinates (N, 3) of points, clamped to the triangle."""
         a, b, c = np.moveaxis(self.triangles.corners[triangle], 1, 0)
         normal = self.triangles.normals[triangle]
         parts = [dot(normal, np.cross(q - p, point - p)) for p, q in ((b, c), (c, a), (a, b))]
@@ -150,10 +152,10 @@ def _keep_nearest(best: Array, patch: Index, t: Array, number: int) -> None:
 
 
 def _meet_sphere(sphere: Sphere, origins: Array, directions: Array, on_it: Mask) -> Array:
-    """Return where rays meet a sphere first; for those that start on it, where they leave it.
+    """Return the distance at which rays hit a sphere first; for rays that start on the sphere, at which they leave it.
 
-    With o from the centre, |o + t d| = r has the roots q and c/q, where c = |o|^2 - r^2 and q = -b -+ sqrt(b^2 - c),
-    b = o.d. The discriminant comes from the closest point of the line, c from a product: neither cancels.
+    With o from the centre, |o + t d| = r has the roots q and c/q, where c = |o|^2 - r^2, q = -b -+ sqrt(b^2 - c) and
+    b = o.d. To avoid cancellation, the discriminant comes from the line's closest point, and c from a product.
     """
     o = origins - sphere.center
     b = dot(o, directions)

@@ -1,6 +1,6 @@
-"""What accuracy costs in time: metrics, statistics, experiments and their reports.
+"""Experiments that measure the time to a given accuracy, their statistics and their reports.
 
-A number that is shown comes from a record, and has an interval, or says why none can be trusted.
+Every number shown comes from a record and has an interval or the reason why no interval can be trusted.
 """
 
 from __future__ import annotations
@@ -35,53 +35,53 @@ def cost(
     progress: ProgressCallback | None = None,
     command: str = "",
 ) -> Summary:
-    """Measure what accuracy costs in time with several strategies, and write a report of it.
+    """Measure how long several strategies take to reach an error, and write a report.
 
-    Every strategy renders every scene several times, in turn, and its error is measured at rising sample counts. An
-    experiment that was stopped goes on where it was when it is called again with the same folder.
+    Every strategy renders every scene several times, in turn, and its error is measured at rising sample counts. Call
+    again with the same folder to continue an experiment that was stopped.
 
     Parameters
     ----------
     source
         An `equaltime.experiments.model.experiment.Experiment`, a scene, the path of a file of either, or a scene as a
-        dict in Mitsuba's words. For a scene the presets are compared, from naive to best.
+        dict with Mitsuba's keys. For a scene the presets are compared, from naive to best.
     folder
-        Where records, images, figures and ``report.html`` go. Nothing else in it is touched.
+        Folder for records, images, figures and ``report.html``. Other files in it are left alone.
     quick
-        Make it so small that it ends in under a minute (for one scene): a first look.
+        Shrink the experiment so that it ends in under a minute for one scene.
     size
         Width and height of the films, instead of the scenes' own.
     budget
         Seconds of each run, or text such as ``"10s"``.
     repeats, threads
-        Of each strategy on each scene; worker threads, 0 is one for each processor.
+        Renders of each strategy on each scene; worker threads, 0 for one per processor.
     strategies
-        What is compared, instead: labels of the experiment's strategies, or strategies as for `Strategy.parse`.
+        Strategies to compare instead: labels of the experiment's strategies, or texts for `Strategy.parse`.
     define
         Values for the variables of a scene file.
     substitute
-        Replace what a scene file has and cannot be rendered, as `equaltime.load` does.
+        Replace the parts of a scene file that cannot be rendered, as `equaltime.load` does.
     progress
         Called with an `equaltime.experiments.run.runner.RunProgress` as the experiment goes on.
     command
-        The command line that asked for it; the report's provenance has it.
+        Command line that started the experiment, for the report's provenance.
 
     Returns
     -------
     Summary
-        All that was found, with intervals; ``.verdict`` says it in a sentence.
+        The results, with intervals; ``.verdict`` sums them up in one sentence.
 
     Raises
     ------
     ExperimentError, SceneError
-        If something cannot be read, or the folder belongs to another experiment, build or machine.
+        If a file cannot be read, or the folder belongs to another experiment, build or machine.
     RenderError
         If a render fails.
     EqualtimeError
         If the packages of ``equaltime[report]`` are missing.
     """
     from equaltime.experiments.analysis.conclusion import conclude
-    from equaltime.experiments.model.making import (  # of no use to those who only render
+    from equaltime.experiments.model.making import (  # imported late: rendering alone does not need it
         check_installed,
         make_experiment,
     )

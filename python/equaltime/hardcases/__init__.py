@@ -1,7 +1,7 @@
-"""The hard cases, run on the user's own machine: small scenes whose images are known, by closed form or bit for bit.
+"""The hard cases, run on the user's own machine: small scenes whose images are known in closed form, or to the bit.
 
-`cases` has the list, `judge` what passes, `subjects` who renders. All value cases together fail a right renderer with a
-probability of `equaltime.hardcases.judge.LEVEL`, whatever of them is run.
+`cases` has the list, `judge` the criteria of passing, `subjects` the renderers. All value cases together fail a correct
+renderer with the probability `equaltime.hardcases.judge.LEVEL`. A case's limit does not depend on the choice of cases.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
 
 @dataclass(frozen=True)
 class CaseReport:
-    """What came of one case."""
+    """Outcome of one case."""
 
     case: Case
     ours: Outcome
     theirs: Outcome | None
-    """The peer's outcome; None without a peer, or where the case asks for what only we promise."""
+    """Outcome of the peer; None without a peer, or if the case tests a guarantee that only equaltime gives."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the outcome as JSON data."""
         case, found = self.case, self.ours.as_dict()
         peer = {} if self.theirs is None else {"peer": self.theirs.as_dict()}
         return {"id": case.id, "name": case.name, "stresses": case.stresses, "scene": case.scene, **found, **peer}
@@ -40,7 +40,7 @@ class CaseReport:
 
 @dataclass(frozen=True, repr=False)
 class SelfTest(Shown):
-    """A whole self-test: its cases, how long it took, and the machine and the build that it holds for."""
+    """Outcome of a self-test: its cases, its duration in seconds, the machine and the build."""
 
     cases: tuple[CaseReport, ...]
     seconds: float
@@ -56,11 +56,11 @@ class SelfTest(Shown):
 
     @property
     def passed(self) -> bool:
-        """Whether every case passed here; a peer's failures are not ours."""
+        """Whether equaltime passed every case; a peer's failures do not count."""
         return all(case.ours.passed for case in self.cases)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the outcome as JSON data."""
         return {
             "cases": [case.as_dict() for case in self.cases],
             "level": LEVEL,
@@ -79,25 +79,25 @@ def selftest(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> SelfTest:
-    """Run the hard cases and compare what is rendered with what is known.
+    """Run the hard cases, and compare rendered with known images.
 
     Parameters
     ----------
     only
-        Ids (``T1``) or names of cases; all of them if empty.
+        Ids (``T1``) or names of cases; all cases if empty.
     peer
         Another renderer to run on the same scenes.
     threads
-        Worker threads; 0 is one for each processor.
+        Worker threads; 0 for one per processor.
     progress
-        Called with the share of the work that is done, 0 … 1, after every case.
+        Called after every case with the completed share of the cases, in (0, 1].
 
     Raises
     ------
     ValueError
-        If `only` names no case, or `peer` is unknown.
+        If `only` has an unknown id or name, or `peer` is unknown.
     PeerError
-        If the peer is not there.
+        If the peer is not installed.
     """
     if peer not in (None, "mitsuba"):
         raise ValueError(f"unknown peer '{peer}'; known is mitsuba")

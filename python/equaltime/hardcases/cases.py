@@ -1,6 +1,6 @@
-"""The list of cases: which scene, with which numbers, and what is known of its image.
+"""The list of cases: scene, parameters and the known property of its image.
 
-Scenes stand in ``scenes/`` of the sources, and beside this package where it is installed.
+Scenes are in ``scenes/`` of the sources, and in the package's folder if it is installed.
 """
 
 from __future__ import annotations
@@ -21,37 +21,37 @@ __all__ = ["CASES", "Case", "chosen", "load_case", "scenes_folder"]
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and what is known of it: the mean of its pixels, or that a change gives the same bits."""
+    """A scene with a known image: the mean of its pixels is known, or a change must give the same bits."""
 
     id: str
-    """Of the catalogue of hard cases; several cases may share it."""
+    """Id in the catalogue of hard cases; several cases may share one."""
     name: str
     stresses: str
     scene: str
-    """The file, below `scenes_folder`."""
+    """File of the scene, below `scenes_folder`."""
     expected: float | None = None
-    """The mean of all pixels; None if the image is to be compared with the scene's own after a change."""
+    """Mean of all pixels; None if the image is compared with the image of a changed scene."""
     spp: int = 64
     seeds: int = 16
-    """Independent renders; their spread gives the error."""
+    """Number of independent renders; their spread gives the error."""
     peer_spp: int | None = None
-    """A peer's, if others: where we promise bits, one render shows them, but means take many."""
+    """Samples per pixel of a peer, if not ``spp``: equal bits show in one render, equal means need many samples."""
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
-    """Ours."""
+    """Strategy of equaltime; peers have their own."""
     size: tuple[int, int] | None = None
     length: int = 0
-    """Change: lengths times two to this."""
+    """Change: lengths are multiplied by two to this power."""
     light: int = 0
-    """Change: light times two to this."""
+    """Change: light is multiplied by two to this power."""
     threads: int = 0
-    """Change: this many threads, if not 0."""
+    """Change: number of worker threads; 0 for no change."""
     crop: tuple[int, int, int, int] | None = None
-    """Change: this window is rendered by itself."""
+    """Change: window rendered separately (x, y, width, height, in pixels)."""
 
     @property
     def for_peers(self) -> bool:
-        """Whether it is fair to ask another renderer for it: nobody else promises bits."""
+        """Whether a peer is tested too; cases of threads and crops need equal bits, which peers do not guarantee."""
         return self.threads == 0 and self.crop is None
 
 
@@ -100,7 +100,7 @@ def _dense(sigma_t: float) -> Case:
 
 
 def _mirrors(bounces: int) -> Case:
-    """Without roulette there is no noise; the scene tells peers the same by its rr_depth."""
+    """Return the case of a path between mirrors: noise-free without roulette, which the scene's rr_depth avoids too."""
     name, scene, strategy = f"mirrors, {bounces} bounces", "hard/furnace-mirrors.toml", "best,roulette=none"
     return Case("T5", name, "long paths", scene, 1.0 - (1.0 - 2.0**-10) ** bounces, spp=4, seeds=2, strategy=strategy)
 
@@ -159,21 +159,21 @@ CASES: Final = (
 
 
 def scenes_folder() -> Path:
-    """Return where the scenes are: installed with the package, or in the sources that it runs from."""
+    """Return the folder of the scenes: installed with the package, else in the sources."""
     installed = Path(__file__).parents[1] / "scenes"
     return installed if installed.is_dir() else Path(__file__).parents[3] / "scenes"
 
 
 def load_case(case: Case) -> Scene:
-    """Return the scene of a case, with a box filter, by which all renderers mean the same image."""
+    """Return the scene of a case with a box filter, for which all renderers have the same expected image."""
     scene = load_file(scenes_folder() / case.scene, case.define)
     return with_box_filter(scene if case.size is None else scene.with_(size=case.size))
 
 
 def chosen(only: Sequence[str]) -> tuple[Case, ...]:
-    """Return the cases with these ids or names, in the order of the list; all of them if none is given.
+    """Return the cases with these ids or names, in the order of the list; all cases if ``only`` is empty.
 
-    Raises ValueError for a word that is neither.
+    Raises ValueError for an unknown id or name.
     """
     known = {word for case in CASES for word in (case.id, case.name)}
     for word in only:

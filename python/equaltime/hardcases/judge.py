@@ -1,7 +1,7 @@
-"""What passes a case: z-tests of one family-wise level where images have noise, units in the last place elsewhere.
+"""Criteria of passing: z-tests with one family-wise level for noisy images, units in the last place for others.
 
-A renderer makes one image for each of several seeds. Their means are nearly normal, so that their own spread judges
-them by a t-test: nothing is believed of any renderer's error bars. Where there is no noise, every pixel is looked at.
+A renderer makes one image for each of several seeds. The images' means are nearly normal, so that a t-test judges them
+by their own spread, without the renderer's error bars. Without noise, every pixel is compared.
 """
 
 from __future__ import annotations
@@ -20,43 +20,43 @@ __all__ = ["LEVEL", "MOST_ULP", "Outcome", "broken", "judge_bits", "judge_same",
 
 Images = Sequence[NDArray[np.float32]]
 LEVEL: Final = 0.001
-"""The rate at which a right renderer fails any of all cases."""
+"""Probability that a correct renderer fails at least one of all cases."""
 MOST_ULP: Final = ROUNDING * 2.0**24
-"""Of an image without noise, in units in the last place of what is expected: what float32 may do along a path."""
+"""Largest deviation of an image without noise, in units in the last place: float32 rounding along a path."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one renderer made of one case."""
+    """Result of one renderer in one case."""
 
     expected: float | None
     got: float | None
-    """The mean of all pixels and seeds; None if nothing was rendered."""
+    """Mean of all pixels and seeds; None if rendering failed."""
     error: float
-    """Its standard error; 0 without noise."""
+    """Standard error of ``got`` (of the difference if two sets of images are compared); 0 without noise."""
     kind: Literal["z", "ulp", "failure"]
     score: float
-    """How far off it is: in standard errors, as a normal deviate, or in units in the last place of the worst pixel."""
+    """Deviation: in standard errors as a normal deviate, or in units in the last place for the worst pixel."""
     limit: float
-    """The largest score that passes."""
+    """Largest score that passes."""
     seconds: float = 0.0
     note: str = ""
-    """Why nothing was rendered."""
+    """Reason why rendering failed; else empty."""
 
     @property
     def passed(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether the case was rendered and its score is within the limit."""
         return self.kind != "failure" and self.score <= self.limit
 
     @property
     def resolution(self) -> float | None:
-        """The relative bias that would just fail, on average; None where there is nothing to be relative to."""
+        """Relative bias that would just fail, on average; None without noise or if the expected value is 0."""
         if not self.expected or self.kind != "z":
             return None
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return JSON data: what is not finite is None."""
+        """Return JSON data; numbers that are not finite become None."""
         data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -65,14 +65,14 @@ class Outcome:
 
 
 def limit_of(cases: int) -> float:
-    """Return the largest |z| that passes one of so many cases, for `LEVEL` over all."""
-    from scipy import stats  # late: it takes long to import
+    """Return the largest |z| that passes one of ``cases`` cases, for `LEVEL` over all of them."""
+    from scipy import stats  # late: slow to import
 
     return float(stats.norm.isf(share(LEVEL, cases) / 2.0))
 
 
 def judge_value(images: Images, expected: float, limit: float) -> Outcome:
-    """Judge images of independent seeds by the known mean of all their pixels, which are alike without noise."""
+    """Judge images of independent seeds by the known mean; without noise every pixel must have that value."""
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
     if not expected or len(stack) == 1 or np.ptp(stack, axis=0).max() <= MOST_ULP * unit:
@@ -84,7 +84,7 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 
 
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
-    """Judge whether two sets of images have the same expectation, by Welch's test of their means."""
+    """Judge whether two sets of images have the same expectation, by Welch's t-test of their means."""
     a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
     expected, got = float(a.mean()), float(b.mean())
     errors = _standard_error(a), _standard_error(b)
@@ -95,7 +95,7 @@ def judge_same(first: Images, second: Images, limit: float) -> Outcome:
 
 
 def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outcome:
-    """Judge whether two images are the same, bit by bit."""
+    """Judge whether two images are equal bit by bit."""
     a, b = first.astype(np.float64), second.astype(np.float64)
     apart = np.abs(a - b) / np.spacing(np.maximum(np.abs(first), np.abs(second)))
     ulp = float(apart.max())
@@ -114,8 +114,8 @@ def _standard_error(means: NDArray[np.float64]) -> float:
 
 
 def _deviate(off: float, error: float, degrees: float, rounding: float) -> float:
-    """Return the normal deviate that is as rare as the t-statistic."""
-    from scipy import stats  # late: it takes long to import
+    """Return the normal deviate with the t-statistic's tail probability, after subtracting the rounding."""
+    from scipy import stats  # late: slow to import
 
     excess = max(abs(off) - rounding, 0.0)
     if error == 0.0:

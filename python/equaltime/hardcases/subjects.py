@@ -1,4 +1,4 @@
-"""Who renders the cases: the core, and Mitsuba 3 as a peer, which is asked for the same means, not for bits."""
+"""Renderers of the cases: the core, and Mitsuba 3 as a peer, which must have the same means but not the same bits."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _FIRST_SEED = 1
 
 
 class OurSubject:
-    """The core, by the strategy that `equaltime.render` takes by default."""
+    """The core, by default with the default strategy of `equaltime.render`."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads
 
     def outcome(self, case: Case) -> Outcome:
-        """Render a case and judge it; what is raised is an outcome too."""
+        """Render a case and judge it; an error of the renderer is a failed outcome."""
         return _timed(case, self._judged)
 
     def _judged(self, case: Case) -> Outcome:
@@ -58,7 +58,7 @@ class OurSubject:
         return uninterrupted(Session(job).run()).image
 
     def _changed(self, scene: Scene, case: Case) -> Image:
-        """Render what has to be the same image, and bring it back."""
+        """Render the changed scene, and undo the change of brightness: the image must be the same."""
         if case.threads:
             return self._image(scene, case, 0, case.threads)
         if case.crop is not None:
@@ -67,7 +67,7 @@ class OurSubject:
         return np.ldexp(self._image(other, case, 0), -case.light)
 
     def _pasted(self, scene: Scene, case: Case) -> Image:
-        """Return the whole image, of which the crop window has been rendered by itself."""
+        """Return the whole image, with the crop window replaced by a separate render."""
         assert case.crop is not None
         x, y, width, height = case.crop
         whole = self._image(scene, case, 0).copy()
@@ -76,9 +76,9 @@ class OurSubject:
 
 
 class MitsubaSubject:
-    """Mitsuba 3 in its scalar variant, which compiles nothing for every small scene.
+    """Mitsuba 3 in its scalar variant, which needs no compilation for each small scene.
 
-    The known images are the reference for Mitsuba too. An image of its own would be worth no more than 0.2 %: see
+    The known images are the reference for Mitsuba too. A reference by Mitsuba itself would be no better than 0.2 %: see
     `equaltime.images.mitsuba_reference`.
     """
 
@@ -87,16 +87,16 @@ class MitsubaSubject:
         self._threads = threads
 
     def start(self) -> str:
-        """Start it and return its name and version; raises PeerError if it is not there."""
+        """Start Mitsuba and return its name and version; raises PeerError if Mitsuba is not installed."""
         self._peer.prepare(load_case(CASES[0]), self._threads)
         return f"Mitsuba {self._peer.version}"
 
     def close(self) -> None:
-        """End its process."""
+        """End Mitsuba's process."""
         self._peer.close()
 
     def outcome(self, case: Case) -> Outcome:
-        """Render a case and judge it; what is raised is an outcome too."""
+        """Render a case and judge it; an error of the renderer is a failed outcome."""
         return _timed(case, self._judged)
 
     def _judged(self, case: Case) -> Outcome:

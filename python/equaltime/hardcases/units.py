@@ -1,6 +1,6 @@
-"""A scene in other units of length, or with brighter lights: the same image, times what the lights are brighter.
+"""Changes of a scene's unit of length and of its lights' brightness: the image is scaled by the brightness only.
 
-A point light's intensity grows with the square of lengths. Powers of two change no digit of any number.
+A point light's intensity is scaled by the square of lengths. Scaling by powers of two is exact in floating point.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["in_units"]
 
 
 def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
-    """Return the scene with every length times `length`, and every light times `light`.
+    """Return the scene with every length multiplied by `length`, and every light by `light`.
 
     Raises ValueError for lights whose radiance is a texture.
     """
@@ -86,12 +86,12 @@ def _everywhere(change: Callable[[Matrix, float], Matrix], placement: Placement,
 
 
 def _scaled(matrix: Matrix, factor: float) -> Matrix:
-    """Return the transform followed by a scale."""
+    """Return the transform followed by a uniform scale."""
     return _matrix(np.diag([factor, factor, factor, 1.0]) @ np.array(matrix))
 
 
 def _moved(matrix: Matrix, factor: float) -> Matrix:
-    """Return the transform whose place alone is scaled: cameras and lamps have no size."""
+    """Return the transform with only its translation scaled: cameras and lights have no size."""
     out = np.array(matrix)
     out[:3, 3] *= factor
     return _matrix(out)

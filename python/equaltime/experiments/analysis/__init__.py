@@ -1,1 +1,1 @@
-"""From records to intervals, ratios and verdicts."""
+"""Analysis of records: intervals, ratios and verdicts."""

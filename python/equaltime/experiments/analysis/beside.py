@@ -1,4 +1,4 @@
-"""Our numbers beside those of the text that an experiment goes back to."""
+"""Measured numbers beside the published ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["beside"]
 
 
 def beside(theirs: Theirs, summary: Summary) -> tuple[Beside, ...]:
-    """Return our number for each of theirs; one that was not measured says so."""
+    """Return the measured number for each published one; a missing number has a note."""
     return tuple(_beside(number, summary) for number in theirs.numbers)
 
 
@@ -36,7 +36,7 @@ def _beside(number: TheirNumber, summary: Summary) -> Beside:
 
 @dataclass(frozen=True)
 class _Own:
-    """What a number is made of."""
+    """Strategy and baseline on the scene from which a number is computed."""
 
     scene: SceneResult
     strategy: StrategyResult
@@ -65,14 +65,16 @@ _MEASURED: Mapping[Quantity, Callable[[_Own], Interval]] = {
     "efficiency": lambda own: own.strategy.efficiency,
     "time of a sample": lambda own: _over(_of_a_sample(own.strategy), _of_a_sample(own.baseline)),
 }
-"""Each of a strategy: the law of its error, its error at equal time and after all samples, its bias, whether it has the
-standard's expectation; and over the baseline samples to equal error, what typical runs gain, what a sample costs."""
+"""Functions that compute each quantity without a target.
+
+Of a strategy: slope of its error, error at equal time and after all samples, bias, p-value against the standard's
+expectation. Relative to the baseline: samples to equal error, efficiency of typical runs, time of a sample."""
 
 _AT_A_TARGET = ("speed-up", "time", "samples")
 
 
 def _at(quantity: Quantity, own: _Own, target: float) -> Interval:
-    """Return how long or how many samples to an error, or how many times less long than the baseline."""
+    """Return the time or samples to an error, or the baseline's time over this one's."""
     time = own.strategy.time_to.get(target, UNKNOWN)
     if quantity == "speed-up":
         return own.strategy.ratio.get(target, UNKNOWN)
@@ -80,7 +82,7 @@ def _at(quantity: Quantity, own: _Own, target: float) -> Interval:
 
 
 def _over(one: Interval, other: Interval) -> Interval:
-    """Divide by a number that was measured apart and can be trusted; what is to be said of the first stays said."""
+    """Divide two independently measured intervals; keep the notes of the numerator."""
     numbers = (one.value, one.low, one.high, other.value, other.low, other.high)
     if not all(0.0 < number < math.inf for number in numbers):
         return replace(UNKNOWN, value=one.value if math.isinf(one.value) else math.nan, note=one.note or other.note)
@@ -92,9 +94,9 @@ def _over(one: Interval, other: Interval) -> Interval:
 
 
 def _best(values: Mapping[float, Interval]) -> float:
-    """Return the smallest target whose number can be trusted, within the runs if possible.
+    """Return the smallest target with a trusted number, preferably one within the runs.
 
-    If there is none, the smallest whose number has one end that holds; else the largest.
+    Otherwise return the smallest target whose number has one valid end, else the largest target.
     """
     trusted = [t for t, value in values.items() if value.trusted and value.value > 0.0 and math.isfinite(value.high)]
     within = [target for target in trusted if values[target].reach == 1.0]

@@ -1,4 +1,4 @@
-"""The end of an experiment: what its records say, beside what others say, and the report of it."""
+"""Concludes an experiment: summarises its records, compares them with published numbers, writes the report."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary
     Parameters
     ----------
     command
-        The command line that asked for it, for the report's provenance.
+        Command line that started the experiment, for the report's provenance.
     """
     rows = record.complete(record.load(Folder(folder).records))
     summary = analysis.summarise(experiment, rows, folder)
@@ -36,7 +36,7 @@ def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary
 
 
 def _with_pictures(summary: Summary, experiment: Experiment, folder: Folder) -> Summary:
-    """Add the pictures that the experiment wants besides its images, as far as they are there."""
+    """Add the films and figures that the experiment asks for, if their files exist."""
     if experiment.animate:
         scenes = tuple(
             replace(

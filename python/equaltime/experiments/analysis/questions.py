@@ -1,4 +1,4 @@
-"""Verdicts of experiments that do not ask how long: bias, samples to an error, or squared error times time."""
+"""Verdicts for the questions other than time: bias, samples to an error, or squared error times time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Say which strategies have another expectation than the one that they are held against, and which have not.
+    """Return a sentence that lists which strategies differ in expectation from the standard, and which do not.
 
     ``level`` is the false-alarm rate of all tests together; each scene and strategy had its share (see `agreement`).
     """
@@ -37,7 +37,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
 
 
 def samples_verdict(scenes: Sequence[SceneResult]) -> str:
-    """Say how many fewer samples than the baseline each strategy needs for the same error."""
+    """Return a sentence on how many times fewer samples than the baseline each strategy needs for the same error."""
     baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
     said = []
     for scene, strategy in _others(scenes, baseline=True):
@@ -47,9 +47,10 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
 
 
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
-    """Say how many times smaller each strategy's squared error x time is than the baseline's, over all scenes.
+    """Return a sentence on how many times smaller each strategy's squared error x time is than the baseline's.
 
-    The standard strategy comes first, with the scenes of its smallest and its largest gain.
+    Gains are geometric means over scenes, with the scenes of the smallest and the largest gain. The standard strategy
+    comes first.
     """
     baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
     found: dict[str, list[tuple[str, Interval]]] = {}
@@ -62,7 +63,7 @@ def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
 
 
 def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int) -> str:
-    """Say the mean gain of one strategy, and of several scenes those of the smallest and the largest."""
+    """Format the mean gain of one strategy; with several scenes also its smallest and largest gain."""
     known = [(name, interval) for name, interval in found if sound(interval)]
     if not known:
         return f"{label} not to be told ({found[0][1].note})"
@@ -74,7 +75,7 @@ def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int) -> str
 
 
 def _less(ratio: Interval) -> str:
-    """Say a ratio of costs in words: how many times less, or more."""
+    """Format a ratio of costs as "N times less" or "N times more"."""
     low, value, high = (ratio.low, ratio.value, ratio.high) if ratio.value >= 1.0 else _inverse(ratio)
     return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {'less' if ratio.value >= 1.0 else 'more'}"
 
@@ -106,7 +107,7 @@ def _fewer(ratio: Interval) -> str:
 
 
 def _size(bias: Interval | None) -> str:
-    """Say how large a bias is, if that is known: a relative error that no time makes smaller."""
+    """Format a bias as a relative error in %; empty if its interval is not trusted or includes 0."""
     if bias is None or not bias.trusted or bias.low <= 0.0:
         return ""
     return f" by {100.0 * bias.value:.3g} % [{100.0 * bias.low:.3g}, {100.0 * bias.high:.3g}]"

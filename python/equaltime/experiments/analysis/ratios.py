@@ -1,4 +1,4 @@
-"""How much one strategy gains over another, paired over repeats: by time to an error, by efficiency, by samples."""
+"""Ratios of a baseline to another strategy, paired over repeats: time to an error, efficiency, samples."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ Floats = NDArray[np.float64]
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     """Return the baseline's time to an error over the other's, paired over repeats: above 1 the other is faster.
 
-    Repeat r of both must have run side by side; if one has more repeats, its last ones are left out. Where few events
-    make the error of one of them, it is the median over pairs of repeats. Where a time is not reached, or no more of it
-    is known than one end, the ratio is a bound, if that says which of them is faster.
+    Repeat r of both must have run side by side; surplus repeats of one are left out. If few events make the error of
+    either, the ratio is the median over pairs of repeats. If a time is not reached, or only one of its ends is known,
+    the ratio is a bound, provided that the bound tells which is faster.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))
@@ -56,7 +56,7 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
 
 
 def _mean_ratio(first: Runs, second: Runs, target: float) -> Interval:
-    """Return the ratio of the times of the mean errors."""
+    """Return the ratio of the times at which the mean errors reach the target."""
 
     def log_ratio(kept: Floats, off: float) -> float:
         return log_time(first.moved(off), target, kept) - log_time(second.moved(off), target, kept)
@@ -65,10 +65,10 @@ def _mean_ratio(first: Runs, second: Runs, target: float) -> Interval:
 
 
 def _typical_ratio(first: Runs, second: Runs, target: float) -> Interval:
-    """Return the median over pairs of repeats of the ratio of their times."""
+    """Return the median ratio of times over pairs of repeats."""
 
     def logs(off: float) -> Floats:
-        with np.errstate(invalid="ignore"):  # where neither repeat gets there
+        with np.errstate(invalid="ignore"):  # if neither repeat reaches the target
             return log_times(first.moved(off), target) - log_times(second.moved(off), target)
 
     doubts = (slope_doubt(runs, float(np.median(log_times(runs, target)))) for runs in (first, second))
@@ -78,8 +78,8 @@ def _typical_ratio(first: Runs, second: Runs, target: float) -> Interval:
 def efficiency(baseline: Runs, runs: Runs) -> Interval:
     """Return the baseline's squared error x time over the other's, at the end of runs: median over pairs of repeats.
 
-    With independent samples that is a ratio of times to equal error. It says what typical runs do, however heavy their
-    tails, and not what the rare ones do that those are made of; it leans on no extrapolation.
+    For independent samples this equals the ratio of times to equal error. The median describes typical runs, however
+    heavy the tails, and ignores the rare runs in the tail. It needs no extrapolation.
     """
     repeats = min(baseline.repeats, runs.repeats)
     costs = [(r.relmse * r.seconds)[:repeats, -1] for r in (baseline, runs)]
@@ -89,10 +89,10 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
 
 
 def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
-    """Return the baseline's squared error over the other's at equal samples, the most that both have.
+    """Return the baseline's squared error over the other's at the largest sample count that both have.
 
-    With independent samples that is how many times fewer the other needs to the same error. Where few events make the
-    error of one of them, it is the median over pairs of repeats.
+    For independent samples this is how many times fewer samples the other needs for the same error. If few events make
+    the error of either, the ratio is the median over pairs of repeats.
     """
     common = sorted(set(baseline.spp) & set(other.spp))
     if not common or baseline.runs.biased or other.runs.biased:

@@ -1,4 +1,4 @@
-"""All runs of one strategy on one scene: from rows and images to what intervals are made of."""
+"""All runs of one strategy on one scene: turns rows and images into the inputs of intervals."""
 
 from __future__ import annotations
 
@@ -28,29 +28,31 @@ __all__ = ["StrategyRuns", "runs_of"]
 Floats = NDArray[np.float64]
 
 _MOST_BYTES = 5e8
-"""Of images (float64) that are looked at together; of more repeats the first are taken."""
+"""Most bytes of final images (float64) in memory at once; further repeats' images are left out."""
 _MOST_BIAS = 0.1
-"""Of the squared error of an unbiased strategy, as bias: more, and what it found is not what it will find."""
+"""If bias² exceeds this share of an unbiased strategy's squared error, its runs have missed light.
+
+Its later error is then not predictable."""
 
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The rows of one strategy on one scene, and what they are together."""
+    """The rows of one strategy on one scene, and the runs joined from them."""
 
     label: str
     rows: tuple[Row, ...]
     folder: Path
     spp: tuple[int, ...]
-    """Of the checkpoints that all repeats have."""
+    """Sample counts of the checkpoints that all repeats have."""
     runs: Runs
     parts: Parts | None = None
-    """Bias and variance of the final images; None without images or a reference that fits them."""
+    """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether its squared errors have a heavy tail (see `tails`)."""
+    """Whether the squared errors have a heavy tail (see `tails`)."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
-        """Join the rows of a strategy, and see in its final images how far its intervals can be trusted."""
+        """Join the rows of a strategy, and derive from its final images how far its intervals can be trusted."""
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
         images = plain.images() if spp else None
@@ -67,17 +69,17 @@ class StrategyRuns:
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
-        """Tell whether all its runs began before or after all of another's: it was added later, or the other was."""
+        """Tell whether all its runs began before, or all after, the other's: one strategy was added later."""
         own, others = ([row.started for row in runs.last] for runs in (self, other))
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
 
     def images(self) -> Floats | None:
-        """Return the final images (K, H, W, 3), or of many the first; None if one is missing, or was never finite.
+        """Return the first final images that fit into memory (K, H, W, 3); None if one is missing or not finite.
 
         Raises
         ------
         ImageError
-            If the file of one is damaged.
+            If an image file is damaged.
         """
         width, height = self.rows[0].crop[2:]
         most = max(int(_MOST_BYTES / (24 * width * height)), FEWEST_REPEATS)
@@ -92,7 +94,7 @@ class StrategyRuns:
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts that all repeats of a strategy have, and what happened at them."""
+    """Return the sample counts that all repeats of a strategy have, and the times and errors at them."""
     table: dict[int, dict[int, Row]] = defaultdict(dict)
     for row in rows:
         table[row.repeat][row.spp] = row
@@ -104,15 +106,18 @@ def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
 
 
 def _independent(row: Row) -> bool:
-    """Tell whether samples are known to be independent; of a command nothing is."""
+    """Tell whether samples are known to be independent; for a command this is unknown."""
     if row.renderer == "core":
-        with suppress(StrategyError):  # a subject of one's own may call itself anything
+        with suppress(StrategyError):  # a user's own subject may have any name
             return Strategy.parse(row.name).sampler == "independent"
     return row.renderer == "mitsuba" and re.search(r"\bindependent\b", row.name) is not None
 
 
 def _missing(parts: Parts, relmse: float) -> str:
-    """Say if the images of an unbiased strategy are off the reference together: no spread over repeats shows that."""
+    """Return a warning if an unbiased strategy's images share an offset from the reference, else an empty text.
+
+    The spread over repeats does not show a common offset.
+    """
     if not parts.bias2.low > _MOST_BIAS * abs(relmse):
         return ""
     return "its images are off the reference together: they or it have not found all light, or the strategy is biased"

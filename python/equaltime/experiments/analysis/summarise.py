@@ -1,4 +1,4 @@
-"""From records to what they say: `summarise` reads rows, the images that they name, and references; nothing else."""
+"""Turns records into a `Summary`; the only inputs are rows, the images they name, references and provenance."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they can
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
-    """Return what the records of an experiment say; runs that have not ended are left out.
+    """Return the summary of an experiment's records; unfinished runs are left out.
 
-    Images and references are read from ``folder`` where they are there; without them nothing is said of bias, equality
-    and tails.
+    Images and references are read from ``folder`` if they exist. Without them bias, equality and tails are unknown.
     """
     by_scene: dict[str, list[Row]] = defaultdict(list)
     for row in complete(rows):
@@ -47,7 +46,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     named = [entry.name for entry in experiment.scenes if entry.name in by_scene]
     tests = sum(len({row.strategy for row in by_scene[name]}) - 1 for name in named)
     level = share(LEVEL, max(tests, 1))
-    with np.errstate(all="ignore"):  # errors against a black reference are infinite; what comes of them is not known
+    with np.errstate(all="ignore"):  # a black reference makes errors infinite and their results unknown
         scenes = tuple(_Scene(experiment, name, by_scene[name], place, provenance, level).result() for name in named)
     targets = tuple(sorted(experiment.targets, reverse=True))
     runs = len({row.key for rows in by_scene.values() for row in rows})
@@ -59,7 +58,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """All that is there of one scene."""
+    """Records and settings of one scene."""
 
     experiment: Experiment
     name: str
@@ -106,14 +105,14 @@ class _Scene:
         )
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:
-        """Tell whether its images may be held against others: not if light that is hardly ever found makes a bias.
+        """Tell whether its images may be tested against others: not if rarely found light looks like a bias.
 
-        Who asks for a bias says that there is no such light.
+        An experiment with the question "bias" declares that its scenes have no such light.
         """
         return self.experiment.question == "bias" or not strategy.heavy
 
     def _samples(self, strategy: StrategyRuns) -> Path | None:
-        """Return the file of the sample counts of the first repeat's image, if they differ."""
+        """Return the file with the sample counts of the first repeat's image, if its counts differ between pixels."""
         last = strategy.last
         path = self.place.samples(self.name, strategy.label, last[0].repeat) if last else None
         return path if path is not None and path.exists() else None
@@ -199,9 +198,9 @@ def _curve(strategy: StrategyRuns, runs: Runs) -> Curve:
 
 
 def _own(rows: Sequence[Row]) -> Interval:
-    """Return the root of the mean square of what renders said of their errors, and of their own limits.
+    """Return the root mean square of the renders' own error estimates, and likewise of their limits.
 
-    Realised errors are joined in the same way. If a render doubts its upper limit, so must be the joined one.
+    Realised errors are joined in the same way. If one render doubts its upper limit, the joined limit is doubted too.
     """
     said = [(row.estimate, row.estimate_low, row.estimate_high) for row in rows]
     known = [one for one in said if one[0] is not None and math.isfinite(one[0])]
@@ -217,9 +216,9 @@ def _own(rows: Sequence[Row]) -> Interval:
 
 
 def _equality(images: Floats, others: Floats, careful: bool) -> float | None:
-    """Return the p-value of equal expectations, by blocks that leave enough of them in small images.
+    """Return the p-value of equal expectations, from blocks of at most a quarter of the image's shorter side.
 
-    Who is ``careful`` takes larger blocks, where few pixels make the noise of small ones, and None if all are so.
+    If ``careful``, blocks grow until their means are nearly normal; None if even the largest are not.
     """
     if min(len(images), len(others)) < FEWEST_REPEATS or images.shape[1:] != others.shape[1:]:
         return None

@@ -1,4 +1,4 @@
-"""The verdict of an experiment in one sentence, made of numbers that can be trusted or of none."""
+"""The verdict of an experiment in one sentence; every number in it is trusted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequence[float]) -> str | None:
-    """Return the label of what others are held against: ``best``, else the unbiased strategy that errs least."""
+    """Return the label of the strategy to test others against: unbiased ``best``, else the least unbiased error."""
     unbiased = [(e, label) for label, b, e in zip(labels, biased, errors, strict=True) if not b]
     if any(label == "best" for _, label in unbiased):
         return "best"
@@ -27,9 +27,9 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
     """Answer an experiment's question: how fast the standard strategy is, and how much faster than the baseline.
 
-    At the smallest error to which both can be given with intervals that are trusted, on all scenes if possible. Numbers
-    within the runs come first, then those for which only the baseline goes beyond its runs, then all others; and if
-    there is no trusted ratio at all, one of which the lower end can be trusted. `questions` answers the others.
+    Both numbers are given at the smallest target for which their intervals are trusted, on all scenes if possible.
+    Numbers within the runs come first, then numbers for which only the baseline is extrapolated, then all others.
+    Without a trusted ratio, a ratio with a trusted lower end is used. `questions` answers the other questions.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
@@ -55,7 +55,7 @@ _REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
     lambda time, ratio: time.reach == 1.0,
     lambda time, ratio: True,
 )
-"""How far outside the runs time and ratio may lie."""
+"""Tests of how far time and ratio are extrapolated, in order of preference: neither, only the ratio, any."""
 
 
 def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
@@ -86,7 +86,7 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
 
 
 def _where(names: Sequence[str], count: int) -> str:
-    """Say which of an experiment's scenes a sentence is about."""
+    """Format which of an experiment's scenes a sentence is about."""
     if count == 1:
         return ""
     return (
@@ -101,7 +101,7 @@ def _farthest(reach: float, scenes: int) -> str:
 
 
 def _faster(ratio: Interval) -> str:
-    """Say a ratio of times in words: how much faster, or slower."""
+    """Format a ratio of times as "N times faster" or "N times slower"."""
     if not ratio.trusted:
         return (
             f"at least {ratio.low:.3g}{_TIMES} as fast"
@@ -114,7 +114,7 @@ def _faster(ratio: Interval) -> str:
 
 
 def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Say the time alone, for the first scene that has one, and what typical runs do; or why there is neither."""
+    """Return a sentence with the first trusted time and the efficiency of typical runs, or why both are missing."""
     alone, typical = _time_alone(scenes, targets), _typical(scenes)
     if alone is None:
         told = "no strategy's time to a wanted error can be told with an interval that is trusted"
@@ -132,7 +132,7 @@ def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> s
 def _time_alone(
     scenes: Sequence[SceneResult], targets: Sequence[float]
 ) -> tuple[SceneResult, StrategyResult, str] | None:
-    """Return the first time that can be trusted, in words, within the runs if possible."""
+    """Return the first trusted time with its scene and strategy; times within the runs are preferred."""
     for extrapolated in (False, True):
         for target in sorted(targets):
             for scene, strategy in _standards(scenes):
@@ -145,7 +145,7 @@ def _time_alone(
 
 
 def _typical(scenes: Sequence[SceneResult]) -> str:
-    """Say how efficient typical runs are, on the scenes where heavy tails leave no more to be said."""
+    """Return a sentence on the median efficiency of the standard strategy; empty if none is trusted."""
     found = [
         (scene, strategy)
         for scene, strategy in _standards(scenes)

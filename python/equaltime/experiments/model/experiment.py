@@ -1,7 +1,7 @@
-"""An experiment as a value: scenes x strategies x repeats, what each run may cost, and what is wanted of it.
+"""An experiment as a value: scenes x strategies x repeats, the budget of each run, and the results wanted.
 
-`equaltime.experiments.model.reader` reads one from TOML; in Python the same words are keyword arguments. Everything is
-checked when it is made, and every problem is told together, by its path of keys.
+`equaltime.experiments.model.reader` reads one from TOML; in Python the same keys are keyword arguments. All values are
+checked on construction, and one error lists every problem by its path of keys.
 """
 
 from __future__ import annotations
@@ -45,26 +45,26 @@ File = Annotated[Path, Field(strict=False)]
 
 
 class SceneEntry(Value):
-    """A scene, and what is different from its file."""
+    """A scene and the settings that override its file."""
 
     path: File | None = None
     """A scene file; in an experiment file, relative to its folder."""
     scene: Scene | dict[str, Any] | None = None
-    """Or the scene itself: loaded, or as Mitsuba's dictionary."""
+    """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
     name: str = ""
-    """Its name in records and reports; the file's name without its ending, if not given."""
+    """Name in records and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
     """Film size in pixels."""
     max_depth: Annotated[int, Field(ge=-1)] | None = None
     crop: Window | None = None
-    """x, y, width, height of what is rendered."""
+    """Window to render, in pixels: x, y, width, height."""
     define: dict[str, Any] = Field(default_factory=dict)
     """Values for the variables of the file."""
     substitute: bool = False
-    """Replace what cannot be rendered, as `equaltime.load` does."""
+    """Replace the parts that cannot be rendered, as `equaltime.load` does."""
 
     def load(self) -> Scene:
-        """Read the scene, and change what is to be changed; raises SceneError."""
+        """Read the scene and apply size, crop and max_depth; raises SceneError."""
         if isinstance(self.scene, Scene):
             scene = self.scene
         else:
@@ -82,16 +82,16 @@ class Peer(Value):
 
     renderer: Literal["mitsuba"] | None = None
     variant: str | None = None
-    """Mitsuba's, such as ``llvm_ad_rgb``."""
+    """Mitsuba variant, such as ``llvm_ad_rgb``."""
     integrator: str | None = None
     sampler: str | None = None
     command: str | None = None
     """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
     limit: Seconds | None = None
-    """Seconds that one render may take before the renderer is ended.
+    """Longest time of one render, in seconds, before the renderer is ended.
 
-    If not given: 20 times the experiment's budget and 60 more, or one hour where ``spp`` gives the counts; never less
-    than ``reference.seconds`` and 60 more. Starting and loading have at least 30 minutes.
+    Default: 20 times the experiment's budget plus 60, or one hour if ``spp`` gives the counts. The default is never
+    less than ``reference.seconds`` plus 60. Starting and loading have at least 30 minutes.
     """
 
     _duration = field_validator("limit", mode="before")(lambda value: _seconds(value))
@@ -99,20 +99,20 @@ class Peer(Value):
 
 @dataclass(frozen=True)
 class _Origin:
-    """The place of an entry in its file. It does not count when entries are compared."""
+    """Place of an entry in its file; ignored when entries are compared."""
 
     place: str = field(default="", compare=False)
 
 
 class StrategyEntry(Value):
-    """Something that is compared: one of equaltime's strategies, a peer, or a subject of your own."""
+    """A contestant of the comparison: a strategy of equaltime, a peer, or a subject of your own."""
 
     label: str = ""
-    """Its name in records and reports; the strategy's own text, if not given."""
+    """Name in records and reports; by default the strategy's own text."""
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
-    """``FILE.py:NAME``, called with the label, gives an `equaltime.rendering.subject.Subject`."""
+    """``FILE.py:NAME``: a function that takes the label and returns an `equaltime.rendering.subject.Subject`."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @property
@@ -121,7 +121,7 @@ class StrategyEntry(Value):
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return the entry with the place where it stands in its file."""
+        """Return a copy of the entry that knows its place in its file."""
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry
@@ -141,65 +141,65 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """How exact the references shall be."""
+    """Accuracy wanted of the references."""
 
     error: Error = 0.005
-    """Relative error at which rendering a reference ends (0.005 is 0.5 %)."""
+    """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
     seconds: Seconds = 60.0
-    """Time after which it ends in any case."""
+    """Longest time to render a reference, in seconds."""
     file: File | None = None
-    """An image to be used instead, for an experiment of one scene; an EXR's own standard errors count as its noise."""
+    """Image to use as the reference, for an experiment of one scene; standard errors in an EXR count as its noise."""
 
     _duration = field_validator("seconds", mode="before")(lambda value: _seconds(value))
 
 
 class Experiment(Value):
-    """A comparison: of which strategies, on which scenes, for how long and how often."""
+    """A comparison of strategies: the strategies, the scenes, the budget and the number of repeats."""
 
     title: str = ""
     description: str = ""
-    """A paragraph for students: what is compared, what to see, why."""
+    """Paragraph for students: the comparison, what to look for, and why."""
     theirs: Theirs | None = None
-    """The claim that the experiment goes back to, with its figures; ours are shown beside them."""
+    """Published claim that the experiment tests, with its figures; the report shows ours beside them."""
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
-    """Label of the strategy that all are compared with; if not given ``naive``, else the first that is not ``best``."""
+    """Label of the strategy to compare all others with; by default ``naive``, else the first other than ``best``."""
     budget: Seconds | None = None
-    """Seconds of a run, first sample to last checkpoint; 10 if nothing is given."""
+    """Seconds of a run from first sample to last checkpoint; 10 if neither this nor ``spp`` is given."""
     spp: (
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None
-    """Or the sample counts of all checkpoints."""
+    """Sample counts of all checkpoints, instead of ``budget``."""
     repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
-    """Errors to which times are wanted (0.02 is 2 %)."""
+    """Relative errors to which the report gives times (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
-    """Windows that the report shows large."""
+    """Windows that the report shows enlarged: x, y, width, height."""
     figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
-    """Further figures of the report: the directions in which uniform and BSDF sampling send rays, for each scene."""
+    """Optional figures of the report; ``directions`` shows where uniform and BSDF sampling send rays on each scene."""
     animate: bool = False
     """Whether the report shows the images forming, side by side at equal time."""
     question: Question = "time"
     """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 
-    ``bias``: which strategies are off the baseline, on scenes whose light all of them find. ``samples``: how many
-    samples each strategy needs. ``efficiency``: how much smaller squared error times time is than the baseline's, over
-    all scenes.
+    ``bias``: which strategies differ from the baseline, on scenes whose light all of them find. ``samples``: how many
+    samples each strategy needs. ``efficiency``: by how much squared error times time is below the baseline's, over all
+    scenes.
     """
     reference: ReferenceWish = ReferenceWish()
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
-    """Worker threads; 0 is one for each processor."""
+    """Worker threads; 0 for one per processor."""
 
     folder: File = Path()
-    """Folder in which the commands of peers are run; by default the folder of the experiment file."""
+    """Folder in which peers' commands run; by default the folder of the experiment file."""
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 
     @field_validator("strategies", mode="before")
     @classmethod
     def _short_strategies(cls, value: object) -> object:
-        """Let a text stand for a strategy that is labelled by it."""
+        """Turn each text into a strategy labelled by that text."""
         if not isinstance(value, list | tuple):
             return value
         return tuple({"label": entry, "strategy": entry} if isinstance(entry, str) else entry for entry in value)
@@ -207,7 +207,7 @@ class Experiment(Value):
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Fill in names, and raise `ExperimentError` with every problem at once."""
+        """Fill in names and defaults, validate, and raise one `ExperimentError` with every problem."""
         problems = crossed(values) if isinstance(values, Mapping) else ()
         try:
             experiment = validate(_named(values) if isinstance(values, Mapping) else values)
@@ -218,7 +218,7 @@ class Experiment(Value):
         return experiment
 
     def replace(self, **changes: object) -> Experiment:
-        """Return the experiment with some values changed, checked anew."""
+        """Return a copy with some values changed; the copy is checked again."""
         fields = {name: getattr(self, name) for name in self.model_fields_set}
         if {"budget", "spp"} & changes.keys():
             fields |= {"budget": None, "spp": None}
@@ -252,7 +252,7 @@ def _seconds(value: object) -> object:
 
 
 def _named(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values with the names filled in that were not given, as far as they can be known."""
+    """Return the values with defaults for labels, baseline, scene names and budget, as far as they can be derived."""
     filled = dict(values)
     strategies, scenes = values.get("strategies"), values.get("scenes")
     if isinstance(strategies, list | tuple):

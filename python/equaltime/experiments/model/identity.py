@@ -1,4 +1,4 @@
-"""Identities of experiments: one with the same identity may continue the records of another."""
+"""Identities of experiments: an experiment continues a folder's records only if both have the same identity."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ __all__ = ["film_seed", "identity_of", "run_seeds"]
 def identity_of(
     experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
 ) -> dict[str, Any]:
-    """Return, as JSON data, all that decides what a record means.
+    """Return, as JSON data, every setting that affects a record.
 
-    Titles, targets, crops, the baseline and the number of repeats are not in it: they may change.
+    Titles, targets, crops, the baseline and the number of repeats are left out: they may change between calls.
     """
     wish = experiment.reference
     return {
@@ -46,10 +46,10 @@ def identity_of(
 
 
 def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
-    """Return the seeds of a strategy's repeats on a scene: 31 bits, which every renderer takes, and all different.
+    """Return the seeds of a strategy's repeats on a scene: distinct 31-bit numbers, which every renderer accepts.
 
-    They depend on names, not on places in lists: other strategies or more repeats do not change them. A repeat whose
-    hash an earlier one has is hashed again.
+    Seeds are hashes of names, so that adding strategies or repeats does not change them. A repeat whose hash is already
+    taken is hashed again.
     """
     seeds: dict[int, None] = {}
     for repeat in range(repeats):
@@ -62,12 +62,12 @@ def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
 
 
 def film_seed(scene: str, strategy: str) -> int:
-    """Return the seed of the run that a strategy's film is taken of."""
+    """Return the seed of the run from which a strategy's film is made."""
     return _hashed(scene, strategy, "-1")
 
 
 def _hashed(*words: str) -> int:
-    """Return 31 bits made of words."""
+    """Return a 31-bit hash of words."""
     text = "\0".join(("equaltime cost", *words))
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
 

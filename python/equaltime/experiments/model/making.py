@@ -1,4 +1,4 @@
-"""From what a user gives (a scene, an experiment, a file of either, options) to the experiment that is meant."""
+"""Makes the experiment from a user's input: a scene, an experiment, a file of either, and options."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from equaltime.words import seconds_of
 __all__ = ["Source", "check_installed", "make_experiment", "split_strategies"]
 
 Source = Experiment | Scene | str | os.PathLike[str] | Mapping[str, Any]
-"""An experiment or a scene, or a file of either; a mapping is a scene in Mitsuba's words."""
+"""An experiment, a scene, or a file of either; a mapping is a scene with Mitsuba's keys."""
 
 
 def make_experiment(
@@ -33,21 +33,21 @@ def make_experiment(
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
 ) -> Experiment:
-    """Return the experiment that is meant; what is given here beats what its file says.
+    """Return the experiment; options given here override the file's.
 
     Parameters
     ----------
     strategies
-        Labels of the experiment's strategies, or strategies as for `Strategy.parse`.
+        Labels of the experiment's strategies, or texts for `Strategy.parse`.
     define
         Variables of a scene file.
     substitute
-        Replace what cannot be rendered in a scene file.
+        Replace the parts of a scene file that cannot be rendered.
 
     Raises
     ------
     ExperimentError, SceneError
-        If something cannot be read or makes no sense.
+        If a file cannot be read or a value is invalid.
     """
     experiment = _experiment(source, tuple(strategies), {"define": dict(define or {}), "substitute": substitute})
     if quick:
@@ -66,14 +66,14 @@ def make_experiment(
 
 
 def check_installed() -> None:
-    """Raise EqualtimeError if a package is missing that the report needs: find it out before the first run."""
+    """Raise EqualtimeError if the report needs a missing package, before the first run."""
     missing = [name for name in ("scipy", "flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
         raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
 
 
 def split_strategies(text: str) -> tuple[str, ...]:
-    """Read ``naive,best,heuristic=balance,mis``: a part with ``=`` belongs to the strategy before it."""
+    """Split ``naive,best,heuristic=balance,mis`` into strategies; a part with ``=`` belongs to the one before it."""
     strategies: list[str] = []
     for part in text.split(","):
         if "=" in part and strategies:
@@ -100,7 +100,7 @@ def _experiment(source: Source, strategies: tuple[str, ...], options: dict[str, 
 
 
 def _chosen(experiment: Experiment, strategies: tuple[str, ...]) -> Experiment:
-    """Return the experiment with the strategies of these labels, or new ones."""
+    """Return the experiment with the strategies of these labels; other texts are read as new strategies."""
     present = {entry.label: entry for entry in experiment.strategies}
     chosen, problems = [], []
     for text in strategies:

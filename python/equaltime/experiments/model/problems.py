@@ -1,4 +1,4 @@
-"""Says in people's words what is wrong with an experiment."""
+"""Messages about invalid experiments."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at mos
 
 
 def name_of_scene(entry: object, number: int) -> str:
-    """Return what the scene is called: its name, else that of its file, else its number."""
+    """Return the scene's given name, else its file's name without suffix, else ``scene-N``."""
     source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
     path = _get(entry, "path") or source
     given = _get(entry, "name")
@@ -51,7 +51,7 @@ def name_of_scene(entry: object, number: int) -> str:
 
 
 def name_of_strategy(entry: object) -> str:
-    """Return what the strategy is called: its label, else its own text."""
+    """Return the strategy's label, else its own text."""
     if isinstance(entry, str):
         return entry
     peer = _get(entry, "peer")
@@ -62,17 +62,17 @@ def name_of_strategy(entry: object) -> str:
 
 
 def file_name(text: str) -> str:
-    """Return a name as a folder or file may have it anywhere."""
+    """Return the name with characters replaced that some file systems do not allow."""
     return re.sub(r"[^\w.+=-]+", "-", text).strip("-.") or "_"
 
 
 def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
-    """Return what pydantic found, each with its path of keys."""
+    """Return pydantic's errors as problems, each with its path of keys."""
     problems: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
         location = _without_union(details["loc"])
         if details["type"] == "too_short" and details["input"]:
-            continue  # only because its entries are wrong, which is told
+            continue  # its entries are invalid, which is reported for each of them
         if details["type"] == "missing" and isinstance(location[-1], int):
             location = location[:-1]
         place = _path(location)
@@ -82,7 +82,7 @@ def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, 
 
 
 def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """Return what is wrong between the values, as far as they are there."""
+    """Return contradictions between values; missing values are skipped."""
     return tuple(
         Problem(place, message)
         for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems)
@@ -150,7 +150,7 @@ def _reference_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Find numbers of theirs that could have none of ours beside them."""
+    """Find published numbers whose strategy, scene or target the experiment does not have."""
     labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
     names = [name_of_scene(entry, number) for number, entry in enumerate(_list(values.get("scenes")))]
     targets = _list(values.get("targets")) or DEFAULT_TARGETS
@@ -166,9 +166,9 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character that a record of one line cannot hold, such as ``U+000A``; empty if there is none.
+    """Return the first character that a one-line record cannot hold, such as ``U+000A``; empty if there is none.
 
-    These are control characters, line and paragraph separators, and halves of surrogate pairs.
+    Unfit are control characters, line and paragraph separators, and unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)
     if found is None:
@@ -178,7 +178,7 @@ def unfit_character(name: str) -> str:
 
 
 def _alike(place: str, key: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Find names that are not fit to be told apart, on paper and as files."""
+    """Find names that are no single line of text, or that clash as names or as file names."""
     seen: dict[str, int] = {}
     for number, name in enumerate(names):
         where = f"{place}[{number}].{key}"
@@ -218,7 +218,7 @@ def _message(model: type[BaseModel], location: Sequence[str | int], details: Err
 
 
 def _keys(model: type[BaseModel], location: Sequence[str | int]) -> set[str]:
-    """Return the keys that the table around ``location`` may have."""
+    """Return the allowed keys of the table that contains ``location``."""
     for step in location[:-1]:
         if isinstance(step, str):
             model = _model_in(model.model_fields[step].annotation) or model
@@ -226,14 +226,14 @@ def _keys(model: type[BaseModel], location: Sequence[str | int]) -> set[str]:
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """Return the model that a field's type speaks of, however deep."""
+    """Return the first model found in a field's type, at any depth of nesting."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((found for part in get_args(annotation) if (found := _model_in(part))), None)
 
 
 def _without_union(location: Sequence[str | int]) -> tuple[str | int, ...]:
-    """Leave out the steps that pydantic adds to name a member of a union, such as ``is-instance[Scene]``."""
+    """Remove the steps that pydantic adds for members of a union, such as ``is-instance[Scene]``."""
     return tuple(step for step in location if not (isinstance(step, str) and "[" in step))
 
 

@@ -1,4 +1,4 @@
-"""Reads experiments from TOML, and makes the one that suits a scene if there is no file."""
+"""Reads experiments from TOML, and makes a default experiment for a scene."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ __all__ = ["DEFAULT_STRATEGIES", "default_experiment", "is_experiment", "quicker
 
 DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 
-# A path in a closed room without a limit goes on until its throughput is zero in float32: hundreds of bounces.
+# In a closed room a path without a depth limit goes on until its throughput underflows in float32: hundreds of bounces.
 _DEPTH_WITHOUT_ROULETTE: Final = 64
 
-# What `quicker` makes of an experiment: about 35 s in all with its report, on a machine of two processors.
+# Limits of `quicker`: about 35 s in all with the report, on a machine with two processors.
 _QUICK_SIZE: Final = 96
-_QUICK_REPEATS: Final = 6  # the least that a median's interval can come of
+_QUICK_REPEATS: Final = 6  # fewest values that give an interval of a median
 _QUICK_RUNS_SECONDS: Final = 18.0
 _QUICK_REFERENCES_SECONDS: Final = 10.0
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
-    """Tell whether the file is an experiment and no scene: it lists scenes or strategies.
+    """Tell whether the file is an experiment (it lists scenes or strategies) rather than a scene.
 
-    Whether one that cannot be read counts as one, is for the caller to say.
+    Returns ``unreadable`` for a TOML file that cannot be read.
     """
     if path.suffix.lower() != ".toml":
         return False
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
-        return unreadable  # the reader of what it is taken for says what is wrong, with the line
+        return unreadable  # the reader that is called next reports the problem with its line
     return any(isinstance(table.get(key), list) for key in ("scenes", "strategies"))
 
 
 def read_experiment(path: Path) -> Experiment:
-    """Read an experiment file; the files that it names are looked for relative to its folder.
+    """Read an experiment file; paths in it are relative to its folder.
 
     Raises
     ------
     ExperimentError
-        With every problem, each with the file, the line and its path of keys.
+        With every problem: file, line, path of keys and message.
     """
     text = ""
     try:
@@ -71,14 +71,14 @@ def read_experiment(path: Path) -> Experiment:
 
 
 def _place(path: Path, keys: str, lines: Mapping[str, int]) -> str:
-    """Return ``FILE:LINE: KEYS`` as far as it is known."""
+    """Return ``FILE:LINE: KEYS``, without the parts that are unknown."""
     line = nearest(lines, keys)
     file = str(path) if line is None else f"{path}:{line}"
     return f"{file}: {keys}" if keys else file
 
 
 def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the experiment with the files that it names as seen from here."""
+    """Return the table with its paths made relative to the working directory."""
     scenes, strategies, reference = (table.get(key) for key in ("scenes", "strategies", "reference"))
     given = table.get("folder", "")
     located = {**table, "folder": str(folder / given) if isinstance(given, str) else given}
@@ -106,7 +106,7 @@ def _file_of_strategy(entry: object, folder: Path) -> object:
 
 
 def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> Experiment:
-    """Return the experiment that suits a scene: the presets, from naive to best, or the strategies given.
+    """Return the default experiment for a scene: the presets from naive to best, or the strategies given.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> E
 
 
 def _suited(text: str, scene: Scene) -> StrategyEntry:
-    """Return a strategy, with a roulette if it is a preset and its paths would have no end."""
+    """Return the strategy; a preset without roulette gets one if its paths would have no end."""
     try:
         entry = StrategyEntry(label=text, strategy=text)  # type: ignore[arg-type]  # the validator reads it
     except ValueError as error:
@@ -141,17 +141,17 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 
 
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
-    """Return the strategy with a roulette (which is unbiased) if it has none and the scene's paths have no end."""
+    """Return the strategy, with (unbiased) roulette added if max_depth is unlimited or above 64."""
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
     return strategy
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return the experiment made so small that it ends in under a minute: for a first look.
+    """Return the experiment shrunk to end in under a minute, for a first look.
 
-    Films shrink to at most 96 pixels in either direction, unless a file is the reference, which has the size that it
-    has; runs get fewer, and budgets shorter.
+    Films shrink to at most 96 pixels in either direction, unless a file with its fixed size is the reference. Runs get
+    fewer, and budgets shorter.
     """
     repeats = min(experiment.repeats, _QUICK_REPEATS)
     runs = repeats * len(experiment.scenes) * len(experiment.strategies)

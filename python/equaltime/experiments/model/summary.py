@@ -1,7 +1,7 @@
-"""What an experiment found: the values that reports, figures and verdicts are made of, and nothing else.
+"""Results of an experiment, as the only input of reports, figures and verdicts.
 
-`analysis.summarise` makes them from records. Errors are relative (0.02 is 2 %, see `metrics`), times are seconds of
-wall clock from a run's first sample, and every number that was estimated is an `Interval`.
+`analysis.summarise` computes them from records. Errors are relative (0.02 is 2 %, see `metrics`). Times are seconds of
+wall clock from a run's first sample. Every estimated number is an `Interval`.
 """
 
 from __future__ import annotations
@@ -29,135 +29,136 @@ error times time."""
 
 @dataclass(frozen=True)
 class Curve:
-    """How the error of a strategy falls; all tuples run over the checkpoints."""
+    """Error of a strategy over time; each tuple has one entry per checkpoint."""
 
     spp: tuple[int, ...]
     seconds: tuple[Interval, ...]
-    """Wall time since the first sample, without measuring."""
+    """Wall time since the first sample, without the time spent on measuring errors."""
     error: tuple[Interval, ...]
-    """Realised error against the reference, whose own noise is subtracted: root of the mean square over repeats."""
+    """Realised error against the reference: root mean square over repeats, with the reference's noise subtracted."""
     slope: Interval
-    """Of log error against log time: -0.5 where samples are independent."""
+    """Slope of log error against log time: -0.5 for independent samples."""
     own_estimate: tuple[Interval, ...]
-    """What the renders themselves said; value NaN where a renderer says nothing."""
+    """Errors estimated by the renders themselves; the value is NaN if the renderer gives no estimate."""
 
 
 @dataclass(frozen=True)
 class StrategyResult:
-    """What one strategy did on one scene."""
+    """Results of one strategy on one scene."""
 
     label: str
     name: str
-    """The strategy in full."""
+    """Full text of the strategy."""
     renderer: str
-    """core, mitsuba or command."""
+    """``core``, ``mitsuba`` or ``command``."""
     biased: bool
-    """Named biased: it may converge to something else."""
+    """Whether the strategy declares itself biased: it may not converge to the scene's light transport."""
     repeats: int
     curve: Curve
     time_to: Mapping[float, Interval] = field(hash=False)
-    """Target error → seconds; ``inf`` if it is never reached. Notes say what is extrapolated."""
+    """Target error → seconds; ``inf`` if never reached. An interval's note names extrapolation."""
     ratio: Mapping[float, Interval] = field(hash=False)
-    """Target error → the baseline's time over this one's: above 1 this one is faster."""
+    """Target error → the baseline's time over this strategy's time; above 1 this strategy is faster."""
     efficiency: Interval
-    """The baseline's squared error x time over this one's, in the median of repeats: what typical runs do, however
-    heavy their tails."""
+    """The baseline's squared error x time over this strategy's: median over pairs of repeats.
+
+    The median describes typical runs, however heavy their tails."""
     error_at_budget: Interval
     """Error at equal time: the scene's ``budget_s``."""
     fewer_samples: Interval
-    """The baseline's samples over this one's to the same error; ``inf`` if this one has none."""
+    """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
     equality_p: float | None
     """P-value of the hypothesis that its images have the expectation of the scene's ``standard`` strategy."""
     bias: Interval | None
-    """Relative bias: root of bias², signed as that is, since an estimate of 0 falls on both sides of it."""
+    """Relative bias: root of the estimated bias², with the estimate's sign, which may be negative by chance."""
     notes: tuple[str, ...]
-    """What a reader must know of this strategy on this scene."""
+    """Warnings to show beside this strategy on this scene."""
     image: Path | None
-    """Final image of the first repeat (float32 .npy, (H, W, 3)), at the budget: equal time."""
+    """Final image of the first repeat at the budget (float32 .npy, (H, W, 3)), for comparison at equal time."""
     images: tuple[Path, ...] = ()
-    """Final images of all repeats, the first one first: a report makes error and standard-error maps of them."""
+    """Final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False
-    """Whether that p-value is below the level of the experiment's tests."""
+    """Whether ``equality_p`` is below the level of the experiment's tests."""
     samples: Path | None = None
-    """Samples of each pixel of ``image`` (.npy, (H, W)); None if they are the same everywhere."""
+    """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
     reference: Path | None = None
-    """The reference of its own that it is held against, where it has one; as `SceneResult.reference`."""
+    """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None
-    """Its image forming, for `equaltime.experiments.run.forming.read_film`; None if the experiment does not want it."""
+    """Film of its image forming, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
 
 
 @dataclass(frozen=True)
 class SceneResult:
-    """All strategies on one scene."""
+    """Results of all strategies on one scene."""
 
     name: str
     digest: str
     size: tuple[int, int]
-    """Width, height of the image."""
+    """Width and height of the image, in pixels."""
     max_depth: int
     reference_error: float
-    """Relative error of the reference, as it is known; it is subtracted from what is measured against it."""
+    """Relative error of the reference; already subtracted from the errors measured against it."""
     baseline: str
-    """Label of the strategy that all are compared with."""
+    """Label of the strategy with which all others are compared."""
     standard: str | None
-    """Label of the strategy that others' expectations are tested against."""
+    """Label of the strategy against which the other strategies' expectations are tested."""
     budget_s: float
-    """Seconds at which equal-time numbers are given: the budget of a run, else what the fastest runs took in all."""
+    """Time of equal-time numbers, in seconds: a run's budget, else the mean time of the fastest strategy's runs."""
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
-    """File of the reference, for `equaltime.experiments.run.reference.read`; None if it is not at hand."""
+    """File of the reference, for `equaltime.experiments.run.reference.read`; None if the folder has none."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
-    """Windows x, y, width, height to look at closely, in pixels of the image; empty to let the report choose."""
+    """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
     scene_max_depth: int | None = None
-    """The ``max_depth`` that the scene's file asks for; None if the folder does not say."""
+    """``max_depth`` of the scene's file; None if the folder does not record it."""
     left_out: tuple[tuple[str, str], ...] = ()
-    """Labels of strategies whose runs cannot be joined, and why."""
+    """Labels of strategies whose runs cannot be joined, each with the reason."""
     reference_caveat: str = ""
-    """What limits the reference besides its noise; empty if nothing is known to."""
+    """Known limit of the reference besides its noise; empty if there is none."""
 
     @property
     def other_depth(self) -> str:
-        """The paths that were rendered and those that the scene asks for, in words; empty if these are the same."""
+        """Sentence about a ``max_depth`` that differs from the scene file's; empty if equal or unknown."""
         return "" if self.scene_max_depth is None else other_depth(self.max_depth, self.scene_max_depth)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """A number of ours beside one that others gave."""
+    """A measured number beside a published one."""
 
     what: str
     theirs: str
-    """What they say of it; empty if they give no figure."""
+    """Published value as text; empty if no figure was published."""
     quantity: Quantity
     strategy: str
     scene: str
     value: Interval = UNKNOWN
     target: float | None = None
-    """The error to which a time is given."""
+    """Error at which the number is given; None if the quantity has no target."""
 
 
 @dataclass(frozen=True, repr=False)
 class Summary(Shown):
-    """What an experiment found on all its scenes."""
+    """Results of an experiment on all its scenes."""
 
     title: str
     description: str
-    """A paragraph for students: what is compared, what to see, why."""
+    """Paragraph for students: the comparison, what to look for, and why."""
     scenes: tuple[SceneResult, ...]
     targets: tuple[float, ...]
-    """Errors to which times are given, largest first."""
+    """Relative errors to which times are given, largest first."""
     provenance: Mapping[str, Any] = field(hash=False)
-    """Machine, build, dates, counts of runs."""
+    """Machine, build, dates, number of runs and their seeds."""
     verdict: str
     """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""
     question: Question = "time"
-    """What the verdict is an answer to."""
+    """Question that the verdict answers."""
     theirs: Theirs | None = None
-    """What others say of it."""
+    """Published claim that the experiment tests."""
     beside: tuple[Beside, ...] = ()
-    """Our numbers beside theirs."""
+    """Measured numbers beside the published ones."""
     directions: Path | None = None
-    """Where sampling sends rays, for `equaltime.experiments.run.directions.read_directions`."""
+    """File of sampled directions, for `equaltime.experiments.run.directions.read_directions`."""
 
     def __str__(self) -> str:
         return self.verdict

@@ -1,4 +1,4 @@
-"""What a text that an experiment goes back to says, and which of our numbers stand beside its own."""
+"""A published claim that an experiment tests, and the measured quantities to show beside its numbers."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ Quantity = Literal[
     "bias",
     "p",
 ]
-"""What is measured of a strategy on a scene; see `equaltime.experiments.analysis.beside` for each."""
+"""Measured quantity of a strategy on a scene; `equaltime.experiments.analysis.beside` defines each."""
 
 Words = Annotated[str, Field(min_length=1)]
 
 
 class TheirNumber(Value):
-    """One thing that they say, and what we measured of it."""
+    """One published number and the measured quantity that corresponds to it."""
 
     what: Words
-    """In words, such as ``speed-up of light sampling over none``."""
+    """Description, such as ``speed-up of light sampling over none``."""
     says: str = ""
-    """What they say of it, as they print it; empty if they give no figure."""
+    """Published value as printed; empty if no figure was published."""
     ours: Quantity
     strategy: Words
-    """Label of the strategy that it is measured of."""
+    """Label of the measured strategy."""
     scene: str = ""
-    """Name of the scene; the first if not given."""
+    """Name of the scene; by default the first."""
     target: Annotated[float, Field(gt=0.0)] | None = None
-    """One of the experiment's targets, for times to an error; if not given the smallest that can be trusted."""
+    """One of the experiment's targets, for times to an error; by default the smallest with a trusted number."""
 
 
 class Theirs(Value):
-    """A claim that somebody made in public, in our words, with their figures."""
+    """A published claim, in our words, with its authors' figures."""
 
     source: Words
-    """Who made it."""
+    """Author or publication of the claim."""
     claim: Words
     figures: str = ""
-    """All their figures in a sentence; empty if there are none."""
+    """All published figures in one sentence; empty if there are none."""
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str]) -> Theirs:
-        """Return the claim with the numbers of these strategies alone."""
+        """Return the claim with only the numbers of these strategies."""
         kept = set(labels)
         return self.model_copy(update={"numbers": tuple(n for n in self.numbers if n.strategy in kept)})

@@ -1,4 +1,4 @@
-"""What the values of an experiment have in common: frozen, and with no key but those that they name."""
+"""Base class of an experiment's values: frozen and without unknown keys."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ __all__ = ["Value"]
 
 
 class Value(BaseModel):
-    """A checked value that cannot be changed."""
+    """A validated, immutable value."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)

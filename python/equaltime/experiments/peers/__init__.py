@@ -16,10 +16,10 @@ __all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
 def peer_subject(
     label: str, peer: Peer, folder: Path = Path(), budget: float | None = None, reference: float = 0.0
 ) -> MitsubaPeer | CommandPeer:
-    """Return the subject that an experiment's entry describes; a command is run in ``folder``, that of its file.
+    """Return the subject that an experiment's entry describes; a command runs in ``folder``.
 
-    Its time limit follows from the ``budget`` of a run and the seconds of a ``reference`` if the entry has none. Raises
-    PeerError for a command that cannot work.
+    An entry without a limit gets one from the ``budget`` of a run and the seconds of a ``reference``. Raises PeerError
+    for an invalid command.
     """
     limit = time_limit(budget, reference) if peer.limit is None else peer.limit
     if peer.command is not None:

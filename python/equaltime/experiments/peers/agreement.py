@@ -1,7 +1,7 @@
-"""Tests whether a peer means the same image as equaltime, before the two are compared in time.
+"""Tests whether a peer and equaltime have the same expected image, before their times are compared.
 
-Against equaltime's reference, the error of a peer that means another image would end at the difference. Such a peer is
-measured against `own_reference`, and reports show the note.
+If the expected images differ, a peer's error against equaltime's reference never falls below the difference. Such a
+peer is measured against `own_reference`, and reports show the note.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from equaltime.strategy import Strategy
 __all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "resizable"]
 
 SEEDS = 64
-"""Independent renders of either side: what the test of agreement asks for."""
+"""Independent renders of each side for the test of agreement."""
 _SIDE, _BLOCK = 48, 4
 _SPP, _OUR_SPP = 16, 32
 _FIRST_SEED, _FIRST_REFERENCE_SEED = 2**30, 2**30 + 2**29
@@ -46,23 +46,23 @@ class Gate:
 
     agreement: Agreement
     ours: BlockMeans
-    """Equaltime's side, which serves for every peer that is compared at this size."""
+    """Block means of equaltime's renders; reused for every peer compared at this size."""
     level: float
-    """The rate at which peers that agree fail."""
+    """False-alarm rate of the test."""
     size: tuple[int, int]
-    """Width and height of the images that were compared."""
+    """Width and height of the compared images, in pixels."""
     seeds: int
     reference_note: str = ""
-    """Caveat on a reference that the peer renders; an empty string if there is none."""
+    """Caveat on a reference that the peer renders; empty if there is none."""
 
     @property
     def agrees(self) -> bool:
-        """Whether the test does not reject equal expected images."""
+        """Whether the test accepts equal expected images."""
         return bool(self.agreement.p > self.level)
 
     @property
     def note(self) -> str:
-        """A sentence for reports; empty if the peer agrees."""
+        """Sentence for reports; empty if the peer agrees."""
         if self.agrees:
             return ""
         width, height = self.size
@@ -82,20 +82,19 @@ def check(
     progress: Callable[[float], object] | None = None,
     ours: BlockMeans | None = None,
 ) -> Gate:
-    """Render a small version of ``scene`` with both, box-filtered and with many seeds, and compare.
+    """Render a small, box-filtered version of ``scene`` with many seeds on both sides, and compare.
 
-    A peer that cannot be told a size (``resizable`` is false) is compared at the scene's. The peer is left prepared for
-    the small scene.
+    A peer with a fixed image size (``resizable`` is false) is compared at the scene's size. Afterwards the peer is
+    prepared for the small scene.
 
     Parameters
     ----------
     level
-        The false-alarm rate. For many peers and scenes the one of all is kept by
-        `equaltime.statistics.agreement.share`.
+        The false-alarm rate. `equaltime.statistics.agreement.share` splits a common rate over many peers and scenes.
     progress
-        Called with the share of the work that is done, 0 … 1.
+        Called with the completed share of the work, in [0, 1].
     ours
-        Equaltime's side, if it is known from the gate of another peer on the same scene, as resizable as this one.
+        Block means of equaltime's renders, if known from the gate of another peer on the same scene at the same size.
 
     Raises
     ------
@@ -124,18 +123,17 @@ def check(
 
 
 def resizable(peer: Subject) -> bool:
-    """Tell whether a peer can be told the size of its image."""
+    """Tell whether the size of a peer's image can be set."""
     return bool(getattr(peer, "resizable", True))
 
 
 def own_reference(
     peer: Subject, scene: Scene, error: float, seconds: float, threads: int = 0, first_seed: int = _FIRST_REFERENCE_SEED
 ) -> KnownReference:
-    """Render a reference with the peer itself: the mean of independent renders, its noise known from their spread.
+    """Render a reference with the peer itself: the mean of independent renders, with its noise from their spread.
 
-    It ends when its own relative error is ``error``, or the ``seconds`` of rendering are used up, with eight renders at
-    least. The halves are the odd and the even renders. If the peer's sampler is biased, another peer renders, in which
-    the sampler alone is different.
+    Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The halves are the odd
+    and the even renders. If the peer's sampler is biased, a copy of the peer with another sampler renders.
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed)
@@ -143,7 +141,7 @@ def own_reference(
 
 @contextmanager
 def _fit(peer: Subject) -> Iterator[Subject]:
-    """Yield the subject that renders references for a peer; one that is not the peer is closed at the end."""
+    """Yield the subject that renders references for a peer; close it at the end unless it is the peer."""
     other = peer.for_reference() if isinstance(peer, MitsubaPeer) else peer
     try:
         yield other
@@ -162,7 +160,7 @@ def _own_reference(
     begin, count, origin = time.perf_counter(), 0, None
     while True:
         image = _one(peer, first_seed + 1 + count, spp).astype(np.float64)
-        origin = image if origin is None else origin  # so that the squares keep small differences
+        origin = image if origin is None else origin  # subtracted to keep small differences in the squares
         sums[count % 2] += image - origin
         squares += np.square(image - origin)
         count += 1
@@ -198,14 +196,14 @@ def _joined(
 
 
 def _spp_of_parts(peer: Subject, seconds: float, seed: int) -> int:
-    """Return a power of four, which no sampler rounds, for which some thirty renders use up the time."""
+    """Return a power of four (no sampler rounds it) for which about 32 renders fill the time."""
     (checkpoint,) = peer.run(seed, (_SPP,), None)
     affordable = checkpoint.spp * seconds / _WANTED / max(checkpoint.wall_s, 1e-3)
     return int(4 ** min(max(math.floor(math.log(max(affordable, 1.0), 4)), 1), 8))
 
 
 def _small(scene: Scene) -> Scene:
-    """Return the whole film of the scene in the same shape, with a longest side of 48 pixels, and a box filter."""
+    """Return the scene with its whole film scaled to a longest side of at most 48 pixels, and a box filter."""
     width, height = scene.size
     scale = min(1.0, _SIDE / max(width, height))
     size = (max(round(width * scale), _BLOCK), max(round(height * scale), _BLOCK))

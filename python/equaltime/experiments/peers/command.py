@@ -1,4 +1,4 @@
-"""Any command that writes an image as the subject of an experiment: how to bring a renderer of your own.
+"""Uses any command that writes an image as a subject of an experiment: the way to add your own renderer.
 
 ::
 
@@ -6,26 +6,26 @@
     label = "mine"
     peer.command = "./mine {scene} --samples {spp} --seed {seed} --output {out}"
 
-The command is taken apart as a shell would (quotes work) and run without one. These words are filled in:
+The command is split as by a shell (quotes work) and run without a shell. These words are filled in:
 
-- ``{out}``     where it must write the image: linear RGB, row 0 at the top, in any format that OpenImageIO reads. The
-  name ends in ``.exr``, or in what stands behind it, as in ``{out}.pfm``
+- ``{out}``     image file to write: linear RGB, row 0 at the top, in any format that OpenImageIO reads. The name ends
+  in ``.exr`` or in the suffix that follows, as in ``{out}.pfm``
 - ``{spp}``     samples per pixel
-- ``{seed}``    31 bits; other seeds must give independent images
-- ``{scene}``   the scene's file as it is, without what the experiment changes
-- ``{json}``    a file with the whole scene, all changes included: see `equaltime.scene.mitsuba_dict`
-- ``{width}``, ``{height}``, ``{max_depth}``   of the image, and of paths, as the experiment wants them
+- ``{seed}``    31-bit seed; different seeds must give independent images
+- ``{scene}``   the scene's original file, without the experiment's changes
+- ``{json}``    file with the whole scene, changes included: see `equaltime.scene.mitsuba_dict`
+- ``{width}``, ``{height}``, ``{max_depth}``   size of the image in pixels, and largest depth of paths
 - ``{python}``  the Python that runs equaltime
-- ``{threads}`` threads that it may use: as asked for, or else the processors that the machine or its container allows.
-  A number that was asked for confines the command to as many processors
+- ``{threads}`` threads to use: the number asked for, else the processors that the machine or container allows. A number
+  that was asked for also confines the command to that many processors
 
-The pixel filter must be a box. What the command writes to stdout may end in a JSON object, as that of ``equaltime
-render --json`` does: then its ``seconds`` and ``cpu_seconds`` are the times of rendering alone, and its ``spp`` is the
-count that was taken. Else the time is that of the whole process, with all that it loads.
+The pixel filter must be a box. The command's stdout may end in a JSON object like that of ``equaltime render --json``.
+Then its ``seconds`` and ``cpu_seconds`` count as the times of rendering, and its ``spp`` as the samples taken. Without
+the object, the time is that of the whole process, loading included.
 
-A command that takes longer than its time limit is ended with its process group, and the experiment stops with an error.
-The limit is 20 times the experiment's budget and 60 seconds, or an hour if the experiment gives sample counts. It is
-never less than ``reference.seconds`` and 60 seconds. ``peer.limit = "30min"`` sets another limit.
+A command that exceeds its time limit is ended with its process group, and the experiment stops with an error. The limit
+is 20 times the experiment's budget plus 60 seconds, or one hour if the experiment gives sample counts. It is never less
+than ``reference.seconds`` plus 60 seconds. ``peer.limit = "30min"`` sets another limit.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""Words that may stand in braces."""
+"""Words that a command may contain in braces."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")
@@ -70,14 +70,14 @@ _OUT = re.compile(r"\{out\}(\.\w+)?")
 
 @dataclass
 class CommandPeer:
-    """Renders by running a command; raises PeerError for one that cannot work, with the reason."""
+    """Renders by running a command; raises PeerError for an invalid command."""
 
     label: str
     command: str
     folder: Path = Path()
-    """Folder in which the command is run."""
+    """Folder in which the command runs."""
     limit: float = DEFAULT_LIMIT
-    """Seconds that one run of the command may take; one that takes longer is ended."""
+    """Longest time of one run of the command, in seconds; a longer run is ended."""
     renderer: RendererKind = field(default="command", init=False)
     biased: bool = field(default=False, init=False)
     _arguments: list[str] = field(init=False, repr=False)
@@ -102,11 +102,11 @@ class CommandPeer:
 
     @property
     def resizable(self) -> bool:
-        """Whether the command is told the size of the image."""
+        """Whether the command receives the size of the image."""
         return "{json}" in self.command or ("{width}" in self.command and "{height}" in self.command)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Keep the scene; nothing is run, so that it takes no time. Raises PeerError if there is no such program."""
+        """Keep the scene and return 0 seconds, since nothing is run; raises PeerError if the program is missing."""
         if "{scene}" in self.command and scene.source is None:
             raise PeerError(
                 f"{self.label}: {{scene}} needs a scene file, but this scene was made in memory; use {{json}} instead"
@@ -119,11 +119,11 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Run the command for each count of ``ladder``; with ``seconds``, up to the first run that took so long."""
+        """Run the command for each count of ``ladder``; stop after the first run that took ``seconds`` or longer."""
         done = 0
         for spp in ladder:
             checkpoint = self._render(spp, seed)
-            if checkpoint.spp > done:  # a count that comes to the same as the last is left out
+            if checkpoint.spp > done:  # skip a count that the renderer rounded to the last one
                 done = checkpoint.spp
                 yield checkpoint
             if seconds is not None and checkpoint.wall_s >= seconds:
@@ -144,7 +144,7 @@ class CommandPeer:
         )
 
     def _filled(self, folder: Path, scene: Scene, spp: int, seed: int) -> tuple[list[str], Path]:
-        """Return the arguments with all words filled in, and where the image will be."""
+        """Return the arguments with all words filled in, and the path of the image."""
         suffix = next((match[1] for part in self._arguments if (match := _OUT.search(part)) and match[1]), "")
         _, _, width, height = scene.model.sensor.film.crop
         values = {
@@ -186,7 +186,7 @@ class CommandPeer:
                 )
             try:
                 with limited(process, self.limit, self.label):
-                    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it is reaped when no timer is on
+                    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # reaped below, after the timer
                 _, status, usage = os.wait4(process.pid, 0)
                 process.returncode = os.waitstatus_to_exitcode(status)
             except PeerError as error:
@@ -205,7 +205,7 @@ class CommandPeer:
             return wall, usage.ru_utime + usage.ru_stime, self._said(stdout, wall)
 
     def _said(self, stdout: IO[bytes], wall: float) -> dict[str, Any]:
-        """Return the numbers of the JSON object that stdout is or ends in; raises PeerError for an impossible one."""
+        """Return the numbers of the JSON object at the end of stdout; raises PeerError for an impossible number."""
         stdout.seek(0)
         text = stdout.read().decode(errors="replace").strip()
         said = _json_object(text) or _json_object(text[text.rfind("\n") + 1 :])
@@ -218,7 +218,7 @@ class CommandPeer:
         return numbers
 
     def _picture(self, path: Path) -> images.Picture:
-        """Read what the command wrote."""
+        """Read the image that the command wrote."""
         if not path.exists():
             raise PeerError(f"{self.label}: the command ended well and wrote no image to {{out}}: {self.command}")
         try:
@@ -246,7 +246,7 @@ def _json_object(text: str) -> Mapping[str, Any]:
 
 @contextmanager
 def _confined(threads: int) -> Iterator[None]:
-    """Confine processes that are started in here to ``threads`` processors, 0 for all, where the system can."""
+    """Confine processes started in this context to ``threads`` processors (0 for all), if the system can."""
     allowed = allowed_processors()
     confine = 0 < threads < len(allowed)
     try:

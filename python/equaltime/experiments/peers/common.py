@@ -1,4 +1,4 @@
-"""What peers have in common: the scene as they are compared on it, their seeds, and what is asked of their images."""
+"""Common parts of peers: box-filtered scenes, seeds, and checks of their images."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ __all__ = ["checked_image", "render_seed", "uneven_samples", "with_box_filter"]
 
 
 def with_box_filter(scene: Scene) -> Scene:
-    """Return the scene with a box filter: the only one by which all renderers mean the same image.
+    """Return the scene with a box filter, the only filter for which all renderers have the same expected image.
 
-    Wider filters are splatted by some, which correlates pixels, and weigh the border of the image in different ways.
+    Some renderers splat wider filters, which correlates pixels, and renderers weight the image border differently.
     """
     sensor = scene.model.sensor
     if isinstance(sensor.film.rfilter, Box):
@@ -29,9 +29,9 @@ def with_box_filter(scene: Scene) -> Scene:
 
 
 def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.float32]:
-    """Return a peer's image as float32 (H, W, 3), cut to the scene's crop window if it is the whole film.
+    """Return a peer's image as float32 (H, W, 3); an image of the whole film is cut to the scene's crop window.
 
-    Raises PeerError if it is of another size or has a pixel that is not finite.
+    Raises PeerError for an image of another size or with a pixel that is not finite.
     """
     (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
     if image.shape == (full_height, full_width, 3):
@@ -48,7 +48,7 @@ def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.flo
 
 
 def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[np.int64] | None:
-    """Return a peer's sample counts, cut as its image is; None if they are all the same, or not of this image."""
+    """Return a peer's sample counts, cut like its image; None if all are equal or their size is not the image's."""
     (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
     if samples is not None and samples.shape == (full_height, full_width):
         samples = samples[y : y + height, x : x + width]
@@ -58,6 +58,6 @@ def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[n
 
 
 def render_seed(seed: int, spp: int) -> int:
-    """Return 31 bits for one render of a run, so that no two renders have the same numbers."""
+    """Return a 31-bit seed for one render of a run, a hash of the run's seed and the sample count."""
     content = hashlib.blake2b(f"{seed} {spp}".encode(), digest_size=4)
     return int.from_bytes(content.digest(), "little") >> 1

@@ -27,23 +27,23 @@ from equaltime.strict_json import json_text
 __all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]
 
 MOST_IN_FLIGHT = 2**26
-"""Samples in one pass of Mitsuba's; more are taken in several passes of one sequence, for the memory's sake."""
+"""Most samples in one pass of Mitsuba, to limit memory; more are taken in several passes of one sequence."""
 _TO_WARM_UP = 4
 
 
 @dataclass
 class MitsubaPeer:
-    """Renders with Mitsuba 3 in a process of its own.
+    """Renders with Mitsuba 3 in a separate process.
 
-    Mitsuba gets the same scene in its own words, with a box filter, ``max_depth`` and ``rr_depth`` of the scene. Each
-    checkpoint is a render of its own, with its own seed, and its time is its own: Mitsuba does not go on with an image.
-    A sampler may round the sample count: the one that was taken is what the checkpoint says, and a count that comes to
-    the same is left out. Importing, loading and compiling are set-up. Kernels that are compiled during a run are too:
-    such a render is done again, and `compiling` has the seconds of the first.
+    Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
+    ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint is a separate render with its own seed and time.
 
-    `equaltime.images.mitsuba_reference` says how much a reference by Mitsuba is worth.
+    A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
+    previous one is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
+    and `compiling` adds up the seconds of such first renders.
 
-    For one seed the image depends on the order in which Mitsuba keeps the lights, which differs from load to load.
+    `equaltime.images.mitsuba_reference` describes the limits of a reference by Mitsuba. For one seed the image depends
+    on Mitsuba's order of the lights, which differs from load to load.
     """
 
     label: str
@@ -51,20 +51,20 @@ class MitsubaPeer:
     integrator: str = "path"
     sampler: str = "independent"
     rr_depth: int | None = None
-    """Depth from which on roulette may end a path; if not given, that of the scene, whose default is 5."""
+    """Depth from which roulette may end a path; by default the scene's, which defaults to 5."""
     python: str = sys.executable
-    """A Python that has Mitsuba and equaltime."""
+    """Python interpreter in which Mitsuba and equaltime are installed."""
     limit: float = DEFAULT_LIMIT
-    """Seconds that one render may take; a process that takes longer is ended.
+    """Longest time of one render, in seconds; a process that takes longer is ended.
 
-    Starting, loading, and the first render, which compiles, may take `SETUP_LIMIT` seconds if they are more.
+    Starting, loading, and the first render, which compiles, each have at least `SETUP_LIMIT` seconds.
     """
     renderer: RendererKind = field(default="mitsuba", init=False)
     biased: bool = field(default=False, init=False)
     version: str = field(default="", init=False)
-    """Version of Mitsuba, once it was started."""
+    """Version of Mitsuba; empty before it is started."""
     compiling: float = field(default=0.0, init=False)
-    """Seconds of renders that were repeated because they had to compile, in all runs so far."""
+    """Seconds spent, in all runs so far, on renders that were repeated because they compiled kernels."""
     _worker: Worker | None = field(default=None, init=False, repr=False)
     _threads: int = field(default=0, init=False, repr=False)
     _scene: Scene | None = field(default=None, init=False, repr=False)
@@ -73,25 +73,25 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Variant, integrator and sampler."""
+        """Text of variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
     @property
     def reference_note(self) -> str:
-        """The caveat of the reference that `for_reference` renders."""
+        """Caveat of the reference that `for_reference` renders."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer that renders a reference for this one: itself, or another if its sampler is unfit."""
+        """Return the peer that renders references for this one: itself, or a copy with another sampler if needed."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Start Mitsuba if it is not running, load ``scene`` and warm up; return the seconds of all that.
+        """Start Mitsuba if necessary, load ``scene`` and warm up; return the seconds of all three.
 
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """
@@ -114,7 +114,7 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Render an image for each count of ``ladder``; with ``seconds``, up to the first render that took so long."""
+        """Render an image for each count of ``ladder``; stop after the first render that took ``seconds`` or longer."""
         done = 0
         for asked in ladder:
             spp = self._ask("count", key=self._key, spp=asked)["spp"]
@@ -135,7 +135,7 @@ class MitsubaPeer:
         self._setup.clear()
 
     def _start(self, threads: int) -> float:
-        """Start a process with ``threads`` threads unless it runs; return the seconds of its import, 0 if it ran."""
+        """Start a process with ``threads`` threads; return the seconds of its import, 0 if it was running already."""
         if self._worker is not None and self._worker.running and threads == self._threads:
             return 0.0
         self.close()
@@ -156,7 +156,7 @@ class MitsubaPeer:
         return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth} | hidden
 
     def _render(self, seed: int, spp: int, at_least: float = 0.0) -> tuple[Checkpoint, float]:
-        """Return one render, and the seconds of one before it that had to compile."""
+        """Return one render, and the seconds of a preceding render that compiled kernels (0 if there was none)."""
         assert self._scene is not None, "prepare comes first"
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "image.npy"
@@ -169,7 +169,7 @@ class MitsubaPeer:
         return checkpoint, float(answer["warming_s"])
 
     def _ask(self, do: str, at_least: float = 0.0, **question: object) -> dict[str, Any]:
-        """Ask the process, with a time limit of ``at_least`` seconds; end it if that is interrupted."""
+        """Ask the process, with a time limit of at least ``at_least`` seconds; end the process if asking fails."""
         assert self._worker is not None, "prepare comes first"
         with contextlib.ExitStack() as stack:
             stack.callback(self.close)

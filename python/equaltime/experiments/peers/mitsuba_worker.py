@@ -1,12 +1,12 @@
-"""Mitsuba 3 in a process of its own: ``python -m equaltime.experiments.peers.mitsuba_worker``, for `MitsubaPeer`.
+"""Worker process with Mitsuba 3: ``python -m equaltime.experiments.peers.mitsuba_worker``, for `MitsubaPeer`.
 
-Questions come as JSON lines on stdin, answers go as JSON lines to stdout; what libraries print goes to stderr. Images
-are float32 .npy files. Clocks run round the integrator's ``render`` and the wait for its pixels, and at no other time.
+Questions are JSON lines on stdin, answers JSON lines on stdout; output of libraries goes to stderr. Images are float32
+.npy files. Clocks cover the integrator's ``render`` and the wait for its pixels, and exclude all other work.
 
 - ``start``   variant, threads → seconds to import and to start up, version
-- ``load``    key, file (scene as JSON), integrator, sampler → seconds; what was loaded under a key is kept
-- ``count``   key, spp → the samples per pixel that its sampler will take when asked for so many
-- ``render``  key, spp, seed, file (.npy), wavefront → spp, wall and CPU seconds, and those of warming up
+- ``load``    key, file (scene as JSON), integrator, sampler → seconds; a loaded scene is kept under its key
+- ``count``   key, spp → the samples per pixel that the sampler takes when asked for ``spp``
+- ``render``  key, spp, seed, file (.npy), wavefront → spp, wall and CPU seconds, and wall seconds of warming up
 """
 
 from __future__ import annotations
@@ -37,37 +37,37 @@ NO_LLVM = (
 
 
 def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
-    """Return the largest divisor of ``spp`` that keeps a pass over all pixels within ``wavefront`` samples, or 1."""
+    """Return the largest divisor of ``spp`` for which a pass has at most ``wavefront`` samples, or 1."""
     fitting = max(wavefront // pixels, 1)
     return next(spp // passes for passes in range(-(-spp // fitting), spp + 1) if spp % passes == 0)
 
 
 class Loaded:
-    """A scene in Mitsuba, and what to render it with."""
+    """A scene loaded in Mitsuba, with its integrator."""
 
     def __init__(self, mitsuba: Any, scene: Any, integrator: Answer) -> None:
         self._mitsuba, self.scene, self._integrator, self.seconds = mitsuba, scene, integrator, 0.0
         self.warm: set[int] = set()
-        """The sample counts whose kernels are compiled."""
+        """Sample counts whose kernels are compiled."""
         self.pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
 
     def count(self, spp: int) -> int:
-        """Return how many samples the sampler takes when it is asked for so many."""
+        """Return the samples per pixel that the sampler takes when asked for ``spp``."""
         sampler = self.scene.sensors()[0].sampler()
         sampler.set_sample_count(spp)
         return int(sampler.sample_count())
 
     def integrator(self, spp: int, wavefront: int) -> Any:
-        """Return an integrator that takes ``spp`` samples in passes of at most ``wavefront``, of one sequence."""
+        """Return an integrator for ``spp`` samples per pixel, in passes of at most ``wavefront`` samples."""
         part = samples_per_pass(spp, self.pixels, wavefront)
         return self._mitsuba.load_dict(self._integrator | ({} if part == spp else {"samples_per_pass": part}))
 
 
 class MitsubaWorker:
-    """Answers the questions listed above."""
+    """Answers the questions that the module's docstring lists."""
 
     def start(self, variant: str, threads: int) -> Answer:
-        """Import Mitsuba and choose its variant; raises PeerError if that cannot be."""
+        """Import Mitsuba and choose its variant; raises PeerError if Mitsuba, the variant or LLVM is missing."""
         begin = perf_counter()
         try:
             import drjit
@@ -90,7 +90,7 @@ class MitsubaWorker:
         return {"seconds": perf_counter() - begin, "version": mitsuba.__version__}
 
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
-        """Load a scene, unless that was done; on two threads: on one, Mitsuba 3.9 waits for ever in an EXR file."""
+        """Load a scene once per key, on at least two threads: on one, Mitsuba 3.9 hangs while reading an EXR file."""
         if key not in self._scenes:
             begin = perf_counter()
             plain = json.loads(Path(file).read_text())
@@ -101,17 +101,17 @@ class MitsubaWorker:
             finally:
                 self._drjit.set_thread_count(self._threads)
             loaded = Loaded(self._mitsuba, scene, integrator)
-            loaded.integrator(1, 1)  # here, so that one that does not exist is found at once
+            loaded.integrator(1, 1)  # made here, so that an unknown integrator is reported at once
             self._scenes[key] = loaded
             loaded.seconds = perf_counter() - begin
         return {"seconds": self._scenes[key].seconds}
 
     def count(self, key: str, spp: int) -> Answer:
-        """Ask the sampler for its count, which it may round."""
+        """Return the sample count that the sampler takes, which may be rounded."""
         return {"spp": self._scenes[key].count(spp)}
 
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
-        """Render, and once more if that had to compile: the time of the first render is then that of warming up."""
+        """Render; if that compiled kernels, count its time as warming up and render again."""
         loaded = self._scenes[key]
         count = loaded.count(spp)
         integrator = loaded.integrator(count, wavefront)
@@ -119,7 +119,7 @@ class MitsubaWorker:
         def once() -> tuple[NDArray[np.float32], float, float]:
             wall, cpu = perf_counter(), process_time()
             image = integrator.render(loaded.scene, sensor=0, seed=seed, spp=count, develop=True, evaluate=True)
-            pixels = np.array(image, dtype=np.float32)  # waits for what is still being computed
+            pixels = np.array(image, dtype=np.float32)  # waits until all pixels are computed
             return pixels, perf_counter() - wall, process_time() - cpu
 
         warming = 0.0
@@ -132,7 +132,7 @@ class MitsubaWorker:
         return {"spp": count, "wall_s": wall, "cpu_s": cpu, "warming_s": warming}
 
     def _compiled(self) -> bool:
-        """Tell whether a kernel was made, or read from a disk, since this was last asked."""
+        """Tell whether a kernel was compiled or read from the disk since the last call."""
         if not self._compiles:
             return False
         history = self._drjit.kernel_history((self._drjit.KernelType.JIT,))
@@ -140,7 +140,7 @@ class MitsubaWorker:
 
 
 def serve(worker: MitsubaWorker) -> None:
-    """Answer questions until there are no more."""
+    """Answer questions from stdin until its end."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     for line in sys.stdin:
@@ -149,7 +149,7 @@ def serve(worker: MitsubaWorker) -> None:
             answer = getattr(worker, question.pop("do"))(**question)
         except PeerError as error:
             answer = {"error": str(error)}
-        except Exception as error:  # whatever goes wrong in Mitsuba is told, with its name
+        except Exception as error:  # any error in Mitsuba is reported with its type
             answer = {"error": f"{type(error).__name__}: {error}"}
         answers.write(json_text(answer) + "\n")
         answers.flush()

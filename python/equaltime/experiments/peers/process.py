@@ -1,4 +1,4 @@
-"""Processes of peers: one that answers questions line by line, and how processes are ended and their words shown."""
+"""Processes of peers: a worker that answers line by line, ending of processes, and the tail of their output."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LINES, _CHARACTERS = 12, 2000
 
 
 def tail(file: IO[bytes]) -> str:
-    """Return the last lines that a process wrote to ``file``, indented on lines of their own, or nothing."""
+    """Return the last lines that a process wrote to ``file``, each on a new indented line; empty if there are none."""
     file.seek(0, os.SEEK_END)
     file.seek(max(file.tell() - _CHARACTERS, 0))
     lines = [line.rstrip() for line in file.read().decode(errors="replace").splitlines() if line.strip()]
@@ -29,7 +29,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process that leads a session of its own, with its process group."""
+    """End a process that leads its own session, with its process group."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -38,14 +38,14 @@ def end(process: subprocess.Popen[Any]) -> None:
 
 
 class Worker:
-    """A process that answers one JSON line with another; its errors become `PeerError`.
+    """A process that answers each JSON line with a JSON line; its errors become `PeerError`.
 
-    It has a session of its own, so that Ctrl-C reaches it only through `close`. When its input ends, so does it.
+    The process has its own session, so that Ctrl-C reaches it only through `close`. It ends when its input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
         self._who, self._limit = who, limit
-        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process runs
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
@@ -57,14 +57,14 @@ class Worker:
 
     @property
     def running(self) -> bool:
-        """Whether it can still be asked."""
+        """Whether the process is still running."""
         return self._process.poll() is None
 
     def ask(self, do: str, at_least: float = 0.0, **question: Any) -> dict[str, Any]:
         """Send a question and return its answer.
 
-        The time limit is that of the process, or ``at_least`` seconds if they are more. Raises PeerError if the answer
-        is an error, the process ended, or the time limit is over. A process over its time limit is ended.
+        The time limit is the worker's, but at least ``at_least`` seconds. Raises PeerError if the answer is an error,
+        the process ended, or the time limit passed. A process over its time limit is ended.
         """
         try:
             with limited(self._process, max(self._limit, at_least), self._who):
@@ -80,7 +80,7 @@ class Worker:
         return answer
 
     def _exchange(self, question: str) -> str:
-        """Write a line and read one; empty if the process has ended."""
+        """Write a line and return the answer; empty if the process has ended."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -100,5 +100,5 @@ class Worker:
 
 
 def ending(code: int) -> str:
-    """Return how a process ended, in words, by its return code."""
+    """Return a return code in words: ``signal NAME`` or ``code N``."""
     return f"signal {signal.Signals(-code).name}" if code < 0 else f"code {code}"

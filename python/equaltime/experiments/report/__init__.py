@@ -1,7 +1,7 @@
-"""Reports: one self-contained HTML page an experiment, with figures as PDF and PNG beside it.
+"""Reports: one self-contained HTML page per experiment, with figures as PDF and PNG beside it.
 
-`page` puts together what the other modules make of a `Summary`: curves, tables, pictures, maps, sentences. The files in
-``template/`` are its HTML, style and script; they are written into the page, which fetches nothing.
+`page` assembles the parts that the other modules make of a `Summary`: curves, tables, pictures, maps, sentences. The
+files in ``template/`` are its HTML, style and script; they are copied into the page, which loads no other files.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The curves of a scene for a page: colours are the theme's, and the legend is the page's."""
+"""Charts for a page, as SVG in the colours of the page's theme; the page has its own legend."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["NARROW", "SMALL", "WIDE", "chart", "dots", "themed"]
 
 WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
-"""Width and height in inches: for a desk, for a phone, for one of many on a page."""
+"""Width and height of a chart in inches: for a desktop, for a phone, and for one of many on a page."""
 
 
 def chart(
     scene: SceneResult, prefix: str, targets: Sequence[float], looks: Mapping[str, Look], size: tuple[float, float]
 ) -> Any:
-    """Return the curves as an ``<svg>`` element whose ids begin with ``prefix``."""
+    """Return a scene's curves as an ``<svg>`` element whose ids begin with ``prefix``."""
     titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
     labels = ", ".join(strategy.label for strategy in scene.strategies)
     description = (

@@ -1,4 +1,4 @@
-"""Error against time on logarithmic axes, with bands: one figure, drawn for the page, the phone and the paper."""
+"""Figure of error against time on logarithmic axes, with bands of the intervals, for pages and papers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def draw_curves(
 ) -> Figure:
     """Draw the curves of all strategies of a scene; ``size`` is in inches.
 
-    Strategies are drawn as groups with the id `curve_gid`, so that a page can find them.
+    Each strategy is a group with the id `curve_gid`, by which a page finds it.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -50,12 +50,12 @@ def draw_curves(
 
 
 def curve_gid(order: int) -> str:
-    """Return the id of the group of the strategy with this place in its scene."""
+    """Return the group's id of the strategy at index ``order`` of its scene."""
     return f"curve-{order}"
 
 
 def point_titles(strategy: StrategyResult) -> list[str]:
-    """Say in words what each drawn point of a strategy is."""
+    """Return a text for each drawn point of a strategy: error, time and samples per pixel."""
     curve = strategy.curve
     return [
         f"{strategy.label}: {error_cell(curve.error[i])} after {seconds(curve.seconds[i].value)}, {curve.spp[i]} spp"
@@ -64,7 +64,7 @@ def point_titles(strategy: StrategyResult) -> list[str]:
 
 
 def _drawn(strategy: StrategyResult) -> list[int]:
-    """Return the checkpoints that have a place on logarithmic axes."""
+    """Return the indices of checkpoints with positive time and error, which logarithmic axes can show."""
     pairs = zip(strategy.curve.seconds, strategy.curve.error, strict=True)
     return [i for i, (time, error) in enumerate(pairs) if _positive(time.value) and _positive(error.value)]
 
@@ -103,14 +103,14 @@ def _draw_strategy(axes: Axes, strategy: StrategyResult, look: Look, order: int)
 
 
 def _band(error: Interval) -> tuple[float, float]:
-    """Return the ends of the band at one point; where none can be trusted it has no width."""
+    """Return the ends of the band at one point; the band of an untrusted interval has zero width."""
     if not (error.trusted and math.isfinite(error.high)):
         return error.value, error.value
     return max(error.low, 0.2 * error.value), error.high
 
 
 def _scale(axes: Axes, scene: SceneResult) -> None:
-    """Make both axes logarithmic and hold all points, all bands and the time of comparison."""
+    """Make both axes logarithmic, with limits that include all points, all bands and the equal time."""
     times = [scene.budget_s] if _positive(scene.budget_s) else []
     errors: list[float] = []
     for strategy in scene.strategies:
@@ -121,7 +121,7 @@ def _scale(axes: Axes, scene: SceneResult) -> None:
 
 
 def _limits(values: Sequence[float]) -> tuple[float, float]:
-    """Return limits with a little room on both sides, and more than a factor of 2 apart."""
+    """Return limits with a margin on both sides, more than a factor of 2 apart."""
     low, high = min(values, default=0.1), max(values, default=1.0)
     room = max((high / low) ** 0.06, 1.5 if high < 2.0 * low else 1.0)
     return low / room, high * room
@@ -137,7 +137,7 @@ def _frame(axes: Axes) -> None:
 
 
 def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> None:
-    """Mark the targets that lie in view, and the time at which images are compared."""
+    """Mark the targets within the axes' limits, and the equal time."""
     low, high = axes.get_ylim()
     for target in targets:
         if low < target < high:
@@ -160,7 +160,7 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
 
 
 def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
-    """Put ticks at 1, 2 and 5 times powers of ten, or at powers alone if they would be more than ``most``."""
+    """Put ticks at 1, 2 and 5 times powers of ten, or only at powers of ten if there would be more than ``most``."""
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()
     decades = math.log10(high / low)
@@ -171,11 +171,11 @@ def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
 
 
 _SHOWN = "curve "
-"""Before a label: Matplotlib leaves out of legends what begins with an underscore."""
+"""Prefix of labels in Matplotlib, which omits labels with a leading underscore from legends."""
 
 
 def _add_legend(axes: Axes) -> None:
     legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9)
     for text in legend.get_texts():
         text.set_text(text.get_text().removeprefix(_SHOWN))
-        text.set_parse_math(False)  # a label is a name, whatever dollar signs are in it
+        text.set_parse_math(False)  # dollar signs in a name are no formula

@@ -1,4 +1,4 @@
-"""Times to an error on all scenes at a glance: a row a scene, a dot a strategy, and its interval."""
+"""Figure of times to an error on all scenes: one row per scene, one dot with interval per strategy."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 __all__ = ["clearest", "draw_dots", "has_dots", "unmarked"]
 
 _ROW, _REST = 0.34, 0.75
-"""Inches of height: of a scene, and of everything else."""
+"""Height of a scene's row, and of everything else, in inches."""
 _LABELS = 2.2
-"""On the axis of time, for each inch of width: it has about half of it."""
+"""Labels per inch of the time axis, which takes about half of the width."""
 _LETTERS = 6.8
-"""Of a scene's name, for each inch of width: they take about half of it."""
+"""Letters of a scene's name per inch of the figure's width; names take about half of the width."""
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether any time to this error can be trusted."""
+    """Tell whether any time to this error is trusted."""
     return _count(summary, target) > 0
 
 
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
-    """Return the strategies that have neither dot nor arrow on some scenes, and these scenes."""
+    """Return label → scenes on which the strategy has neither dot nor arrow, for strategies with such scenes."""
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:
         for strategy in scene.strategies:
@@ -44,14 +44,14 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the smallest error with as many dots as any has; None if there is no dot at all."""
+    """Return the smallest target with the largest number of dots; None if no target has a dot."""
     counts = {target: _count(summary, target) for target in summary.targets}
     most = max(counts.values(), default=0)
     return min(target for target, count in counts.items() if count == most) if most else None
 
 
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width: float) -> Figure:
-    """Draw the times to an error, ``width`` inches wide; what lies beyond the runs is hollow, arrows are lower ends."""
+    """Draw the times to an error, ``width`` inches wide; extrapolated dots are hollow, arrows are lower limits."""
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(
         figsize=(width, height), layout="constrained", facecolor="none"
@@ -94,7 +94,7 @@ def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look
 
 
 def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
-    """Draw an arrow where no more is known than how long it takes at least."""
+    """Draw an arrow at each time of which only the lower limit is known."""
     times = [_time(scene, label, target) for scene in summary.scenes]
     rows = [row for row, time in enumerate(times) if _is_an_end(time)]
     lows = [times[row].low for row in rows]
@@ -107,12 +107,12 @@ def _time(scene: SceneResult, label: str, target: float) -> Interval:
 
 
 def _is_an_end(time: Interval) -> bool:
-    """Tell whether no more is known than how long it takes at least."""
+    """Tell whether only the lower limit of the time is known."""
     return time.bound == "low" and 0.0 < time.low < math.inf
 
 
 def _trusted(time: Interval) -> Interval | None:
-    """Return the time if it can be trusted and has an end."""
+    """Return the time if it is trusted and finite, else None."""
     if not time.trusted or not (0.0 < time.value < math.inf and time.high < math.inf):
         return None
     return time
@@ -125,7 +125,7 @@ def _short(name: str, most: int) -> str:
 def _frame(axes: Axes, names: Sequence[str], target: float, width: float) -> None:
     axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5))
     low, high = axes.get_xlim()
-    if high < 3.0 * low:  # more than one tick
+    if high < 3.0 * low:  # so that there is more than one tick
         axes.set_xlim(low / 1.5, high * 1.5)
     axes.set_yticks(range(len(names)), names)
     for text in axes.get_yticklabels():

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 __all__ = ["write_figure"]
 
 _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
-"""Kinds of files, and their metadata: no date, so that equal figures are equal files."""
+"""File types and their metadata; without a date, so that equal figures give equal files."""
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure into a folder, each file whole or not at all; return the files as FOLDER/NAME.KIND."""
+    """Write a figure into a folder, each file atomically; return the files as FOLDER/NAME.KIND."""
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
         with replacing(folder / f"{name}.{kind}") as file:

@@ -43,7 +43,7 @@ def write_figures(
 
 
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
-    """Draw the reference with the crops marked, and beside it each crop as every strategy has it at equal time."""
+    """Draw the reference with marked crops, and beside it each crop of the reference and every strategy's image."""
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]
     left = len(crops) * width / height

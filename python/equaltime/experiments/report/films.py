@@ -1,4 +1,4 @@
-"""Images forming, side by side at equal time: for the page, and as an animated file that plays at true speed."""
+"""Films of images forming, side by side at equal time: for the page, and as an animated file in real time."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ Bytes = NDArray[np.uint8]
 _COLUMNS = 8
 _QUALITY = 85
 _TALLEST = 320
-"""Pixels that a picture of the animated file is tall, about; small ones are enlarged by whole factors."""
+"""Approximate height of a picture in the animated file, in pixels; small pictures are enlarged by whole factors."""
 _LEAST_MS = 20
-"""A shorter picture is shown longer by browsers."""
+"""Shortest time of a picture, in milliseconds: browsers show shorter pictures longer."""
 _REST_MS = 2000
-"""How long the last picture stays before the file begins again."""
+"""Time of the last picture before the animation repeats, in milliseconds."""
 _MARGIN, _TEXT = 12, 15
 
 
 @dataclass(frozen=True)
 class Reel:
-    """One strategy's image forming: all pictures in one, row by row, and when each was there."""
+    """Film of one strategy: a sheet with all pictures, row by row, and the time of each."""
 
     label: str
     look: Look
@@ -49,22 +49,22 @@ class Reel:
     rows: int
     times: tuple[float, ...]
     says: tuple[str, ...]
-    """What is said of each picture."""
+    """Caption of each picture."""
 
 
 @dataclass(frozen=True)
 class FilmView:
-    """What a page needs to play the films of a scene."""
+    """Data with which a page plays the films of a scene."""
 
     reels: tuple[Reel, ...]
     seconds: float
-    """When the last picture was there."""
+    """Time of the last picture, in seconds."""
     aspect: str
     """Width over height, as CSS writes it."""
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
-    """Return the films of a scene that are there, all exposed alike; None if there is none."""
+    """Return the existing films of a scene, all with the same exposure; None if there is none."""
     films = _films(scene)
     if not films:
         return None
@@ -74,7 +74,7 @@ def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> Film
 
 
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> tuple[str, ...]:
-    """Write all films of a scene side by side into one animated WebP file; return its name, if there is one."""
+    """Write all films of a scene side by side into one animated WebP file; return its name, or () without films."""
     films = _films(scene)
     if not films:
         return ()
@@ -98,7 +98,7 @@ def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> 
 
 
 def _films(scene: SceneResult) -> dict[str, Film]:
-    """Read the films that are there and of one size; what cannot be read is left out."""
+    """Read the films of the first one's size; unreadable films are left out."""
     films: dict[str, Film] = {}
     for strategy in scene.strategies:
         if strategy.film is None:
@@ -133,7 +133,7 @@ def _said(film: Film, number: int) -> str:
 
 
 def _sheet(film: Film, columns: int, rows: int, stops: int) -> str:
-    """Put all pictures of a film into one, and return it as an address that holds it all."""
+    """Put all pictures of a film onto one sheet, and return the sheet as a data URI."""
     count, height, width = film.frames.shape[:3]
     sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
     for number in range(count):
@@ -145,7 +145,7 @@ def _sheet(film: Film, columns: int, rows: int, stops: int) -> str:
 
 
 def _moments(films: Mapping[str, Film]) -> list[float]:
-    """Return when any picture changes, from 0 on; what lies too close together for a browser is one moment."""
+    """Return the times at which any picture changes, from 0 on; changes within 20 ms are merged."""
     times = sorted({float(time) for film in films.values() for time in film.seconds})
     kept = [0.0]
     for time in times:
@@ -155,7 +155,7 @@ def _moments(films: Mapping[str, Film]) -> list[float]:
 
 
 def _side_by_side(films: Mapping[str, Film], time: float, stops: int) -> Any:
-    """Return all films at a time, each with its name above and what there is to say below."""
+    """Return all films at one time, each with its label above and its caption below."""
     image, draw, font = optional("PIL.Image"), optional("PIL.ImageDraw"), optional("PIL.ImageFont")
     height, width = next(iter(films.values())).frames.shape[1:3]
     factor = max(1, round(_TALLEST / height))

@@ -1,4 +1,4 @@
-"""The pictures of a scene at equal time: images with crops, error maps, standard-error maps, sample counts."""
+"""Pictures of a scene at equal time: images with crops, error maps, standard-error maps, sample counts."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _COUNTS = "cividis"
 
 
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
-    """Return the series of pictures that a scene has; the reference comes first in the series of images.
+    """Return the series of pictures of a scene; the series of images begins with the reference.
 
-    Pictures with a side longer than ``longest`` pixels are shown reduced, by whole blocks of pixels; crops never are.
+    Pictures with a side longer than ``longest`` pixels are reduced by averaging blocks of pixels; crops never are.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:
@@ -75,16 +75,16 @@ def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
-    """Choose square windows where the strategies' errors differ most, none over another.
+    """Choose square windows in which the strategies' errors differ most; the windows do not overlap.
 
     Parameters
     ----------
     pixels
         Label → squared errors (K, H, W).
     shape
-        Height, width of the image.
+        Height and width of the image, in pixels.
     count
-        How many windows at most.
+        Largest number of windows.
 
     """
     side = max(1, min(min(shape), _LONGEST_CROP, round(max(shape) / 6)))
@@ -101,21 +101,21 @@ def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: in
 
 
 def _inside(crops: Sequence[Window], shape: tuple[int, ...]) -> tuple[Window, ...]:
-    """Cut windows at the border of an image, and leave out those beyond it: an experiment's scenes differ in size."""
+    """Cut windows at the image's border, and drop windows outside it: an experiment's scenes differ in size."""
     height, width = shape
     cut = ((x, y, min(w, width - x), min(h, height - y)) for x, y, w, h in crops)
     return tuple(window for window in cut if min(window[2:]) > 0)
 
 
 def _window_means(values: Floats, side: int) -> Floats:
-    """Return the mean of every square window (H - side + 1, W - side + 1), by summed areas."""
+    """Return the mean of every square window (H - side + 1, W - side + 1), from a summed-area table."""
     area = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
     total = area[side:, side:] - area[:-side, side:] - area[side:, :-side] + area[:-side, :-side]
     return np.asarray(np.maximum(total / side**2, 0.0))
 
 
 def _range(maps: Iterable[Floats]) -> tuple[float, float]:
-    """Return the ends of the colours: the errors that nearly all pixels have, in whole steps, two decades at most."""
+    """Return the range of the colours: two decades below the 99th percentile, rounded up to half a decade."""
     values = np.concatenate([values.ravel() for values in maps])
     positive = values[np.isfinite(values) & (values > 0.0)]
     if positive.size == 0:
@@ -156,7 +156,7 @@ def _images(
 
 
 def _ended(strategy: StrategyResult) -> str:
-    """Say where the run of an image ended."""
+    """Format error, samples per pixel and time at the end of an image's run."""
     curve = strategy.curve
     if not curve.spp:
         return ""
@@ -184,7 +184,7 @@ def _maps(
 
 
 def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look], longest: int) -> Kind:
-    """Show sample counts; most strategies take the same number everywhere, and are a plain field then."""
+    """Return maps of sample counts; a strategy with equal counts everywhere gives a uniform map."""
     maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
     low = min(float(values.min()) for values in maps.values())
     high = max(max(float(values.max()) for values in maps.values()), 2.0 * low)

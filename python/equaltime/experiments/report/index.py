@@ -1,4 +1,4 @@
-"""The page of many experiments: what others say of each, what we measure, and the way to its report."""
+"""The page of many experiments: published numbers beside measured ones, and a link to each report."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ from equaltime.experiments.report.words import percent, seconds
 __all__ = ["Card", "write_index"]
 
 _MANY = 4
-"""Scenes that can still be told apart by one of them."""
+"""Most scenes for which the curves of a single scene are shown; with more, all scenes are shown as dots."""
 
 State = Literal["waiting", "earlier", "done", "left out", "failed"]
-"""``earlier``: not run yet, but there is the report of an earlier run."""
+"""State of an experiment; ``earlier``: not run yet, but the report of an earlier run exists."""
 
 
 @dataclass(frozen=True)
 class Card:
-    """One experiment on the page of all."""
+    """One experiment on the page."""
 
     name: str
-    """Of its folder beside the page."""
+    """Name of the experiment's folder beside the page."""
     title: str
     state: State = "waiting"
     summary: Summary | None = None
     problem: str = ""
-    """Why there is no summary."""
+    """Reason why there is no summary."""
 
 
 @dataclass(frozen=True)
 class _View:
-    """What the page shows of an experiment that was run."""
+    """Contents of the page for one experiment."""
 
     card: Card
     chart: Any = ""
-    """An ``<svg>`` element, safe as it is."""
+    """An ``<svg>`` element that needs no escaping."""
     shown: str = ""
-    """What the chart shows."""
+    """Caption of the chart."""
     looks: Mapping[str, Look] = field(default_factory=dict, hash=False)
     beside: Table | None = None
     facts: str = ""
@@ -59,14 +59,14 @@ def write_index(cards: Sequence[Card], folder: Path, quick: bool = False, comman
     Parameters
     ----------
     quick
-        Whether the numbers are no more than a first look, which the page then says.
+        Whether the experiments were shrunk for a first look; the page then says so.
     command
-        The command line that asked for it.
+        Command line that started the experiments.
 
     Returns
     -------
     Path
-        Of the page: one file that needs no network, with links to the reports.
+        Path of the page: one file that needs no network, with links to the reports.
     """
     views = [_view(card) for card in cards]
     return write_page(
@@ -92,7 +92,7 @@ def _view(card: Card) -> _View:
 
 
 def _chart(summary: Summary, prefix: str, look: Mapping[str, Look]) -> tuple[Any, str]:
-    """Draw all scenes if they are many, else the curves of the one that stands beside their figures; say what it is."""
+    """Return chart and caption: dots for more than four scenes, else curves of the scene with published numbers."""
     target = clearest(summary)
     if len(summary.scenes) > _MANY and target is not None:
         shown = f"Time to an error of {percent(target)}. {without_marks(summary, target)}".rstrip(". ")
@@ -115,7 +115,7 @@ def _facts(summary: Summary) -> str:
 
 
 def _machine(cards: Sequence[Card]) -> str:
-    """Name the processors on which it was measured."""
+    """Return the names of the processors on which the experiments ran."""
     found: dict[str, None] = {}
     for card in cards:
         machines = card.summary.provenance.get("machines", {}) if card.summary else {}

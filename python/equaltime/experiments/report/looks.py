@@ -1,8 +1,8 @@
-"""How each strategy looks: a colour, a marker and a name that stay its own through the whole page.
+"""Colour, marker and line style of each strategy, used throughout a page.
 
-Colours are told apart with normal sight and with each kind of colour blindness (simulated after Machado 2009), have a
-contrast of at least 3 with the page, light or dark, and are never alone: a marker goes with each, and dashes from the
-ninth strategy on. The baseline is grey, and alone is.
+Colours differ for normal sight and for each kind of colour blindness (simulated after Machado 2009). Their contrast
+with the page, light or dark, is at least 3. Each colour comes with a marker, and from the ninth strategy on with
+dashes. Only the baseline is grey.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Look:
     """The look of one strategy."""
 
     index: int
-    """Which colour and marker: 0 is the baseline's."""
+    """Index of colour and marker; 0 is the baseline's."""
     light: str
     """Colour on white, ``#rrggbb``."""
     marker: str
@@ -33,13 +33,13 @@ class Look:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
-    """Give each label its look; the baseline comes first whatever its place."""
+    """Return label → look; the baseline comes first whatever its position."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 
 
 def _look(place: int) -> Look:
-    """Return a look by its place: 0 is the baseline's alone; the others begin again with other dashes."""
+    """Return the look at a place; 0 is reserved for the baseline, and the other colours repeat with other dashes."""
     turn, index = divmod(max(place - 1, 0), len(LIGHT) - 1)
     index += place > 0
     return Look(index, LIGHT[index], MARKERS[index], _DASHES[turn % len(_DASHES)])

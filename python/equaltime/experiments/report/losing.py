@@ -1,4 +1,4 @@
-"""Where each strategy loses: maps of the blocks that make its error, and of those where the baseline does better."""
+"""Loss maps of each strategy: the blocks that cause most of its error, and its error relative to the baseline."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ INTRODUCTION = (
 def losing(
     scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
-    """Return where each strategy of a scene loses, with maps over the darkened reference, and their colour bar.
+    """Return each strategy's loss maps, drawn over the darkened reference, and their colour bar.
 
-    No side of a map is longer than ``longest`` pixels. There is no bar if there is nothing to compare.
+    No side of a map is longer than ``longest`` pixels. The bar is None if no strategy can be compared.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}
@@ -51,7 +51,7 @@ def losing(
 
 
 def _most(found: Mapping[str, Losses]) -> float:
-    """Return the ratio at which the colours end: a power of 2 that holds nearly all that are more than chance."""
+    """Return the ratio at which the colours end: the power of 2 (2 to 64) that covers 90 % of significant ratios."""
     sure = [
         np.abs(np.log2(np.maximum(one.ratio[one.worse | one.better], 1e-9)))
         for one in found.values()
@@ -62,7 +62,7 @@ def _most(found: Mapping[str, Losses]) -> float:
 
 
 def _to_equal_time(strategy: StrategyResult) -> float:
-    """Return what squared errors at a run's end are multiplied with to be those at equal time."""
+    """Return the factor from squared errors at a run's end to squared errors at equal time."""
     if not strategy.curve.error:
         return 1.0
     ended, wanted = strategy.curve.error[-1].value, strategy.error_at_budget.value
@@ -122,7 +122,7 @@ def _part(part: float) -> str:
 
 
 def _place(flags: NDArray[np.bool_], part: float) -> str:
-    """Say in words where marked blocks lie, if they lie together."""
+    """Return the position of marked blocks in words; empty if they are spread out."""
     rows, columns = np.nonzero(flags)
     if part > 0.5 or rows.size == 0:
         return ""
@@ -135,7 +135,7 @@ def _place(flags: NDArray[np.bool_], part: float) -> str:
 
 
 def _ratio_map(found: Losses, grey: Floats, most: float) -> Floats | None:
-    """Colour the blocks whose ratio is more than chance; None if nobody can tell."""
+    """Colour the blocks with a significant ratio; None with too few repeats for a test."""
     if found.ratio is None or found.worse is None or found.better is None:
         return None
     ratio = np.where(np.isnan(found.ratio), 1.0, found.ratio)
@@ -145,7 +145,7 @@ def _ratio_map(found: Losses, grey: Floats, most: float) -> Floats | None:
 
 
 def _grey(pictures: Pictures) -> Floats:
-    """Return the reference without colours, in the middle of the range so that marks stand out (H, W, 3)."""
+    """Return the reference in grey with reduced contrast (H, W, 3), so that marks stand out."""
     shown = exposed(pictures.reference.mean, pictures.stops).astype(np.float64).mean(axis=2, keepdims=True)
     return np.repeat(60.0 + 0.5 * shown, 3, axis=2)
 

@@ -1,7 +1,7 @@
-"""Maps of one scene: each pixel's error, its standard error, and the blocks where a strategy loses.
+"""Maps of one scene: each pixel's error, its standard error, and the blocks that cause most of the error.
 
-All errors are relative in the way of `metrics.contributions`, so that the mean of a map's squares is the square of the
-image's error.
+All errors are relative as in `metrics.contributions`, so that the mean of a map's squares is the square of the image's
+error.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 LEVEL = 0.001
-"""A block is called worse or better if chance alone does that in fewer cases than this."""
+"""Significance level at which a block is called worse or better."""
 _BLOCKS = 28
 _FEWEST = 3
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel of each run, (K, H, W); noise may make one negative."""
+    """Return the relative squared error of each pixel of each run (K, H, W); a value may be negative by chance."""
     return np.stack([contributions(run, reference) for run in runs])
 
 
@@ -38,7 +38,7 @@ def error_map(pixels: Floats) -> Floats:
 
 
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
-    """Return the relative standard error of one run's pixels (H, W), from how the runs (K, H, W, 3) differ."""
+    """Return the relative standard error of one run's pixels (H, W), from the spread of the runs (K, H, W, 3)."""
     if len(runs) < 2:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -48,19 +48,19 @@ def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """Where the error of a strategy comes from, by square blocks; all maps are (rows of blocks, columns of blocks)."""
+    """Origin of a strategy's error by square blocks; all maps are (rows of blocks, columns of blocks)."""
 
     block: int
-    """Side of a block in pixels; the last ones of a row or column may be smaller."""
+    """Side of a block in pixels; the last block of a row or column may be smaller."""
     half: Flags
     """The fewest blocks that make up half of the squared error."""
     half_area: float
-    """Part of the image that they cover."""
+    """Share of the image that the blocks of ``half`` cover, in [0, 1]."""
     ratio: Floats | None
     """Error over the baseline's at equal time; None for the baseline itself."""
     worse: Flags | None
     better: Flags | None
-    """Where the difference to the baseline is more than chance; None with fewer than three repeats."""
+    """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
         """Give each pixel of an image of this shape the value of its block."""
@@ -68,14 +68,14 @@ class Losses:
 
 
 def losses(own: Floats, baseline: Floats | None) -> Losses:
-    """Find where a strategy loses.
+    """Find the blocks that cause a strategy's error, and compare blocks with the baseline.
 
     Parameters
     ----------
     own
-        Its `squares`, (K, H, W), brought to equal time.
+        The strategy's `squares` (K, H, W), scaled to equal time.
     baseline
-        The baseline's, likewise; None if this is the baseline.
+        The baseline's `squares`, likewise; None if the strategy is the baseline.
 
     """
     block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
@@ -108,7 +108,7 @@ def _fewest_that_make_half(total: Floats) -> Flags:
 
 
 def _significant(mine: Floats, theirs: Floats) -> tuple[Flags, Flags] | None:
-    """Compare blocks by Welch's t-test over repeats; return where the first is worse and where it is better."""
+    """Compare blocks by Welch's t-test over repeats; return the blocks where the first is worse, and better."""
     if min(len(mine), len(theirs)) < _FEWEST:
         return None
     difference = mine.mean(axis=0) - theirs.mean(axis=0)

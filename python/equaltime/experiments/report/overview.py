@@ -1,4 +1,4 @@
-"""All scenes of an experiment at a glance: for each error to reach a chart and a table."""
+"""Overview of all scenes of an experiment: one chart and one table per target error."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ __all__ = ["OverviewView", "overview_views", "without_marks"]
 
 @dataclass(frozen=True)
 class OverviewView:
-    """What a page shows of all scenes for one error to reach."""
+    """Chart and table of all scenes for one target error."""
 
     name: str
     table: Table
     wide_chart: Any
     narrow_chart: Any
-    """``<svg>`` elements, safe as they are; empty if no time can be trusted."""
+    """``<svg>`` elements that need no escaping; empty if no time is trusted."""
     unmarked: str = ""
-    """A sentence on the strategies that have no mark in the chart on some scenes."""
+    """Sentence on the strategies without a mark in the chart on some scenes."""
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
-    """Return the views of all targets, in their order."""
+    """Return the views of all targets, in order."""
     tables = overview_tables(summary, looks)
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
@@ -45,7 +45,7 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Loo
 
 
 def without_marks(summary: Summary, target: float) -> str:
-    """Say which strategies have no mark, and on which scenes; empty if all have one on each."""
+    """Return a sentence on the strategies without a mark, and their scenes; empty if all have marks."""
     parts = []
     for label, names in unmarked(summary, target).items():
         present = sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)

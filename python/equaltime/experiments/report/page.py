@@ -1,4 +1,4 @@
-"""One self-contained page for one experiment: everything that it shows is inside the file, and nothing is fetched."""
+"""Writes one self-contained page per experiment: all its contents are in the file, which loads no other files."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ __all__ = ["longest_side", "write_report"]
 
 _SHORTEST, _LONGEST = 128, 640
 _PIXELS = 12_000_000
-"""In all pictures of a page; a pixel takes about two bytes."""
+"""Limit on the pixels of all pictures of a page; a pixel takes about two bytes."""
 _MAPS = 6
-"""Pictures that a page has of a strategy on a scene."""
+"""Pictures per strategy and scene on a page."""
 
 
 def write_report(summary: Summary, folder: Path) -> Path:
@@ -39,14 +39,14 @@ def write_report(summary: Summary, folder: Path) -> Path:
     Parameters
     ----------
     summary
-        What was found. Images that its paths do not lead to are said to be missing.
+        Results. The page names images whose files are missing.
     folder
-        Is made if it is not there.
+        Folder to write to; made if it does not exist.
 
     Returns
     -------
     Path
-        Of the page: one file with all its pictures, style and script, that needs no network.
+        Path of the page: one file with all its pictures, style and script, which needs no network.
 
     Raises
     ------
@@ -86,7 +86,7 @@ _OWN_IDS = ("content", "overview", "directions", "reading", "provenance")
 
 
 def longest_side(summary: Summary) -> int:
-    """Return how long a side of a picture may be, so that a page of many scenes stays one that can be opened."""
+    """Return the longest side of a picture in pixels, 128 to 640, which keeps a page of many scenes small enough."""
     pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
     return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
 

@@ -1,4 +1,4 @@
-"""The images that a report is made of: read from the files that a summary names, written as PNG into the page."""
+"""Images of a report: read from the files that a summary names, and embedded in the page as PNG."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """All images of one scene, linear RGB; what could not be read is left out and said."""
+    """All readable images of one scene, linear RGB."""
 
     reference: Reference
     own: Mapping[str, Reference]
-    """Label → what the strategy is held against: the reference, or one of its own."""
+    """Label → reference for the strategy: the scene's, or the strategy's own."""
     runs: Mapping[str, Images]
-    """Label → final images of its repeats (K, H, W, 3), in float32: of large images they are much to hold."""
+    """Label → final images of its repeats (K, H, W, 3), in float32 to save memory."""
     samples: Mapping[str, Floats]
     """Label → samples of each pixel (H, W)."""
     stops: int
-    """Exposure at which all of them are shown: linear values times 2 to this power."""
+    """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
-    """What could not be read, one sentence each."""
+    """One sentence for each strategy whose images could not be read."""
 
     @property
     def squares(self) -> dict[str, Floats]:
@@ -53,7 +53,7 @@ class Pictures:
 
 
 def load_pictures(scene: SceneResult) -> Pictures | str:
-    """Read the images of a scene, or say in a sentence why it has none to show."""
+    """Read the images of a scene; return a sentence with the reason if there are none to show."""
     if scene.reference is None:
         return "The records name no reference image, so nothing can be shown beside it."
     try:
@@ -77,20 +77,20 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
 
 
 def exposed(image: NDArray[Any], stops: int) -> Bytes:
-    """Return the bytes in which a linear image is shown."""
+    """Return the sRGB bytes of a linear image at an exposure."""
     return preview.srgb_bytes(image.astype(np.float64) * 2.0**stops)
 
 
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
-    """Colour (H, W) values by a Matplotlib colour map, logarithmically from ``low`` to ``high``."""
+    """Colour values (H, W) by a Matplotlib colour map, logarithmically from ``low`` to ``high``."""
     position = np.log(np.maximum(values, low) / low) / math.log(high / low)
-    # few colours, since noise in full colour compresses badly and nobody sees a hundredth of the range
+    # 64 colours: noise in full colour compresses badly, and a hundredth of the range is invisible
     steps = np.round(np.clip(np.nan_to_num(position, nan=0.0), 0.0, 1.0) * 63.0) / 63.0
     return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
 
 
 def data_uri(pixels: Bytes) -> str:
-    """Return (H, W, 3) bytes as a PNG in an address that holds it all."""
+    """Return (H, W, 3) bytes as a PNG in a data URI."""
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "picture.png"
         images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])
@@ -121,7 +121,7 @@ def _read_image(path: Path, shape: tuple[int, ...]) -> Images:
 
 
 def _stops(mean: Floats) -> int:
-    """Choose the exposure: none, unless nearly all of the reference would be black or white."""
+    """Choose the exposure in stops: 0, unless the bright parts of the reference would be nearly black or white."""
     bright = float(np.percentile(mean.mean(axis=2), 90.0))
     wanted = -math.log2(bright) - 0.5 if bright > 0.0 and math.isfinite(bright) else 0.0
     return 0 if abs(wanted) < 2.0 else round(wanted)

@@ -1,4 +1,4 @@
-"""Pictures of where uniform and BSDF sampling send rays, one column a scene: for the page, the phone and the paper."""
+"""Pictures of the rays of uniform and BSDF sampling, one column per scene, for pages and papers."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ Floats = NDArray[np.float64]
 
 _WAYS = {"uniform": "uniform", "bsdf": "from the BSDF"}
 _CARRIES = 0.05
-"""A ray is said to carry light if it carries this part of what a sample should on the mean."""
+"""Rays with less than this share of the mean weight are drawn faint, as carrying no light."""
 _TILT = math.radians(14.0)
-"""How far the hemisphere is seen from above."""
+"""Angle in radians by which the hemisphere is viewed from above."""
 _LIGHT = LIGHT[1]
 
 
 @dataclass(frozen=True)
 class RaysView:
-    """What a page shows of directions."""
+    """A page's pictures and table of directions."""
 
     wide: Any
     narrow: Any
-    """``<svg>`` elements, safe as they are."""
+    """``<svg>`` elements that need no escaping."""
     rows: tuple[tuple[str, str, str], ...]
-    """Scene, and the effective part of the samples of either way, in words."""
+    """Scene, and the effective share of uniform and of BSDF samples as text."""
     files: tuple[str, ...]
 
 
 def rays_view(summary: Summary, folder: Path) -> RaysView | None:
-    """Return the pictures of an experiment's directions, and write them as figures; None if there are none."""
+    """Return the pictures of an experiment's directions, and write them as figures; None without directions."""
     if summary.directions is None:
         return None
     try:
@@ -69,12 +69,12 @@ def rays_view(summary: Summary, folder: Path) -> RaysView | None:
 
 
 def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
-    """Write the pictures as PDF and PNG; return the names of the files."""
+    """Write the picture as PDF and PNG; return the names of the files."""
     return write_figure(draw_rays(directions, len(directions)), folder, "directions")
 
 
 def draw_rays(directions: Directions, columns: int) -> Figure:
-    """Draw every scene's rays, uniform ones over those from the BSDF, so many scenes beside each other."""
+    """Draw every scene's rays, uniform above BSDF sampling, with ``columns`` scenes side by side."""
     bands = math.ceil(len(directions) / columns)
     size = (1.4 * columns, bands * 2.55)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, facecolor="none")
@@ -82,7 +82,7 @@ def draw_rays(directions: Directions, columns: int) -> Figure:
     grid = figure.add_gridspec(2 * bands, columns)
     for place, (name, rays) in enumerate(directions.items()):
         band, column = divmod(place, columns)
-        mean = float(rays["bsdf"].weight.mean())  # all ways have the same in the end, and this one knows it best
+        mean = float(rays["bsdf"].weight.mean())  # equal in expectation for both, with less noise here
         for row, way in enumerate(_WAYS):
             axes = figure.add_subplot(grid[2 * band + row, column])
             _draw(axes, rays[way], max(mean, 1e-30))
@@ -94,7 +94,7 @@ def draw_rays(directions: Directions, columns: int) -> Figure:
 
 
 def _draw(axes: Axes, rays: Rays, mean: float) -> None:
-    """Draw a hemisphere on its disk, the ray that arrives, and rays that leave: faint where they carry nothing."""
+    """Draw a hemisphere on its disk, the incoming ray and the outgoing rays; rays that carry no light are faint."""
     angle = np.linspace(0.0, 2.0 * np.pi, 73)
     rim = _flat(np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1))
     axes.plot(rim[:, 0], rim[:, 1], color=GRID, linewidth=0.8, zorder=1)
@@ -120,13 +120,13 @@ def _lines(axes: Axes, ends: Floats, colour: str, alphas: Floats, width: float, 
 
 
 def _flat(points: Floats) -> Floats:
-    """Project (N, 3) points onto the picture: x to the left as the viewer's side, z up, seen from a little above."""
+    """Project points (N, 3) onto the picture: x to the left (the viewer's side), z up, seen from slightly above."""
     height = points[:, 2] * math.cos(_TILT) + points[:, 1] * math.sin(_TILT)
     return np.stack([-points[:, 0], height], axis=1)
 
 
 def _effective(rays: Rays) -> str:
-    """Say how many samples of a hundred are worth as much as if all carried alike."""
+    """Format the effective share of the samples in %; a mirror has "one direction"."""
     if math.isnan(rays.effective):
         return "one direction"
     part = float(f"{rays.effective:.2g}")

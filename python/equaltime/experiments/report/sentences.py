@@ -1,4 +1,4 @@
-"""Facts in sentences."""
+"""Facts about scenes and provenance as text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["facts", "provenance_groups"]
 
 
 def facts(scene: SceneResult) -> str:
-    """Say what was rendered and against what it was measured."""
+    """Return a sentence on a scene's size, depth, reference, repeats and equal time."""
     width, height = scene.size
     depth = "paths of any length" if scene.max_depth < 0 else f"max_depth {scene.max_depth}"
     if scene.other_depth:
@@ -27,14 +27,14 @@ def facts(scene: SceneResult) -> str:
 
 
 def _against(scene: SceneResult) -> str:
-    """Name the reference; one that is limited by more than its noise is never the exact truth."""
+    """Describe the reference; a reference with a caveat is never called the exact truth."""
     if scene.reference_error:
         return f"reference with an error of {percent(scene.reference_error)}"
     return "reference without a stated error" if scene.reference_caveat else "exact truth"
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return what a reader needs to repeat it all: headings, and under each the rows of a table."""
+    """Return the facts needed to repeat the experiment: headings, each with the rows of a table."""
     groups: dict[str, list[tuple[str, str]]] = {"": []}
     _sort_into(groups, "", summary.provenance)
     groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]
@@ -44,7 +44,7 @@ def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]
 
 
 def _sort_into(groups: dict[str, list[tuple[str, str]]], heading: str, facts: Mapping[Any, Any]) -> None:
-    """Put the plain facts of a table under its heading, and those of tables inside under headings of their own."""
+    """Put the plain facts of a table under its heading, and each nested table under its own heading."""
     for key, value in facts.items():
         if isinstance(value, Mapping):
             _sort_into(groups, f"{heading} / {key}" if heading else str(key), value)

@@ -1,4 +1,4 @@
-"""Matplotlib's SVG made fit to stand inside a page: colours by the page's theme, ids of its own, text as text."""
+"""Adapts Matplotlib's SVG for HTML pages: colours of the page's theme, unique ids, text as text."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ def inline_svg(
     Parameters
     ----------
     figure
-        What to draw.
+        Figure to draw.
     prefix
-        Put before every id, so that several figures can stand in one page.
+        Prefix of every id, so that a page can have several figures.
     colours
-        ``#rrggbb`` → what to write in its place, such as ``var(--ink)``.
+        ``#rrggbb`` → its replacement, such as ``var(--ink)``.
     titles
-        Id of a group of markers → what each marker says when it is pointed at.
+        Id of a group of markers → tooltip of each marker.
     description
-        What the figure shows, for who cannot see it.
+        Description of the figure for screen readers.
 
     """
     buffer = io.StringIO()
-    # text stays text, to be read and copied; matplotlib takes this from nowhere but its settings
+    # keep text as text, to be read and copied; matplotlib offers this only as a global setting
     with optional("matplotlib").rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     root = ElementTree.fromstring(buffer.getvalue())
@@ -54,7 +54,7 @@ def inline_svg(
         root.remove(element)
     for element in root.findall("defs"):
         for style in element.findall("style"):
-            element.remove(style)  # it would hold for the whole page
+            element.remove(style)  # would apply to the whole page
     for group, texts in titles.items():
         _title_markers(root, group, texts)
     for element in root.iter():
@@ -63,7 +63,7 @@ def inline_svg(
 
 
 def _forget_namespaces(root: ElementTree.Element) -> None:
-    """HTML knows what an ``<svg>`` is, and has no namespaces."""
+    """Remove XML namespaces, which an ``<svg>`` inside HTML does not have."""
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
         element.attrib = {name.rpartition("}")[2]: value for name, value in element.attrib.items()}
@@ -93,6 +93,6 @@ def _restyle(element: ElementTree.Element, prefix: str, colours: Mapping[str, st
 
 
 def _inherit_font(style: str) -> str:
-    """Keep the size of a text and take the page's typeface."""
+    """Return a text's style with its own font size and the page's typeface."""
     size = _FONT_SIZE.search(style)
     return f"font-size: {size.group(1) if size else 10}px; {_FONT.sub('', style).strip()}"

@@ -1,4 +1,4 @@
-"""The tables of a report: time to error, checks of each strategy, the points of the curves, all scenes at a glance."""
+"""Tables of a report: times to an error, checks of each strategy, points of the curves, overview of all scenes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOTHING = Cell("\N{EN DASH}", state="unknown")
 
 
 def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
-    """Return a row of a strategy with what must be said with its name."""
+    """Return a table row of a strategy, with tags such as "baseline" and "biased" beside its label."""
     tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
     if strategy.renderer != "core":
         tags.append(strategy.renderer)
@@ -34,7 +34,7 @@ def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: S
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
-    """Tabulate the time to each target, and below it how many times faster than the baseline that is."""
+    """Tabulate the time to each target, and below it the speed-up over the baseline."""
     rows = []
     for strategy in scene.strategies:
         cells = []
@@ -50,7 +50,7 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
 
 
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
-    """Tabulate what tells whether the numbers can be believed: slope, error, own estimate, bias, equality."""
+    """Tabulate the checks of each strategy: slope, error, own estimate, bias, equality of expectations."""
     standard = scene.standard or "the standard"
     columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
     rows = []
@@ -88,15 +88,15 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
 
 
 def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
-    """Tabulate all scenes by all strategies, one table a target; the last row is the geometric mean."""
+    """Tabulate all scenes by all strategies, one table per target; the last row is the geometric mean."""
     labels = list(dict.fromkeys(strategy.label for scene in summary.scenes for strategy in scene.strategies))
     return [_overview(summary, labels, target) for target in summary.targets]
 
 
 def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
-    """Return the geometric mean of a strategy's speed-ups over all scenes, or why there is none.
+    """Return the geometric mean of a strategy's speed-ups over all scenes; None for the baseline.
 
-    Its interval is that of these very scenes, made of theirs. None for the baseline.
+    The interval combines the scenes' intervals; it holds for these scenes only. A missing mean has the reason as note.
     """
     ratios = []
     for scene in summary.scenes:
@@ -135,7 +135,7 @@ def _find(scene: SceneResult, label: str) -> StrategyResult | None:
 
 
 def _own_estimate(estimates: Sequence[Interval], biased: bool) -> Cell:
-    """Print the last estimate, which of a biased strategy is its noise alone; a renderer that makes none has a dash."""
+    """Format the last estimate; a biased strategy's is marked as noise, a missing one is a dash."""
     if not estimates or math.isnan(estimates[-1].value):
         return _NOTHING
     cell = error_cell(estimates[-1])

@@ -1,4 +1,4 @@
-"""Templates become pages: one file each, with its style and script inside, written whole or not at all."""
+"""Renders templates to pages: one file each, with style and script inside, written atomically."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
 
 
 def write_page(template: str, path: Path, **values: object) -> Path:
-    """Fill in a template and put it in the place of ``path``; a reader never sees half a page."""
+    """Fill in a template and replace ``path`` by it atomically, so that a reader never sees half a page."""
     jinja: Any = optional("jinja2")
     markup: Any = optional("markupsafe").Markup
     files = resources.files(__package__) / "template"

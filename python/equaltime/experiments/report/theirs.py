@@ -1,4 +1,4 @@
-"""Our numbers beside those of others, as a table."""
+"""Table of measured numbers beside published ones."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 
 
 def beside_table(slug: str, summary: Summary) -> Table | None:
-    """Tabulate what they say and what we measured; None if nothing was to be held against anything."""
+    """Tabulate published and measured numbers; None if the summary compares none."""
     if not summary.beside:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)

@@ -1,4 +1,4 @@
-"""What a page shows, as values ready for its template: pictures with captions, tables, sentences."""
+"""Contents of a page, as values ready for its template: pictures with captions, tables, sentences."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Crop:
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture of a series that can be flipped through."""
+    """One picture of a series; the page flips through the series."""
 
     label: str
     look: Look | None
-    """None for the reference."""
+    """Look of the strategy; None for the reference."""
     uri: str
     alt: str
     caption: str
@@ -36,13 +36,13 @@ class Frame:
 
     @property
     def key(self) -> str:
-        """What no other frame of the series has: a strategy may be labelled "reference"."""
+        """Unique key of the frame in its series, even if a strategy is labelled "reference"."""
         return f"strategy {self.label}" if self.look else "reference"
 
 
 @dataclass(frozen=True)
 class Bar:
-    """The colour bar of maps: evenly spaced colours and what the ends and the middle stand for."""
+    """Colour bar of maps: evenly spaced colours, and labels of both ends and the middle."""
 
     colours: tuple[str, ...]
     ticks: tuple[str, ...]
@@ -61,7 +61,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class LossView:
-    """Where one strategy loses: a map or two, and sentences."""
+    """One strategy's loss maps (one or two) with sentences."""
 
     label: str
     look: Look
@@ -79,16 +79,16 @@ class Row:
     label: str
     look: Look | None
     tags: tuple[str, ...]
-    """Words beside the label: baseline, biased."""
+    """Words beside the label: baseline, biased, or another renderer's kind."""
     cells: tuple[tuple[Cell, ...], ...]
-    """Of each column: one number, or a number and another below it."""
+    """Cells of each column: one number, or two numbers one below the other."""
     title: str = ""
-    """The label in full."""
+    """Full text of the label."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of numbers; what must be said of them is numbered and stands below."""
+    """A table of numbers with numbered footnotes below."""
 
     slug: str
     caption: str
@@ -99,9 +99,9 @@ class Table:
 
     @property
     def footnotes(self) -> tuple[str, ...]:
-        """Everything that is said of cells, once each, in the order of reading.
+        """Footnotes of all cells, each once, in reading order.
 
-        What differs in a number alone is one footnote, with the least and the greatest number.
+        Remarks that differ only in one number become one footnote with the smallest and the largest number.
         """
         return tuple(_merged(same) for same in self._groups.values())
 
@@ -126,12 +126,15 @@ _POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
 
 
 def _remarks(cell: Cell) -> list[str]:
-    """Take the note of a cell apart; a remark on "this" strategy, beside one on the baseline, is what it is alone."""
+    """Split the note of a cell into remarks, without the prefix "this: "."""
     return [remark.removeprefix("this: ") for remark in cell.note.split("; ") if remark]
 
 
 def _shape(remark: str) -> str:
-    """Return what is the same in remarks that differ in their first number alone; in a scene's name it is no number."""
+    """Return the remark with its first number replaced by #; remarks that begin with a scene's name are unchanged.
+
+    Remarks that differ only in their first number thus have one shape.
+    """
     return remark if remark.startswith("on ") else _NUMBER.sub("#", remark, count=1)
 
 
@@ -155,21 +158,21 @@ class SceneView:
     slug: str
     name: str
     facts: str
-    """Size, depth, reference, equal time in a line."""
+    """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """``<svg>`` elements, safe as they are."""
+    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` likewise."""
     narrow_chart: str
     legend: tuple[Row, ...]
     tables: tuple[tuple[str, Table], ...]
-    """Headings and tables, in the order of their weight for what is asked."""
+    """Headings and tables, the most important for the experiment's question first."""
     points: Table
     """The numbers behind the curves."""
     notes: tuple[tuple[str, str], ...]
-    """Label and what is to be known of it."""
+    """Label of a strategy and warnings about it."""
     kinds: tuple[Kind, ...]
     size: tuple[int, int]
-    """Width, height of the images in pixels."""
+    """Width and height of the images, in pixels."""
     picture_notes: tuple[str, ...]
     losses: tuple[LossView, ...]
     loss_bar: Bar | None
@@ -184,12 +187,12 @@ class SceneView:
         return f"{self.size[0]} / {self.size[1]}"
 
     def split(self, crops: Sequence[Crop]) -> str:
-        """Return the CSS width of the image beside a column of its crops, one wide, of the same height."""
+        """Return the image's CSS width beside a column of its crops of width 1fr and the image's height."""
         heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
         return f"{heights * self.size[0] / self.size[1]:.3f}fr"
 
     def place(self, window: tuple[int, int, int, int]) -> str:
-        """Return the CSS that puts a window where it belongs on the image."""
+        """Return the CSS position of a window on the image, in % of the image's size."""
         (x, y, w, h), (width, height) = window, self.size
         parts = {"left": x / width, "top": y / height, "width": w / width, "height": h / height}
         return "; ".join(f"{name}: {100.0 * part:.3f}%" for name, part in parts.items())

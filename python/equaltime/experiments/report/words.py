@@ -1,4 +1,4 @@
-"""Numbers as people read them: three digits, units that suit the size, intervals with the digits that they deserve."""
+"""Formats numbers for people: three digits, a unit by magnitude, and intervals with only significant digits."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Cell:
     """One number of a table as text."""
 
     text: str
-    """The number with its unit, or a word in its place."""
+    """The number with its unit, or a word instead."""
     interval: str = ""
-    """``[low, high]`` in the unit of the number; empty where there is none."""
+    """``[low, high]`` in the unit of the number; empty if there is none."""
     note: str = ""
-    """What must be said beside it."""
+    """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown"] = "trusted"
 
     def __str__(self) -> str:
@@ -60,14 +60,14 @@ _SAMPLES = _Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
-    """Print a relative error in per cent."""
+    """Format a relative error in per cent."""
     return _cell(interval, _ERROR)
 
 
 def factor_cell(interval: Interval) -> Cell:
-    """Print a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
+    """Format a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
 
-    One of 0, or without end, has a side that is not reached, and is printed as the end that is known.
+    A ratio of 0 or infinity, where one of the errors is not reached, is printed as its known end.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
         end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
@@ -77,26 +77,26 @@ def factor_cell(interval: Interval) -> Cell:
 
 
 def plain_cell(interval: Interval) -> Cell:
-    """Print a number without unit."""
+    """Format a number without unit."""
     return _cell(interval, _PLAIN)
 
 
 def samples_cell(interval: Interval) -> Cell:
-    """Print a count of samples a pixel."""
+    """Format a count of samples per pixel; an infinite one is printed as "not reached"."""
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
     return _cell(interval, _SAMPLES)
 
 
 def probability_cell(p: float | None, note: str = "") -> Cell:
-    """Print a p-value; a dash where there is none."""
+    """Format a p-value; None is printed as a dash."""
     if p is None:
         return Cell("\N{EN DASH}", note=note, state="unknown")
     return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001", note=note)
 
 
 def seconds_cell(interval: Interval) -> Cell:
-    """Print a time in the unit that suits it; one without end is that of an error that is not reached."""
+    """Format a duration in a unit of its magnitude; an infinite one is printed as "not reached"."""
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
     shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
@@ -104,7 +104,7 @@ def seconds_cell(interval: Interval) -> Cell:
 
 
 def _cell(interval: Interval, unit: _Unit) -> Cell:
-    """Print an interval; one that is not trusted becomes its reason, without a number or with the end that holds."""
+    """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note."""
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
@@ -122,18 +122,18 @@ def _cell(interval: Interval, unit: _Unit) -> Cell:
 
 
 def percent(value: float) -> str:
-    """Print a relative error with up to three digits."""
+    """Format a relative error in per cent, with up to three digits."""
     return _short(100.0 * value) + _ERROR.symbol
 
 
 def seconds(value: float) -> str:
-    """Print a time with up to three digits."""
+    """Format a duration given in seconds, with up to three digits."""
     unit = _time_unit(value)
     return _short(value * unit.scale) + unit.symbol
 
 
 def slug(name: str, taken: Iterable[str] = ()) -> str:
-    """Return a name that is safe in a file name, in an address and as an id, and not one of those taken."""
+    """Return an unused variant of the name that is safe in file names, URLs and ids."""
     base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:60] or "scene"
     used, result, count = set(taken), base, 1
     while result in used:
@@ -154,7 +154,10 @@ def _time_unit(value: float) -> _Unit:
 
 
 def _decimals(value: float, low: float, high: float) -> int:
-    """Keep one digit of the half width, two if it begins with 1; of a number without width, three digits."""
+    """Return the decimals that show one digit of the half width, or two if its first digit is 1.
+
+    A number without width gets three significant digits.
+    """
     half = 0.5 * (high - low)
     if half <= 0.0:
         return max(0, min(9, 2 - _exponent(value)))

@@ -1,4 +1,4 @@
-"""Arrays in the folder of an experiment: read whole, or refused with the name of the file and what to do."""
+"""Reads arrays from the folder of an experiment; an error names the damaged file and the remedy."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
     Raises
     ------
     FileNotFoundError
-        If there is no such file.
+        If the file is missing.
     ImageError
-        If it is damaged, of another shape, or has a number that is not finite.
+        If the file is damaged, or its array has another shape or a number that is not finite.
     """
     try:
-        # mapped: a damaged header cannot ask for more memory than the file has
+        # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
         found = np.load(path, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError:
         raise
-    except Exception as error:  # what NumPy raises for a damaged file depends on the damage
+    except Exception as error:  # the type of NumPy's error depends on the damage
         raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
@@ -43,9 +43,9 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Return named arrays of an ``.npz`` file; raises `ImageError` if it is damaged or lacks one."""
+    """Return named arrays of an ``.npz`` file; raises `ImageError` if the file is damaged or an array is missing."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return tuple(file[name] for name in names)
-    except Exception as error:  # zip, zlib and NumPy each have errors of their own for a damaged file
+    except Exception as error:  # zip, zlib and NumPy raise different errors for a damaged file
         raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error

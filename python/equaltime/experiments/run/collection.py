@@ -1,4 +1,4 @@
-"""A folder of experiments: each is run into a folder of its own, and one page shows them all."""
+"""Runs a folder of experiments: each into its own folder, with one page that shows them all."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes to the experiments of the files; as for `equaltime.experiments.cost`."""
+    """Changes to every experiment of a folder; see `equaltime.experiments.cost` for each."""
 
     quick: bool = False
     size: tuple[int, int] | None = None
@@ -35,7 +35,7 @@ class Changes:
     threads: int | None = None
 
     def of(self, experiment: Experiment) -> Experiment:
-        """Return the experiment so changed; one that counts samples instead of seconds keeps its counts."""
+        """Return the changed experiment; an experiment with sample counts ignores the budget."""
         return make_experiment(
             experiment,
             quick=self.quick,
@@ -47,7 +47,7 @@ class Changes:
 
 
 def experiments_in(folder: Path) -> tuple[Path, ...]:
-    """Return the files of a folder that are experiments, or cannot be read, x2 before x10; ExperimentError if none."""
+    """Return the TOML files that are experiments or unreadable, x2 before x10; raises ExperimentError if none."""
     found = sorted((path for path in folder.glob("*.toml") if is_experiment(path, unreadable=True)), key=_natural)
     if not found:
         raise ExperimentError((Problem(str(folder), "has no experiment: no TOML file with scenes and strategies"),))
@@ -62,29 +62,29 @@ def run_all(
     told: Callable[[Card], object] = lambda card: None,
     command: str = "",
 ) -> tuple[Card, ...]:
-    """Run every experiment of a folder, or what is left of each, and write ``output/index.html``.
+    """Run or continue every experiment of a folder, and write ``output/index.html``.
 
-    The page is written anew after each experiment, so that it shows what is done if one stops. An experiment that fails
-    is told on the page and does not keep the others from running.
+    The page is rewritten after each experiment, so that it is up to date if a run stops. The page shows failed
+    experiments; the other experiments still run.
 
     Parameters
     ----------
     source
         Folder of experiment files.
     output
-        The experiment NAME.toml goes to ``output/NAME``.
+        Folder of results; the experiment NAME.toml goes to ``output/NAME``.
     told
-        Called with the card of each experiment when it is done.
+        Called with the card of each experiment when it has ended.
 
     Returns
     -------
     tuple of Card
-        The outcome of each.
+        Outcome of each experiment.
 
     Raises
     ------
     ExperimentError
-        If a file cannot be read: before anything is run, with the problems of all files.
+        If a file cannot be read: raised before the first run, with the problems of all files.
     """
     if Folder(output).experiment.exists():
         raise ExperimentError((Problem(str(output), "is the folder of one experiment; give another for all of them"),))
@@ -113,14 +113,17 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except (EqualtimeError, OSError) as error:
         return replace(card, state="failed", problem=str(error))
-    except Exception as error:  # of any kind: it must not end the other experiments
+    except Exception as error:  # any error: the other experiments must still run
         _LOG.exception("%s failed", card.name)
         kept = _keep_traceback(failure)
         return replace(card, state="failed", problem=f"{type(error).__name__}: {error}{kept}")
 
 
 def _keep_traceback(path: Path) -> str:
-    """Write the traceback of the error that is being handled; return where it is, in brackets, if that worked."""
+    """Write the current error's traceback to ``path``; return a remark in brackets that names the file.
+
+    The remark is empty if the file cannot be written.
+    """
     try:
         with replacing(path) as file:
             file.write(traceback.format_exc().encode(errors="backslashreplace"))
@@ -131,14 +134,14 @@ def _keep_traceback(path: Path) -> str:
 
 
 def _named(name: str, progress: ProgressCallback | None) -> ProgressCallback | None:
-    """Let progress tell the experiment as well, with its scenes."""
+    """Return the callback with the experiment's name put before each scene's name."""
     if progress is None:
         return None
     return lambda told: progress(replace(told, scene=f"{name} / {told.scene}"))
 
 
 def _missing(experiment: Experiment) -> str:
-    """Say what would have to be installed for an experiment, if something is missing."""
+    """Return a sentence on the missing package that an experiment needs; empty if none is missing."""
     peers = {entry.peer.renderer for entry in experiment.strategies if entry.peer is not None}
     if "mitsuba" in peers and find_spec("mitsuba") is None:
         return "it needs Mitsuba 3: pip install 'equaltime[peers]'"

@@ -1,7 +1,7 @@
-"""Where sampling sends rays: directions drawn uniformly and from a surface's BSDF, and what each of them carries.
+"""Directions of rays drawn uniformly and from a surface's BSDF, with the weight of each.
 
-The surface is the one in the middle of a scene's picture. Directions are in its own frame, z along the normal. Those
-from the BSDF are the core's own samples; uniform ones are weighted by the core's own BSDF.
+The surface is the one in the middle of a scene's picture. Directions are in its local frame, z along the normal. BSDF
+directions are the core's own samples; uniform directions are weighted by the core's own BSDF.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ __all__ = ["Rays", "read_directions", "sample_directions", "write_directions"]
 Floats = NDArray[np.float64]
 
 WO = np.array([np.sin(np.radians(45.0)), 0.0, np.cos(np.radians(45.0))])
-"""The direction towards the viewer."""
+"""Direction towards the viewer, 45 degrees from the normal."""
 SAMPLES = 4096
 DRAWN = 120
-"""Rays that are drawn; all of them count in ``effective``."""
+"""Rays kept for the picture; ``effective`` uses all `SAMPLES`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Directions that one way of sampling draws on one surface."""
+    """Directions that one sampling technique draws on one surface."""
 
     wi: Floats
-    """(DRAWN, 3): unit; z along the normal."""
+    """Unit vectors (DRAWN, 3), z along the normal."""
     weight: Floats
-    """(DRAWN,): what each carries under a white sky: BSDF times cosine over density, mean of RGB."""
+    """Weight of each direction under a white sky (DRAWN,): BSDF times cosine over density, mean of RGB."""
     effective: float
-    """Effective part of the samples under a white sky, E[w]² / E[w²]: 1 if all carry alike. NaN for a mirror."""
+    """Effective share of the samples under a white sky, E[w]² / E[w²]: 1 if all weights are equal. NaN for a mirror."""
 
 
 def sample_directions(scene: Scene) -> dict[str, Rays] | None:
-    """Return the rays of both ways, ``uniform`` and ``bsdf``; None if nothing scatters in the middle of the picture."""
+    """Return the rays of ``uniform`` and ``bsdf`` sampling; None if the middle of the picture scatters no light."""
     middle = _in_the_middle(scene)
     if middle is None:
         return None
@@ -51,15 +51,15 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
     wo = np.broadcast_to(WO, (SAMPLES, 3))
     try:
         drawn = parts.sample_bsdf(middle.core, 0, wo, random.random((SAMPLES, 3)))
-    except ValueError:  # the core has no BSDF of what absorbs everything
+    except ValueError:  # the core has no BSDF for a surface that absorbs everything
         return None
     carried = np.where(drawn["valid"], drawn["weight"].mean(axis=1), 0.0)
     if drawn["delta"].any():
         rays = Rays(drawn["wi"][:DRAWN], carried[:DRAWN], float("nan"))
-        return {"uniform": rays, "bsdf": rays}  # a discrete set of directions is chosen from, whatever the technique
+        return {"uniform": rays, "bsdf": rays}  # with a discrete BSDF both techniques choose from the same directions
     wi, density = _uniform(random, whole=bool((drawn["wi"][:, 2] < 0.0).any()))
     uniform = _light(middle, wi) / density
-    # the second moment of uniform samples from those of the BSDF: few uniform ones would meet what makes it
+    # second moment of uniform samples, estimated from BSDF samples: few uniform samples would hit a narrow lobe
     moment = float(np.mean(carried * np.where(drawn["valid"], _light(middle, drawn["wi"]), 0.0)) / density)
     albedo = float(carried.mean())
     if albedo == 0.0:
@@ -71,7 +71,7 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
 
 
 def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
-    """Sample on every scene, and write what was drawn."""
+    """Sample directions on every scene, and write them to ``path``."""
     found = {name: sample_directions(scene) for name, scene in zip(names, scenes, strict=True)}
     known = {name: rays for name, rays in found.items() if rays is not None}
     ways = [rays[way] for rays in known.values() for way in ("uniform", "bsdf")]
@@ -86,7 +86,7 @@ def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) 
 
 
 def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
-    """Return scene → way → rays; raises `ImageError` if they cannot be read."""
+    """Return scene → technique → rays; raises `ImageError` if the file cannot be read."""
     names, wi, weight, effective = read_arrays(path, ("names", "wi", "weight", "effective"))
     return {
         str(name): {
@@ -103,7 +103,7 @@ def _light(scene: Scene, wi: Floats) -> Floats:
 
 
 def _uniform(random: np.random.Generator, whole: bool) -> tuple[Floats, float]:
-    """Return directions over the hemisphere, or over the whole sphere, and their density per solid angle."""
+    """Return uniform directions over the hemisphere or the whole sphere, and their density per steradian."""
     z = random.random(SAMPLES)
     phi = 2.0 * np.pi * random.random(SAMPLES)
     z = 2.0 * z - 1.0 if whole else z
@@ -112,7 +112,7 @@ def _uniform(random: np.random.Generator, whole: bool) -> tuple[Floats, float]:
 
 
 def _in_the_middle(scene: Scene) -> Scene | None:
-    """Return a scene of nothing but the shape in the middle of the picture, if it scatters light."""
+    """Return a scene with only the shape in the middle of the picture; None if no shape with a BSDF is there."""
     to_world = pose(scene.model.sensor.to_world, center(scene.model.sensor))
     hit = scene.core.intersect(to_world[None, :3, 3], to_world[None, :3, 2])
     number = int(hit["shape"][0])

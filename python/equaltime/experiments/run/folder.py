@@ -1,16 +1,16 @@
-"""The folder of an experiment: what lies where in it, and whether it may be continued.
+"""The folder of an experiment: its files, and the check whether an experiment may be continued in it.
 
 ::
 
     records.csv      one row for each checkpoint of each run (`record`)
-    experiment.json  what is compared; what a continuation must agree with
+    experiment.json  the experiment and its identity, which a continuation must match
     experiment.lock  empty; locked by the process that runs the experiment
-    provenance.json  machines and builds by the keys that records have; references; agreements; sessions; own_depths
-    references/      SCENE.npz (`reference`); SCENE--PEER.npz of a peer that means another image
-    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy where
-                     its pixels have different numbers of samples (H, W); if the experiment wants them,
-                     SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
-    failure.txt      traceback of an unexpected error that ended the last try, when it was one of many experiments
+    provenance.json  machines and builds by their keys in the records; references; agreements; sessions; own_depths
+    references/      SCENE.npz (`reference`); SCENE--PEER.npz for a peer with another expected image
+    images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
+                     sample counts (H, W) if they differ between pixels; on request SCENE/STRATEGY-film.npz (`forming`)
+                     and directions.npz (`directions`)
+    failure.txt      traceback of an unexpected error that ended the last try of one of many experiments
 """
 
 from __future__ import annotations
@@ -38,37 +38,37 @@ __all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts"
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _GROWING = ("scenes", "strategies")
-"""Parts of an identity to which something may be added later, each under its name."""
+"""Sections of an identity to which named entries may be added later."""
 _DAMAGED = "is damaged; put a copy of the file there, or use another folder"
 _TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
-"""Facts that readers of the provenance count on, if they are there."""
+"""Types of optional facts that readers of the provenance rely on."""
 OWN_DEPTHS = "own_depths"
-"""Section of the provenance with the ``max_depth`` that each scene's file asks for, whatever the experiment does."""
+"""Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
 
 
 @dataclass(frozen=True)
 class Folder:
-    """Where the files of an experiment are."""
+    """Paths and contents of an experiment's folder."""
 
     path: Path
 
     @property
     def records(self) -> Path:
-        """The records."""
+        """File of the records."""
         return self.path / "records.csv"
 
     @property
     def experiment(self) -> Path:
-        """What the records are of."""
+        """File with the experiment and its identity."""
         return self.path / "experiment.json"
 
     @property
     def provenance(self) -> Path:
-        """Where the records come from."""
+        """File with the origin of the records: machines, builds, references, sessions."""
         return self.path / "provenance.json"
 
     def reference(self, scene: str, strategy: str | None = None) -> Path:
-        """Return the file of the reference of a scene, or of one strategy's own."""
+        """Return the file of a scene's reference, or of one strategy's own reference."""
         name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
         return self.path / "references" / f"{name}.npz"
 
@@ -77,7 +77,7 @@ class Folder:
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
 
     def samples(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the file of that image's sample counts, which is there if they differ from pixel to pixel."""
+        """Return the file of that image's sample counts, which exists if counts differ between pixels."""
         image = self.image(scene, strategy, repeat)
         return image.with_name(f"{image.stem}-samples.npy")
 
@@ -87,22 +87,22 @@ class Folder:
 
     @property
     def directions(self) -> Path:
-        """Where sampling sends rays."""
+        """File of sampled directions."""
         return self.path / "images" / "directions.npz"
 
     @property
     def failure(self) -> Path:
-        """The file that keeps the traceback of an unexpected error."""
+        """File with the traceback of an unexpected error."""
         return self.path / "failure.txt"
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder, and keep other processes from running an experiment in it; one at a time may `claim` it.
+        """Make the folder and lock it, so that only one process at a time runs an experiment in it.
 
         Raises
         ------
         ExperimentError
-            If another process runs one, or there are files that could be mistaken for ours.
+            If another process holds the lock, or the folder has files that could be mistaken for an experiment's.
         """
         try:
             disk.make_folder(self.path)
@@ -122,19 +122,19 @@ class Folder:
         except BlockingIOError as error:
             why = "another process runs its experiment; wait until that ends, or use another folder"
             raise _refused(self.path, why) from error
-        except OSError as error:  # such as a network folder without locks
+        except OSError as error:  # for example a network folder without locks
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Record this ``identity`` in the folder, or check that the folder already has it. The folder must be locked.
+        """Record this ``identity`` in the folder, or check that it matches the recorded one. The folder must be locked.
 
-        Scenes and strategies may have come or gone since: what is new is measured besides, and what is not asked for
-        stays in the records. Whatever has the name of something there must be the same, and so must all else.
+        Scenes and strategies may be added or dropped: new ones are measured too, and dropped ones stay in the records.
+        A scene or strategy with a recorded name must be unchanged, and so must all other settings.
 
         Raises
         ------
         ExperimentError
-            If it holds another experiment, saying in what they differ.
+            If the folder holds another experiment; lists the differences.
         """
         try:
             if self.experiment.exists():
@@ -159,13 +159,13 @@ class Folder:
             raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Add facts to the provenance; the folder must be locked."""
+        """Add facts to the provenance under a section and a key; the folder must be locked."""
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the provenance so far: facts by section and key; raises ExperimentError if it is damaged."""
+        """Return the provenance, facts by section and key; raises ExperimentError if the file is damaged."""
         if not self.provenance.exists():
             return {}
         found = _read_json(self.provenance)
@@ -174,7 +174,7 @@ class Folder:
         return found
 
     def tidy(self) -> None:
-        """Remove what a killed process was writing."""
+        """Remove temporary files that a killed process left behind."""
         for folder in (self.path, self.path / "references", self.path / "figures", *self.path.glob("images/*")):
             disk.tidy(folder)
 
@@ -200,7 +200,7 @@ class Folder:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Give a file to write that takes the place of ``path`` if all went well: whole, and on the disk."""
+    """Yield a file to write; on success it replaces ``path`` atomically and is on the disk."""
     disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
@@ -211,19 +211,19 @@ def _refused(folder: Path, why: str) -> ExperimentError:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return what times depend on and does not change from day to day."""
+    """Return the facts about the machine that affect times and do not change from day to day."""
     facts = machine()
     facts.pop("load_average")
     return facts
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
-    """Return a short key that other facts do not have."""
+    """Return a short hash that identifies the facts."""
     return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 
 def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is compared now, with the scenes and strategies that were before and are not asked for any more."""
+    """Return the present identity, with earlier scenes and strategies that are no longer asked for added."""
     return {**now, **{section: {**there.get(section, {}), **now.get(section, {})} for section in _GROWING}}
 
 
@@ -238,7 +238,7 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _misshapen(provenance: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the paths of what no provenance has: sections are tables of tables, and some facts have a type."""
+    """Yield the paths of invalid entries: sections must be tables of tables, and some facts have a fixed type."""
     for section, entries in provenance.items():
         for key, facts in entries.items() if isinstance(entries, dict) else [("", None)]:
             place = f"{section}.{key}".rstrip(".")
@@ -251,7 +251,7 @@ def _misshapen(provenance: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _has_types(facts: object) -> bool:
-    """Tell whether this is a table whose facts have the types that readers count on."""
+    """Tell whether this is a table whose facts have the types in `_TYPES`."""
     return isinstance(facts, dict) and all(isinstance(facts.get(name), kind | None) for name, kind in _TYPES.items())
 
 

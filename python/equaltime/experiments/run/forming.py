@@ -1,8 +1,8 @@
-"""The image forming: frames of one run of a strategy, at moments that show it to people.
+"""Films of an image forming: frames from one run of a strategy, at moments chosen for viewing.
 
 The checkpoints of a curve double from one to the next, so that half of a run would pass without a new picture. Frames
-come of a run of their own, whose moments lie closer at the beginning, where much happens, and go on to the end of the
-budget. Its times are in no record.
+come from a separate run, with moments closer together at the beginning, where the image changes most. The run lasts as
+long as the budget; its times are not recorded.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from equaltime.scene import Scene
 __all__ = ["Film", "Studio", "moments", "read_film"]
 
 FRAMES = 48
-"""At most; of them the k-th is wanted when (k / FRAMES)² of the time is over."""
+"""Most frames of a film; the k-th is due when (k / FRAMES)² of the time has passed."""
 _LONGEST = 256
 _MOST = 60000.0
 
@@ -37,33 +37,33 @@ class Film:
     """Pictures of one run, in order of time."""
 
     frames: NDArray[np.float16]
-    """(K, H, W, 3), linear RGB; large films are reduced by whole blocks of pixels."""
+    """Linear RGB (K, H, W, 3); large images are averaged over blocks of pixels."""
     spp: NDArray[np.int64]
     seconds: NDArray[np.float64]
-    """Since the first sample."""
+    """Seconds since the first sample."""
     error: NDArray[np.float64]
-    """Realised error; NaN where the reference's noise is more than it."""
+    """Realised relative error; NaN if the reference's noise exceeds it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Studio:
-    """Takes the films of an experiment whose runs are done."""
+    """Renders the films of an experiment after its runs."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
     folder: Folder
     rows: Sequence[Row]
-    """The records: how fast each strategy is."""
+    """Records, which give the speed of each strategy."""
     references: Sequence[Reference]
-    """Of the scenes."""
+    """References of the scenes, in order."""
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether the film of a first repeat is missing and could be taken."""
+        """Tell whether the run is recorded but its film is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:
-        """Take one film, of the scene with this number."""
+        """Render and write one film; ``number`` is the scene's index."""
         ended = self._ended(key)
         assert ended is not None, "ask first what is wanted"
         seconds = self.experiment.budget or ended.wall_s
@@ -78,13 +78,13 @@ class Studio:
 
 
 def moments(samples: float) -> tuple[int, ...]:
-    """Return even, rising sample counts that end near ``samples``, the reach of a run."""
+    """Return rising even sample counts that end near ``samples``, the count that a run reaches."""
     wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
     return tuple(sorted({max(2, count) for count in wanted}))
 
 
 def read_film(path: Path) -> Film:
-    """Read a film; raises `ImageError` if it cannot be read."""
+    """Read a film; raises `ImageError` if the file cannot be read."""
     return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
 
 
@@ -100,5 +100,5 @@ def _film(subject: Subject, seed: int, counts: Sequence[int], seconds: float, kn
 
 
 def _small(image: NDArray[np.float32]) -> NDArray[np.float16]:
-    """Return an image that is small enough for a page, within the range of float16."""
+    """Return an image reduced to at most 256 pixels a side and clipped to the range of float16."""
     return np.clip(reduced(image, _LONGEST), -_MOST, _MOST).astype(np.float16)

@@ -1,4 +1,4 @@
-"""Peers are compared with equaltime before they are timed: one that means another image gets a reference of its own."""
+"""Compares peers with equaltime before timing; a peer with another expected image gets its own reference."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ def pass_gates(
     gates: int,
     report: Callable[[Subject, float], object] | None = None,
 ) -> None:
-    """Compare peers with equaltime on a scene, each once, and leave references of their own for those that differ.
+    """Compare each peer once with equaltime on a scene; write an own reference for each peer that differs.
 
-    What came of it is in the provenance, under ``agreements``, scene and label.
+    The outcome is noted in the provenance, under ``agreements``, scene and label.
 
     Parameters
     ----------
     name
-        Of the scene.
+        Name of the scene.
     gates
-        How many of these comparisons the experiment has, on all scenes: they share one false-alarm rate.
+        Number of these comparisons on all scenes of the experiment; they share one false-alarm rate.
     """
     from equaltime.experiments.peers import agreement
     from equaltime.statistics.agreement import LEVEL, share

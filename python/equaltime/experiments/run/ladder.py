@@ -1,4 +1,4 @@
-"""The sample counts at which a run is looked at."""
+"""Sample counts of a run's checkpoints."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 __all__ = ["BudgetLadder", "counts"]
 
-# What is left of a budget is used up by one more checkpoint if that has so many times the samples.
+# The rest of a budget is spent on one more checkpoint if it has at least this many times the last one's samples.
 _LEAST_STEP = 1.1
 
 
 def counts() -> Iterator[int]:
-    """Yield 2, 4, 6, 8, 12, 16, 24, 32, 48, … without an end: powers of two, and once between."""
+    """Yield 2, 4, 6, 8, 12, 16, 24, 32, 48, … without end: powers of two, and one count between each two from 4 on."""
     yield 2
     power = 4
     while True:
@@ -21,10 +21,10 @@ def counts() -> Iterator[int]:
 
 
 class BudgetLadder:
-    """Sample counts for a run that shall end with its budget: the next follows from the time of the last.
+    """Sample counts for a run that ends with its budget: each count follows from the time of the last.
 
-    All strategies then end at nearly the same time, which is what makes their last images comparable. Counts are even,
-    since a render's own error comes from two halves.
+    All strategies then end at nearly the same time, which makes their last images comparable. Counts are even, because
+    a render's own error estimate comes from two halves.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -35,7 +35,7 @@ class BudgetLadder:
         self._ended = False
 
     def taken(self, spp: int, wall_s: float) -> None:
-        """Note how long so many samples took."""
+        """Record that ``spp`` samples per pixel took ``wall_s`` seconds."""
         self._spp, self._wall = spp, wall_s
 
     def __iter__(self) -> Iterator[int]:

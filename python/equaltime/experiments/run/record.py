@@ -1,8 +1,8 @@
 """Records: a CSV file with one row for each checkpoint of each run, which survives kill -9 at any moment.
 
-A row is appended with a single write, and is on the disk before the next checkpoint begins. What a kill leaves is at
-worst a torn last line, and the rows of a run that had not ended: `load` does not return the first, and `Recorder` cuts
-both off before it appends, so that a run is in the file once, and whole, or can be done again.
+A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst a
+torn last line and the rows of an unfinished run. `load` skips the torn line, and `Recorder` removes both before it
+appends. A run is therefore in the file once and complete, or can be repeated.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from equaltime.locks import try_lock
 __all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
 
 Key = tuple[str, str, int]
-"""Scene, strategy (its label) and repeat: what names a run."""
+"""Key of a run: scene, label of the strategy, repeat."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,75 +37,77 @@ class Row:
     """SHA-256 of the scene's content."""
     width: int
     height: int
-    """Of the whole film, in pixels."""
+    """Size of the whole film, in pixels."""
     crop: tuple[int, int, int, int]
-    """x, y, width, height of what was rendered."""
+    """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
     strategy: str
-    """Its label in the experiment."""
+    """Label of the strategy in the experiment."""
     name: str
-    """The strategy in full, as the renderer that ran it reads it."""
+    """Full text of the strategy, as its renderer reads it."""
     renderer: str
     """``core``, ``mitsuba`` or ``command``."""
     biased: bool
-    """Whether the strategy is biased by its own word."""
+    """Whether the strategy declares itself biased."""
     repeat: int
-    """From 0."""
+    """Number of the repeat, from 0."""
     seed: int
     checkpoint: int
-    """From 0."""
+    """Number of the checkpoint in its run, from 0."""
     spp: int
     """Samples per pixel so far."""
     wall_s: float
     cpu_s: float
-    """Since the run's first sample, without what measuring took."""
+    """CPU seconds since the run's first sample, without the time spent on measuring errors; ``wall_s`` likewise."""
     setup_s: float
-    """Loading and building, before the first sample."""
+    """Seconds of loading and building, before the first sample."""
     threads: int
     paths: int | None
     rays: int | None
     shadow_rays: int | None
-    """So far; None from renderers that do not count."""
+    """Paths, rays and shadow rays so far; None from renderers that do not count them."""
     relmse: float | None
-    """Square of the error, with the reference's own noise subtracted: noise may make a small one negative."""
+    """Squared relative error with the reference's noise subtracted; a small value may be negative by chance."""
     mse: float | None
-    """Mean square of the difference, treated likewise."""
+    """Mean squared difference, with the reference's noise subtracted."""
     mare: float | None
-    """Mean absolute relative difference; the reference's noise is in it."""
+    """Mean absolute relative difference; the reference's noise is included."""
     flip: float | None
-    """Of the run's last image only, and there not of short repeats: it takes long."""
+    """FLIP of the run's last image; None at other checkpoints and for runs under 1 s (first repeat) or 5 s (others).
+
+    FLIP takes a second or more."""
     reference_relmse: float | None
-    """What was subtracted."""
+    """Squared relative error of the reference, which was subtracted from ``relmse``."""
     estimate: float | None
     estimate_low: float | None
     estimate_high: float | None
-    """What the render itself said its error was, with its 95 % interval."""
+    """Error estimated by the render itself, with its 95 % interval."""
     doubt: str | None = None
-    """Why it said that the upper limit cannot be trusted."""
+    """Render's reason why its upper limit cannot be trusted."""
     last: bool
     """Whether the run is complete with this row."""
     image: str | None
-    """In the last row: the run's image, relative to the folder of the records."""
+    """Path of the run's image, relative to the folder of the records; None before the last row."""
     machine: str
     build: str
-    """Keys of ``provenance.json``."""
+    """Keys of machine and build in ``provenance.json``."""
     started: str
-    """When the run began: UTC, ISO 8601."""
+    """Start of the run: UTC, ISO 8601."""
 
     @property
     def key(self) -> Key:
-        """The run that the row belongs to."""
+        """Key of the row's run."""
         return self.scene, self.strategy, self.repeat
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
 _ADDED = {"doubt"}
-"""Columns that files of earlier versions lack. A file keeps the columns that it began with."""
+"""Columns that files of earlier versions lack. A file keeps its original columns."""
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
 _LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
 _MOST = 2.0**62
-"""The least that these numbers may be, and the most: what fits into 64 bits."""
+"""Smallest allowed value of each number, and the largest: it must fit into 64 bits."""
 _FLAGS = {"0": False, "1": True}
 _READERS: dict[str, Callable[[str], Any]] = {
     "str": str,
@@ -118,25 +120,25 @@ _TYPES = {field.name: str(field.type) for field in fields(Row)}
 
 
 def load(path: Path) -> tuple[Row, ...]:
-    """Read all rows; a torn last line is left out, and so is everything if there is no file.
+    """Return all rows without a torn last line; empty if there is no file.
 
     Raises
     ------
     ExperimentError
-        With every line that is no row, and every checkpoint that is there twice.
+        With every invalid line, and every checkpoint that occurs twice.
     """
     return _parse(_whole_lines(path), path)
 
 
 def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
-    """Return the rows of runs that have ended."""
+    """Return the rows of finished runs."""
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)
 
 
 def check_seeds(rows: Iterable[Row], path: Path) -> None:
-    """Raise `ExperimentError` if two repeats of a strategy on a scene have one seed, and so one image."""
+    """Raise `ExperimentError` if two repeats of a strategy on a scene share a seed, and so an image."""
     seen: dict[tuple[str, str, int], int] = {}
     for row in rows:
         first = seen.setdefault((row.scene, row.strategy, row.seed), row.repeat)
@@ -146,14 +148,15 @@ def check_seeds(rows: Iterable[Row], path: Path) -> None:
 
 
 class Recorder:
-    """Appends rows to a file that nobody else may append to meanwhile.
+    """Appends rows to a file, which it locks against other writers.
 
-    Opening it cuts off a torn last line and the rows of a run that had not ended.
+    Opening removes a torn last line and the rows of an unfinished run.
+
 
     Raises
     ------
     ExperimentError
-        If another process is writing, or the file is damaged.
+        If another process is writing to the file, or the file is damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -172,7 +175,7 @@ class Recorder:
         return tuple(self._rows)
 
     def append(self, row: Row) -> None:
-        """Write one row; it is on the disk when this returns."""
+        """Write one row; the row is on the disk when the call returns."""
         place = (row.key, row.checkpoint)
         if place in self._keys:
             raise ValueError(f"checkpoint {row.checkpoint} of run {row.key} is recorded already")
@@ -181,7 +184,7 @@ class Recorder:
         self._rows.append(row)
 
     def close(self) -> None:
-        """Let others write."""
+        """Close the file and release its lock."""
         os.close(self._file)
 
     def __enter__(self) -> Self:
@@ -217,14 +220,14 @@ class Recorder:
             written = os.write(self._file, line)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(self._path)) from error
-        if written != len(line):  # a full disk takes what fits
+        if written != len(line):  # a full disk accepts only a part of the line
             os.ftruncate(self._file, size)
             raise OSError(errno.ENOSPC, "no space left for a record", str(self._path))
         os.fsync(self._file)
 
 
 def _whole_lines(path: Path) -> bytes:
-    """Return the file up to its last line break: a line without one is torn."""
+    """Return the file up to its last line break; a last line without a break is torn."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -263,7 +266,7 @@ def _split(line: str) -> list[str]:
 
 
 def _columns(line: str) -> tuple[str, ...]:
-    """Return the columns that the first line of a file names; none if they are not those of records."""
+    """Return the columns that a file's first line names; empty if the file is not a record."""
     try:
         found = tuple(_split(line))
     except csv.Error:
@@ -309,7 +312,7 @@ def _cells(row: Row, columns: Sequence[str]) -> Iterable[str]:
         elif isinstance(value, tuple):
             yield " ".join(map(str, value))
         elif isinstance(value, float):
-            yield repr(float(value))  # shortest text that reads back the same; a NumPy number has another
+            yield repr(float(value))  # shortest text that reads back exactly; NumPy's repr differs
         else:
             yield str(value)
 

@@ -1,8 +1,8 @@
-"""References: images so exact that others can be measured against them, rendered once and kept.
+"""References: precise images against which errors are measured, rendered once and cached.
 
-A reference is rendered by a strategy that no experiment needs to trust (independent numbers, so that the sample
-variance is the error), from seeds that no run has, and in two independent halves. It is kept by the content of the
-scene, so that all experiments on a scene share it.
+A reference is rendered by a fixed strategy with independent samples, so that the sample variance gives its error. Its
+seeds are used by no run, and it consists of two independent halves. The cache is keyed by the content of the scene, so
+that all experiments on a scene share its reference.
 """
 
 from __future__ import annotations
@@ -42,36 +42,36 @@ REFERENCE_STRATEGY = "mis,lights=power,sampler=independent"
 
 Report = Callable[[float], object]
 
-# Runs have seeds below 2^31.
+# Seeds of the halves; no run has them, because runs have seeds below 2^31.
 _SEEDS = (2**63 + 1, 2**63 + 2)
 _FIRST_SAMPLES = 8
-# With fewer, an image in which nothing was found yet would pass for exact.
+# Fewest samples of a half: with fewer, an image that has not found any light yet would pass for exact.
 _FEWEST_SAMPLES = 32
 _FASTEST_GROWTH = 4.0
-# An error that is larger by so much is as good: more passes would cost more than they bring.
+# An error up to this multiple of the wanted one is accepted: another pass would cost more than it gains.
 _TOLERANCE = 1.02
 _VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
 class KnownReference:
-    """A reference and where it comes from."""
+    """A reference and its origin."""
 
     reference: Reference
     facts: Mapping[str, Any]
-    """JSON data: ``error`` (its own), ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``.
+    """JSON data: ``error`` of the reference, ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``.
 
-    ``caveat`` says what limits the reference besides its noise.
+    ``caveat`` names a limit of the reference besides its noise.
     """
 
     @property
     def error(self) -> float:
-        """Its own relative error."""
+        """Relative error of the reference."""
         return math.sqrt(max(self.reference.relmse, 0.0))
 
 
 def cache_folder() -> Path:
-    """Return where references are kept: ``$XDG_CACHE_HOME/equaltime/references``, ``~/.cache`` if that is not set."""
+    """Return the cache folder: ``equaltime/references`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset."""
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "equaltime" / "references"
 
@@ -79,19 +79,19 @@ def cache_folder() -> Path:
 def obtain(
     scene: Scene, wish: ReferenceWish, cache: Path | None = None, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Return a reference of the scene: the file that is wished for, one from the cache, or a new one.
+    """Return a reference of the scene: the wish's file, one from the cache, or a new one.
 
     Parameters
     ----------
     cache
-        A folder; `cache_folder` if not given. A new reference is left there, if it can be written to.
+        Folder of the cache; by default `cache_folder`. A new reference is kept there if the folder is writable.
     report
-        Called now and then with the share of the work that is done, 0 … 1.
+        Called now and then with the completed share of the work, in [0, 1].
 
     Raises
     ------
     ExperimentError, ImageError
-        If the file that is wished for cannot be read or is of another size.
+        If the wish's file cannot be read or has another size.
     """
     if wish.file is not None:
         return _from_file(wish.file, scene)
@@ -102,7 +102,7 @@ def obtain(
     known = render(scene, wish.error, wish.seconds, threads, report)
     try:
         write(path, known)
-    except OSError:  # a cache that cannot be written to is none
+    except OSError:  # go on without a cache that cannot be written to
         return known
     return known
 
@@ -110,12 +110,12 @@ def obtain(
 def render(
     scene: Scene, error: float, seconds: float, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Render two halves alike until their mean has the relative ``error`` (up to 2 % of it), or the time is used up.
+    """Render two equal halves until their mean has at most 1.02 times the relative ``error``, or the time is used up.
 
     Raises
     ------
     NonFiniteSample, BrightImage
-        If a sample is not a number, or float32 cannot hold the image.
+        If a sample is not finite, or float32 cannot hold the image.
     """
     strategy = with_roulette(Strategy.parse(REFERENCE_STRATEGY), scene)
     renderers = [make_renderer(scene, strategy, seed, threads) for seed in _SEEDS]
@@ -158,7 +158,7 @@ def render(
 
 
 def _more(samples: int, error: float, passed: float) -> int | None:
-    """Return to what count to go on, None for an end; error and time are given relative to what is wanted."""
+    """Return the next sample count, or None to stop; error and time are relative to the wanted ones."""
     if passed >= 1.0 or (error <= _TOLERANCE and samples >= _FEWEST_SAMPLES):
         return None
     by_error = max(samples * error**2, float(_FEWEST_SAMPLES))
@@ -168,9 +168,9 @@ def _more(samples: int, error: float, passed: float) -> int | None:
 
 
 def _join(halves: list[NDArray[Any]]) -> Reference:
-    """Return mean, halves, and the variance of the mean from all samples: these are independent.
+    """Return mean, halves, and the variance of the mean from all samples, which are independent.
 
-    With n, M, S the count, mean and sum of squared deviations of the parts, the whole has
+    Let n, M, S be the count, mean and sum of squared deviations of each part. The whole has
     ``S = Σ S_r + Σ n_r (M_r - M)²`` (Chan et al. 1979), and its mean the variance ``S / (N - 1) / N``.
     """
     means = []
@@ -188,7 +188,7 @@ def _join(halves: list[NDArray[Any]]) -> Reference:
 
 
 def write(path: Path, known: KnownReference) -> None:
-    """Write a reference as ``.npz``, whole or not at all; raises OSError."""
+    """Write a reference as ``.npz`` atomically; raises OSError."""
     reference = known.reference
     arrays: dict[str, Any] = {"mean": reference.mean, "variance": reference.variance}
     if reference.halves is not None:
@@ -199,20 +199,20 @@ def write(path: Path, known: KnownReference) -> None:
 
 
 def read(path: Path) -> KnownReference:
-    """Read what `write` wrote; raises ExperimentError if it is not that, or damaged."""
+    """Read a file of `write`; raises ExperimentError if the file is damaged or no reference."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             facts = json.loads(str(arrays["facts"]))
             halves = (arrays["half_0"], arrays["half_1"]) if "half_0" in arrays else None
             reference = Reference(arrays["mean"], arrays["variance"], halves)
             _check(reference, facts)
-    except Exception as error:  # zip, zlib, NumPy and JSON each have errors of their own for a damaged file
+    except Exception as error:  # zip, zlib, NumPy and JSON raise different errors for a damaged file
         raise ExperimentError((Problem(str(path), f"cannot be read as a reference: {error}"),)) from error
     return KnownReference(reference, facts)
 
 
 def _check(reference: Reference, facts: object) -> None:
-    """Raise ValueError unless these are images of one size with numbers that are finite."""
+    """Raise ValueError unless all images have one size and finite numbers, and facts is a table."""
     shape = reference.mean.shape
     for image in (reference.mean, reference.variance, *(reference.halves or ())):
         if image.shape != shape or image.dtype != np.float64 or not np.isfinite(image).all():
@@ -222,7 +222,7 @@ def _check(reference: Reference, facts: object) -> None:
 
 
 def _kept(path: Path, scene: Scene) -> KnownReference | None:
-    """Return what the cache has; what is damaged or from another version counts as nothing."""
+    """Return the cached reference; None if it is missing, damaged, from another version or of another size."""
     if not path.exists():
         return None
     try:
@@ -248,7 +248,10 @@ def _from_file(path: Path, scene: Scene) -> KnownReference:
 
 
 def _pictured(path: Path) -> KnownReference:
-    """Return the picture of a file, with its standard errors if it has them, and what is known of its writer."""
+    """Return the image of a file as a reference, with the file's standard errors as noise if it has them.
+
+    An image by Mitsuba gets a caveat.
+    """
     try:
         picture, film = as_picture(path)
     except ImageError as error:

@@ -1,8 +1,7 @@
-"""Runs experiments: every strategy on every scene in turn, over and over, each run into the records as it goes.
+"""Runs experiments: every strategy on every scene in turn, repeat after repeat, and records each checkpoint.
 
-Turns alternate in direction, so that neither a drifting machine nor its speed of the moment favours a strategy. What
-is in the records is not done again. Making the image of a checkpoint, measuring it and writing it down happens while
-no clock of a run is on.
+The order of strategies alternates, so that neither a drifting machine nor its momentary speed favours a strategy.
+Recorded runs are not repeated. A run's clock is stopped while a checkpoint's image is made, measured and recorded.
 """
 
 from __future__ import annotations
@@ -45,14 +44,14 @@ class RunProgress:
     scene: str
     strategy: str
     repeat: int
-    """Number of the repeat that is going on."""
+    """Number of the current repeat, from 0."""
     done: int
-    """Runs that are recorded."""
+    """Number of recorded runs."""
     total: int
     fraction: float
-    """Share of the phase that is done, in [0, 1]: of this agreement or reference, or of all runs."""
+    """Completed share of the phase, in [0, 1]: of this agreement or reference, or of all runs."""
     time_left: float | None
-    """Estimated seconds to the end of the last run; None if they are unknown."""
+    """Estimated seconds to the end of the last run; None if unknown."""
 
 
 ProgressCallback = Callable[[RunProgress], object]
@@ -65,24 +64,25 @@ def run(
     cache: Path | None = None,
     command: str = "",
 ) -> None:
-    """Run an experiment, or the runs that are not recorded yet, and leave records and images in ``folder``.
+    """Run the missing runs of an experiment, and write records and images to ``folder``.
 
-    It may be stopped at any moment, by Ctrl-C or a kill, and goes on where it was when it is run again.
+    The experiment may be stopped at any moment, by Ctrl-C or a kill; the next call continues it.
+
 
     Parameters
     ----------
     cache
-        Folder where references are kept for other experiments; `reference.cache_folder` if not given.
+        Folder where references are kept for other experiments; by default `reference.cache_folder`.
     command
-        The command line that asked for the runs, for their provenance.
+        Command line that started the runs, for their provenance.
 
     Raises
     ------
     ExperimentError
-        If a scene cannot be read, or the folder belongs to another experiment, build or machine, or another process
-        runs an experiment in it.
+        If a scene cannot be read, the folder belongs to another experiment, build or machine, or another process runs
+        an experiment in it.
     SceneError, StrategyError, RenderError
-        If something cannot be rendered.
+        If a scene cannot be rendered.
     """
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
@@ -90,7 +90,7 @@ def run(
     place = Folder(folder)
     try:
         threads = worker_threads(experiment.threads)
-        identity = identity_of(experiment, scenes, subjects, threads)  # an unreadable reference leaves no folder behind
+        identity = identity_of(experiment, scenes, subjects, threads)  # before the folder is made: may raise
         with place.locked():
             place.claim(identity, experiment)
             place.failure.unlink(missing_ok=True)
@@ -102,7 +102,7 @@ def run(
 
 
 def _check_names(*names: object) -> None:
-    """Raise `ExperimentError` for a name that the records, which are text, could not hold."""
+    """Raise `ExperimentError` for a name that cannot be written as UTF-8, the encoding of records."""
     for name in map(str, names):
         try:
             name.encode()
@@ -112,7 +112,7 @@ def _check_names(*names: object) -> None:
 
 @contextmanager
 def _told_on(scene: str) -> Iterator[None]:
-    """Let errors of other renderers say on which scene they failed."""
+    """Add the scene's name to errors of other renderers."""
     try:
         yield
     except PeerError as error:
@@ -123,7 +123,7 @@ def _told_on(scene: str) -> Iterator[None]:
 class _Turn:
     repeat: int
     number: int
-    """Number of the scene."""
+    """Index of the scene."""
     subject: Subject
     key: Key
     seed: int
@@ -131,7 +131,7 @@ class _Turn:
 
 @dataclass
 class _Session:
-    """One stretch of an experiment, from a start to its end or an interruption."""
+    """One call of `run`, up to its end or an interruption."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
@@ -151,7 +151,7 @@ class _Session:
         self._rendering = 0.0
 
     def run(self) -> None:
-        """Do what is not done."""
+        """Run the missing runs, then make films and figures."""
         machine, build = self._origin()
         for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
             self.folder.note(OWN_DEPTHS, entry.name, {"max_depth": scene.own_max_depth})
@@ -175,7 +175,7 @@ class _Session:
         self._show(known)
 
     def _show(self, known: Sequence[Reference]) -> None:
-        """Make the pictures that the experiment wants besides its images, if they are not there."""
+        """Make the missing films and figures that the experiment asks for."""
         names = [entry.name for entry in self.experiment.scenes]
         if "directions" in self.experiment.figures and not self.folder.directions.exists():
             write_directions(self.folder.directions, names, self.scenes)
@@ -213,7 +213,7 @@ class _Session:
         self._done.add(turn.key)
 
     def _ladder(self, turn: _Turn) -> tuple[int, ...] | float:
-        """Return the counts that are given or that the first repeat had, or the budget if this is the first."""
+        """Return the experiment's sample counts, else the first repeat's counts; in the first repeat, the budget."""
         if self.experiment.spp is not None:
             return self.experiment.spp
         if turn.repeat == 0:
@@ -221,12 +221,12 @@ class _Session:
         return self._first_counts(turn)
 
     def _first_counts(self, turn: _Turn) -> tuple[int, ...]:
-        """Return the counts that the first repeat had."""
+        """Return the sample counts of the first repeat."""
         first = (*turn.key[:2], 0)
         return tuple(row.spp for row in self.recorder.rows if row.key == first)
 
     def _origin(self) -> tuple[str, str]:
-        """Return the keys of machine and build; raises ExperimentError if the records are of others."""
+        """Return the keys of machine and build; raises ExperimentError if the records have other keys."""
         facts = {"machine": machine_facts(), "build": build_facts()}
         keys = {kind: fingerprint(value) for kind, value in facts.items()}
         for kind, key in keys.items():
@@ -237,14 +237,14 @@ class _Session:
         return keys["machine"], keys["build"]
 
     def _prepare(self) -> None:
-        """Let every subject see every scene, before hours have passed."""
+        """Prepare every subject for every scene, so that problems show before hours of runs."""
         for turn in self._turns[: len(self.scenes) * len(self.subjects)]:
             self._tell("setup", turn, 0.0, None)
             with _told_on(turn.key[0]):
                 turn.subject.prepare(self.scenes[turn.number], self.threads)
 
     def _pass_gates(self) -> None:
-        """Hold every peer against equaltime on every scene."""
+        """Compare every peer with equaltime on every scene."""
         labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
         peers = [subject for subject in self.subjects if subject.label in labels]
         gates = len(peers) * len(self.scenes)
@@ -255,7 +255,7 @@ class _Session:
                 pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
 
     def _reference(self, number: int) -> Reference:
-        """Return the scene's reference: what the folder has counts, even if a better one could be had."""
+        """Return the scene's reference; one in the folder is kept even if the cache has a better one."""
         turn = self._turns[number * len(self.subjects)]
         path = self.folder.reference(turn.key[0])
         if not path.exists():
@@ -267,12 +267,12 @@ class _Session:
                 self.threads,
                 lambda share: self._tell("reference", turn, share, None),
             )
-            self.folder.note("references", turn.key[0], known.facts)  # first: what the file is there for is not redone
+            self.folder.note("references", turn.key[0], known.facts)  # first: skipped once the file exists
             references.write(path, known)
         return references.read(path).reference
 
     def _expected(self, left: Sequence[_Turn]) -> float:
-        """Estimate the seconds that the turns will take: each as long as it took last, or as its budget."""
+        """Estimate the seconds of the turns, from each one's last time, else the budget, else the mean time."""
         budget = self.experiment.budget
         mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
         return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)

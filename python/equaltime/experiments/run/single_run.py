@@ -1,4 +1,4 @@
-"""One run of one strategy on one scene, from its first sample into the records."""
+"""One run of one strategy on one scene: renders, measures and records it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def now() -> str:
 
 @dataclass(frozen=True, eq=False)
 class SingleRun:
-    """What one run needs."""
+    """Inputs of one run."""
 
     key: Key
     seed: int
@@ -42,23 +42,24 @@ class SingleRun:
     machine: str
     build: str
     expected: tuple[int, ...] | None = None
-    """Sample counts of the first repeat, which this one must have too; None if this is the first."""
+    """Sample counts of the first repeat, which this run must match; None for the first repeat."""
 
     def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render, and append a row for each checkpoint; return the seconds of rendering.
 
-        The row of a checkpoint is written when the next one was reached, or the run has ended: only then is it known
-        whether it is the last.
+        A checkpoint's row is written at the next checkpoint or at the end of the run, when it is known whether the row
+        is the last.
+
 
         Parameters
         ----------
         ladder
-            The sample counts, or the seconds that the run may take.
+            Sample counts, or the budget of the run in seconds.
 
         Raises
         ------
         ExperimentError
-            If the renderer takes other counts than in its first repeat: repeats are compared at equal counts.
+            If the sample counts differ from the first repeat's: repeats are compared at equal counts.
         """
         setup = self.subject.prepare(self.scene, self.threads)
         common = {**self._common(), "setup_s": setup, "started": now()}
@@ -84,7 +85,7 @@ class SingleRun:
         return pending.wall_s
 
     def _check_counts(self, taken: Sequence[int], ended: bool) -> None:
-        """Raise `ExperimentError` once the sample counts are not those of the first repeat, or some of them lack."""
+        """Raise `ExperimentError` if the sample counts differ from the first repeat's, or if some are missing."""
         if self.expected is None or (*taken,) == self.expected[: None if ended else len(taken)]:
             return
         scene, label, repeat = self.key
@@ -100,7 +101,7 @@ class SingleRun:
         )
 
     def _common(self) -> dict[str, Any]:
-        """Return what is the same in all rows of the run."""
+        """Return the values that all rows of the run share."""
         width, height = self.scene.size
         return {
             "scene": self.key[0],
@@ -122,7 +123,7 @@ class SingleRun:
         }
 
     def _measured(self, checkpoint: Checkpoint) -> dict[str, Any]:
-        """Return what a row says of one checkpoint."""
+        """Return a row's values for one checkpoint."""
         values = measure(checkpoint.image, self.known, ("relmse", "mse", "mare"))
         estimate = checkpoint.estimate
         return {
@@ -141,7 +142,7 @@ class SingleRun:
         }
 
     def _flip(self, checkpoint: Checkpoint) -> float | None:
-        """Return FLIP, unless that would take long for so short a run."""
+        """Return FLIP; None for a run that is short compared with the time of FLIP."""
         if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.key[2] == 0 else "other"]:
             return None
         return flip(checkpoint.image, self.known.mean)

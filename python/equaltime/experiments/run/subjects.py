@@ -25,7 +25,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
-    """Read the scenes; if a peer takes part they get a box filter, the only one that means the same to everybody."""
+    """Read the scenes; with a peer they get a box filter, the only one that all renderers treat alike."""
     scenes = experiment.load_scenes()
     if not any(entry.peer for entry in experiment.strategies):
         return scenes
@@ -35,10 +35,10 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 
 
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
-    """Return the subjects of an experiment's strategies, in their order; raises ExperimentError with all problems.
+    """Return the subjects of an experiment's strategies, in order; raises ExperimentError with all problems.
 
-    A name that no record can hold is a problem, with its place in the experiment's file. A peer that is missing is
-    found later, when it gets ready for a scene.
+    A name that a record cannot hold is a problem, reported with its place in the experiment's file. A missing peer is
+    reported later, when it is prepared for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
@@ -73,7 +73,7 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
 
 
 def _checked(subject: Subject, label: str) -> Subject:
-    """Return a subject with names that records can hold and tell apart; raises ExperimentError for another."""
+    """Return the subject; raises ExperimentError if records cannot hold its name, or its label is not the given one."""
     name, own_label = getattr(subject, "name", None), getattr(subject, "label", None)
     if not isinstance(name, str) or not name or (character := unfit_character(name)):
         found = f"{character} in {name!r}" if isinstance(name, str) and name else repr(name)
@@ -101,7 +101,7 @@ def _own(label: str, place: str) -> Subject:
 
 
 def _module(file: Path) -> ModuleType:
-    """Import a file by its path, once; an error in it is told with its line."""
+    """Import a file by its path, once; an error in the file is reported with its line."""
     name = f"equaltime_subject_{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
@@ -109,7 +109,7 @@ def _module(file: Path) -> ModuleType:
     if spec is None or spec.loader is None or not file.is_file():
         raise ExperimentError((Problem("python", f"no such Python file: {file}"),))
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # before it runs: dataclasses look their module up
+    sys.modules[name] = module  # before execution: dataclasses look up their module
     try:
         spec.loader.exec_module(module)
     except Exception as error:
@@ -119,7 +119,7 @@ def _module(file: Path) -> ModuleType:
 
 
 def _told(file: Path, error: Exception) -> ExperimentError:
-    """Log the traceback of an error in a user's file, from that file on; return the error with its line."""
+    """Log an error's traceback from the user's file on; return an error that names the file's line."""
     frames, first = [*traceback.walk_tb(error.__traceback__)], error.__traceback__
     lines = [line for frame, line in frames if frame.f_code.co_filename == str(file)]
     while lines and first is not None and first.tb_frame.f_code.co_filename != str(file):
