@@ -222,7 +222,7 @@ def _offer(viewer: Viewer, session: Session) -> None:
 
 
 def _left_out(job: Job, without: tuple[str, ...], within: float | None) -> left_out.LeftOut | None:
-    """Return what is left out of the scene, if anything was asked for."""
+    """Return the scene without effects, measured or chosen; None if nothing was to be left out."""
     if not without and within is None:
         return None
     if within is None:
@@ -235,7 +235,7 @@ def _left_out(job: Job, without: tuple[str, ...], within: float | None) -> left_
 
 
 def _without(job: Job, left: left_out.LeftOut) -> Job:
-    """Return the job of what is left, whose noise makes the ordered error together with the bias."""
+    """Return the job without the effects. Its noise may reach the ordered error less the bias."""
     return replace(
         job,
         scene=left.scene,

@@ -1,8 +1,8 @@
-"""How fast scenes render, and how near that is to what tracing their rays costs alone.
+"""Measures how fast scenes render, and how near that is to the time of tracing their rays alone.
 
 The *limit ratio* is the time that Embree alone needs to trace the very rays that a render traced, over the time of the
 render: 1 would be a renderer that does nothing but trace rays. Every repeat times a render and the replay of its rays
-in turn, and repeats go round over all scenes and thread counts, so that a drifting machine hurts them alike.
+in turn. Repeats go round over all scenes and thread counts, so that a drifting machine hurts them alike.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Measurement:
     limit_ratio: Spread
     """Seconds of Embree alone over seconds of the render."""
     scaling: Spread
-    """Paths per second over those of the same scene and repeat on the first number of threads."""
+    """Speed-up over the first number of threads, on the same scene and repeat."""
     repeats: int
     samples: int
     """Per pixel, in each repeat."""

@@ -51,7 +51,7 @@ class EqualtimeError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong in a scene or an experiment: where it is and what is the matter."""
+    """One mistake in a scene or an experiment, with its place."""
 
     place: str
     """``file:line`` or ``file: key.path``, as exact as the format allows."""

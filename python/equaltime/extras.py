@@ -1,4 +1,4 @@
-"""Packages that only parts of the cost room need, imported when they are first used."""
+"""Imports packages of the extras when they are first used, and says which extra has a missing one."""
 
 from __future__ import annotations
 

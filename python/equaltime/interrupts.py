@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, held back while a finished result is saved."""
+"""Holds back Ctrl-C and SIGTERM while a finished result is saved."""
 
 from __future__ import annotations
 

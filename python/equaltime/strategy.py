@@ -1,6 +1,6 @@
 """A strategy: how paths are sampled, as a frozen value that every output names.
 
-A strategy never changes what is computed, only at what cost, with one exception that says so by name: ``truncate``
+A strategy changes the cost of an image, not its expectation, with one exception that says so by name: ``truncate``
 cuts paths and is biased. To add a word to a field, add it to its ``Literal`` (and to the core). A field that has no
 meaning with the others is None, and refused if it is given.
 """
@@ -48,9 +48,9 @@ class Strategy(BaseModel):
     heuristic: Literal["balance", "power"] | None = None
     """Weights of the combination; ``power`` unless given. None but for ``mis``."""
     lights: Literal["uniform", "power", "tree"] = "tree"
-    """How a light source is picked: all alike; in proportion to the power that it emits; or by a tree of lights, in
-    proportion to a bound of what it may send to the point, which takes longer the more lights there are (Conty Estevez
-    & Kulla 2018, without splitting)."""
+    """Probability of picking a light source: the same for all; in proportion to its power; or, by a tree of lights, in
+    proportion to a bound of the light that it sends to the point. A tree takes longer the more lights there are (Conty
+    Estevez & Kulla 2018, without splitting)."""
     environment: Literal["plain", "compensated"] | None = None
     """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
     the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""

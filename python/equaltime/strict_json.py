@@ -18,7 +18,7 @@ def json_text(
     ensure_ascii: bool = True,
     default: Callable[[Any], object] | None = None,
 ) -> str:
-    """Return data as JSON; a number that is not finite becomes null. The options are those of `json.dumps`.
+    """Return data as JSON; a number that is not finite becomes null. The options are as for `json.dumps`.
 
     This holds for what ``default`` returns as well. A key that is not finite raises ValueError: null is no key.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,20 +32,28 @@ def docstrings(path: Path) -> Iterator[tuple[int, str]]:
                 yield child.lineno, child.value.value
 
 
-def sentences(text: str) -> Iterator[str]:
-    """Yield the sentences of running text: without code, formulas, tables, headings of sections and lists of names."""
-    for paragraph in re.split(r"\n\s*\n", text):
-        lines = [line.strip() for line in paragraph.splitlines()]
-        if any(line.startswith(("=", ">>>", "|", "::")) or line.endswith("::") or set(line) == {"-"} for line in lines):
+def paragraphs(text: str) -> Iterator[str]:
+    """Yield the paragraphs of running text: without code, tables, and headings of sections."""
+    literal = False
+    for paragraph in re.split(r"\n\s*\n", inspect.cleandoc(text)):
+        lines = paragraph.splitlines()
+        if literal and lines[0].startswith(" "):
             continue
-        running = re.sub(r"``[^`]*``|`[^`]*`", "code", " ".join(lines))
-        yield from re.split(r"(?<=[.:;?!])\s+|\s- ", running)
+        literal = paragraph.rstrip().endswith("::")
+        if not any(line.strip().startswith(("=", ">>>", "|")) or set(line.strip()) == {"-"} for line in lines):
+            yield re.sub(r"``[^`]*``|`[^`]*`", "code", " ".join(line.strip() for line in lines))
+
+
+def sentences(text: str) -> Iterator[str]:
+    """Yield the sentences of running text."""
+    for paragraph in paragraphs(text):
+        yield from re.split(r"(?<=[.:;?!])\s+|\s- ", paragraph)
 
 
 def problems(text: str) -> list[str]:
     """Return what is wrong with a docstring."""
     found = [f"begins with a fragment: {text.splitlines()[0]}"] if FRAGMENTS.match(text) else []
-    found += [f"says {riddle.group()!r}" for riddle in RIDDLES.finditer(text)]
+    found += [f"says {riddle.group()!r}" for riddle in RIDDLES.finditer("\n".join(paragraphs(text)))]
     long = [sentence for sentence in sentences(text) if len(sentence.split()) > LONGEST_SENTENCE]
     return found + [f"has a sentence of {len(sentence.split())} words: {sentence[:60]} ..." for sentence in long]
 
