@@ -65,6 +65,15 @@ class _Interval(_Facts):
     unit: Unit = "%"
 
 
+def _is_interval(data: dict[str, Any]) -> dict[str, Any]:
+    _Interval.model_validate(data)
+    return data
+
+
+_Error = Annotated[dict[str, Any], AfterValidator(_is_interval)]
+"""An interval that is checked and kept as it was written."""
+
+
 class _Stop(_Facts):
     rule: StopRule
     error: Annotated[float, Field(gt=0.0)]
@@ -109,7 +118,7 @@ class _Record(_Facts):
     picture: _Picture | None = None
     samples: dict[str, int]
     stopped_by: StoppedBy
-    error: _Interval | None = None
+    error: _Error | None = None
     degrees: Annotated[float, Field(gt=0.0)] | None = None
     bias: _Interval | None = None
     stop: _Stop | None = None
