@@ -15,19 +15,17 @@ from equaltime.errors import EffectError, RenderError, StrategyError
 from equaltime.film.error import Estimate
 from equaltime.pricing import left_out
 from equaltime.quoting.fixed_count import fixed_count
-from equaltime.quoting.observer import Observer, overrides
+from equaltime.quoting.observer import Observer, QuoteWatch, overrides
 from equaltime.quoting.pilot import Pilot
-from equaltime.quoting.watch import QuoteWatch
 from equaltime.rendering.arguments import Backend, as_scene, check_arguments
 from equaltime.rendering.black_picture import warn_if_black
-from equaltime.rendering.budget import Limits
+from equaltime.rendering.budget import Limits, StopRule
 from equaltime.rendering.job import Job, Traps
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
 from equaltime.rendering.run import Checkpoints, run
 from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Session
-from equaltime.rendering.stopping import StopRule
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy

@@ -1,4 +1,4 @@
-"""Writes files whole, so that they outlast a crash, and removes the rest of writes that were killed."""
+"""Writes files whole, so that they outlast a crash, removes the rest of killed writes, and locks open files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,30 @@ from itertools import count
 from pathlib import Path
 from urllib.parse import quote
 
-from equaltime.locks import lock, try_lock
+__all__ = ["beside", "give_new_name", "lock", "make_folder", "replacing", "tidy", "to_disk", "try_lock"]
 
-__all__ = ["beside", "give_new_name", "make_folder", "replacing", "tidy", "to_disk"]
+
+try:
+    import fcntl
+except ImportError:  # a system without POSIX locks
+    fcntl = None  # type: ignore[assignment]  # looked at before every use
+
+
+def lock(descriptor: int) -> None:
+    """Wait until nobody else has the lock on a file, and take it; raises `OSError` where there are no locks."""
+    _flock(descriptor, wait=True)
+
+
+def try_lock(descriptor: int) -> None:
+    """Take the lock on a file; raises `BlockingIOError` if somebody has it, another `OSError` without locks."""
+    _flock(descriptor, wait=False)
+
+
+def _flock(descriptor: int, wait: bool) -> None:
+    if fcntl is None:
+        raise OSError(errno.ENOTSUP, "this system has no locks on files")
+    fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 _NUMBERS = count()
 """Numbers of the files that this process writes, so that two at a time in one folder are two."""

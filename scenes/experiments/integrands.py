@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 
 __all__ = ["linear", "matching", "opposite", "uniform"]

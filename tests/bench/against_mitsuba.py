@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.bench import spread
 from equaltime.experiments.peers import MitsubaPeer, with_box_filter
-from equaltime.rendering.core_subject import CoreSubject
-from equaltime.rendering.subject import Subject
+from equaltime.rendering.core_subject import CoreSubject, Subject
 
 STRATEGY = "best,roulette=none,adaptive=none"
 NO_ROULETTE = 10**6

@@ -19,7 +19,7 @@ from trial_scenes import realised_square, reference, trial_scene, wilson
 
 import equaltime as et
 from equaltime.images.metrics import Reference
-from equaltime.rendering.stopping import StopRule
+from equaltime.rendering.budget import StopRule
 
 ORDERS: Mapping[str, float] = {"caustic": 0.2, "mis": 0.4, "flat": 0.02, "cornell": 0.2, "door": 0.9}
 """The error that is asked for."""

@@ -2,7 +2,7 @@
 
 On a machine that nothing else uses, then with processors taken, one by one, by a loop each. Threads that were asleep
 come late, and caches are cold; quotes, which are made of pilots of as little as some hundredths of a second, allow for
-it (`equaltime.quoting.speed`). The processors that the process had are told too. It times, so nothing else must run.
+it (`equaltime.quoting.law`). The processors that the process had are told too. It times, so nothing else must run.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import pytest
 import equaltime as et
 from equaltime.experiments.peers import CommandPeer, MitsubaPeer, agreement
 from equaltime.experiments.peers.agreement import check, own_reference
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.statistics.agreement import LEVEL

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.analysis.ratios import speed_up
-from equaltime.images.image_tails import tail_of
+from equaltime.images.metrics import tail_of
 from equaltime.statistics.curves import (
     FARTHEST_REACH,
     TYPICAL,

@@ -13,8 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.film.neighbourhoods import neighbours
-from equaltime.film.sums import box_sum
+from equaltime.film.sums import box_sum, neighbours
 from equaltime.images.metrics import Measured, Reference, measure
 from equaltime.rendering.noisy_reference import Difference, Noise, log_ratio
 

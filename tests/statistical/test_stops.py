@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.rendering.stopping import StopRule
+from equaltime.rendering.budget import StopRule
 
 RUNS = 150
 ERROR = 0.5

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime.crosscheck.lights import Lights, LightSamples
 from equaltime.crosscheck.tracer import Tracer
 from equaltime.crosscheck.world import Hits
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.model import Sphere
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime import bench, locks, machine
+from equaltime import bench, machine
+from equaltime import files as locks
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.run.folder import Folder
 from equaltime.experiments.run.record import load

@@ -21,7 +21,7 @@ import typer
 import equaltime
 from equaltime.cli.bench import bench
 from equaltime.cli.compare import compare
-from equaltime.cli.convert import convert
+from equaltime.cli.convert import convert, schema
 from equaltime.cli.cost import cost
 from equaltime.cli.effects import effects
 from equaltime.cli.info import info
@@ -31,7 +31,6 @@ from equaltime.cli.messages import print_error
 from equaltime.cli.quote import quote
 from equaltime.cli.render import render
 from equaltime.cli.replay import replay
-from equaltime.cli.schema import schema
 from equaltime.cli.selftest import selftest
 from equaltime.cli.signals import interruptible
 from equaltime.cli.standard_output import named_output, tell_os_error

@@ -13,9 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from equaltime.bench import Measurement, Report, Spread, measure
-from equaltime.cli.arguments import parse_definitions, parse_size, parse_whole
 from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import MaxDepth, Substitute
+from equaltime.cli.options import MaxDepth, Substitute, parse_definitions, parse_size, parse_whole
 from equaltime.rendering.arguments import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES

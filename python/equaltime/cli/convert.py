@@ -1,4 +1,4 @@
-"""``equaltime convert``."""
+"""``equaltime convert`` and ``equaltime schema``."""
 
 from __future__ import annotations
 
@@ -7,12 +7,24 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import print_warnings
-from equaltime.cli.options import Substitute
+from equaltime.cli.options import Substitute, parse_definitions
 from equaltime.scene import load_file
+from equaltime.scene.schema import scene_schema
+from equaltime.strict_json import json_text
 
-__all__ = ["convert"]
+__all__ = ["convert", "schema"]
+
+
+def schema() -> int:
+    """Print a JSON schema of scene files, for editors.
+
+    The schema describes every plugin and its parameters, so that an editor completes and checks scene files.
+
+    For instance: `equaltime schema > scene.schema.json`, and on the first line of a scene `#:schema scene.schema.json`
+    """
+    print(json_text(scene_schema(), indent=1))
+    return 0
 
 
 def convert(

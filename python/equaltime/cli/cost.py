@@ -7,15 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions, parse_duration, parse_size, parse_whole
 from equaltime.cli.cost_folder import cost_folder
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
 from equaltime.cli.cost_table import print_summary
 from equaltime.cli.messages import print_error
-from equaltime.cli.options import Substitute
+from equaltime.cli.options import Substitute, parse_definitions, parse_duration, parse_size, parse_whole
 from equaltime.experiments import cost as measure_cost
-from equaltime.experiments.model.making import split_strategies
+from equaltime.experiments.model.reader import split_strategies
 from equaltime.experiments.run.collection import Changes
 from equaltime.rendering.arguments import MOST_THREADS
 from equaltime.strict_json import json_text

@@ -7,7 +7,7 @@ from pathlib import Path
 from equaltime.cli.cost_output import as_data, recorded
 from equaltime.cli.cost_progress import cost_progress
 from equaltime.cli.messages import print_error
-from equaltime.experiments.model.making import check_installed
+from equaltime.experiments.model.reader import check_installed
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.strict_json import json_text

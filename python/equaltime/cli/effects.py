@@ -11,10 +11,19 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.bench import share_bar
 from equaltime.cli.messages import WAYS, plain_console, print_warnings
-from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Threads
+from equaltime.cli.options import (
+    Define,
+    MaxDepth,
+    SceneFile,
+    Seed,
+    Size,
+    StrategyWords,
+    Substitute,
+    Threads,
+    parse_definitions,
+)
 from equaltime.errors import ImageError
 from equaltime.images import image_files as images
 from equaltime.images import preview

@@ -8,9 +8,8 @@ from typing import Annotated, Any, Final
 import typer
 from rich.table import Table
 
-from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import Substitute
+from equaltime.cli.options import Substitute, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.film.error import Estimate
 from equaltime.rendering.render_file import holds_film, read_picture

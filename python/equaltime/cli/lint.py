@@ -9,8 +9,7 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions
-from equaltime.cli.options import Define, SceneFile, Substitute
+from equaltime.cli.options import Define, SceneFile, Substitute, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.messages import print_lines
+from equaltime.cli.messages import doubts, headline, print_lines, wrote
 from equaltime.cli.options import Overwrite, Small
-from equaltime.cli.outcome import doubts, headline, wrote
 from equaltime.rendering.merge import merge as merge_files
 from equaltime.rendering.output_files import check_replaceable, check_spares
 from equaltime.rendering.result import check_output

@@ -1,14 +1,17 @@
-"""Options that several commands share, so that their help is the same."""
+"""Options that several commands share, and the parsers of their values."""
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from equaltime.cli.arguments import parse_crop, parse_duration, parse_percent, parse_size, parse_whole
-from equaltime.rendering.arguments import MOST_THREADS
+from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS
+from equaltime.words import seconds_of
 
 __all__ = [
     "Crop",
@@ -26,7 +29,94 @@ __all__ = [
     "Threads",
     "Time",
     "Without",
+    "parse_crop",
+    "parse_definitions",
+    "parse_duration",
+    "parse_percent",
+    "parse_pixel",
+    "parse_size",
+    "parse_whole",
 ]
+
+
+def parse_duration(text: str) -> float:
+    """Return the seconds of ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds."""
+    try:
+        seconds = seconds_of(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    if seconds <= 0.0:
+        raise typer.BadParameter("a duration must be above 0")
+    if seconds > MOST_SECONDS:
+        raise typer.BadParameter(f"'{text}' is too long; a duration may have {MOST_SECONDS:g} seconds")
+    return seconds
+
+
+_LEAST_WITHOUT_SIGN = 0.5
+"""Smallest number that needs a per cent sign: ``1`` for an error probably means 1 %, not 100 %."""
+
+
+def parse_percent(text: str) -> float:
+    """Return ``2%`` or ``0.02`` as a fraction in (0, 1)."""
+    number, percent, rest = text.strip().partition("%")
+    try:
+        value = float(number) / (100.0 if percent else 1.0)
+    except ValueError:
+        value = math.nan
+    if rest or not 0.0 < value < math.inf:
+        raise typer.BadParameter(f"'{text}' is no error; write a positive percentage, such as 2%")
+    if not percent and _LEAST_WITHOUT_SIGN <= value < 100.0:
+        other = f", or {100.0 * value:g}%" if value < 1.0 else ""
+        raise typer.BadParameter(f"'{text}' is {100.0 * value:g} %; did you mean {number.strip()}%{other}?")
+    if value >= 1.0:
+        raise typer.BadParameter(f"'{text}' is too large; an error to be reached is below 100 %, such as 2%")
+    return value
+
+
+def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
+    """Return a parser of whole numbers in [least, most]; it also accepts a number, an option's default."""
+
+    def parse(value: str | int) -> int:
+        text = str(value)
+        if not (re.fullmatch(r"-?[0-9]{1,20}", text) and least <= int(text) <= most):
+            raise typer.BadParameter(f"'{text}' is no whole number from {least} to {most}")
+        return int(text)
+
+    return parse
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Return width and height of ``WxH``."""
+    match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
+    if not match or 0 in (int(match[1]), int(match[2])):
+        raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
+    return int(match[1]), int(match[2])
+
+
+def parse_pixel(text: str) -> tuple[int, int]:
+    """Return column and row of ``x,y``."""
+    if not (match := re.fullmatch(r"(\d+),(\d+)", text.replace(" ", ""))):
+        raise typer.BadParameter(f"'{text}' is no pixel; write x,y, counted from the left and from the top")
+    return int(match[1]), int(match[2])
+
+
+def parse_crop(text: str) -> tuple[int, int, int, int]:
+    """Return the window ``x,y,w,h``."""
+    if not (match := re.fullmatch(r"(\d+),(\d+),(\d+),(\d+)", text.replace(" ", ""))):
+        raise typer.BadParameter(f"'{text}' is no crop window; write x,y,width,height in pixels, such as 0,0,64,64")
+    return int(match[1]), int(match[2]), int(match[3]), int(match[4])
+
+
+def parse_definitions(pairs: Sequence[str]) -> dict[str, str]:
+    """Return the values of ``name=value`` pairs; the last pair of a name wins."""
+    definitions = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not (name and equals):
+            raise typer.BadParameter(f"'{pair}' is no definition; write name=value", param_hint="-D")
+        definitions[name] = value
+    return definitions
+
 
 SceneFile = Annotated[
     Path,
@@ -34,6 +124,7 @@ SceneFile = Annotated[
         metavar="SCENE", help="Scene file: TOML, Mitsuba 3 XML, glTF; or a mesh, OBJ or PLY.", show_default=False
     ),
 ]
+
 Time = Annotated[
     float | None,
     typer.Option(
@@ -44,6 +135,7 @@ Time = Annotated[
         "Outputs beside the image come on top.",
     ),
 ]
+
 ErrorTarget = Annotated[
     float | None,
     typer.Option(
@@ -53,13 +145,16 @@ ErrorTarget = Annotated[
         help="Stop when the upper limit of the image's error is here: 2%.",
     ),
 ]
+
 Size = Annotated[
     Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
 ]
+
 Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace FILE though another program wrote it, or it shows another scene."),
 ]
+
 Small = Annotated[
     bool,
     typer.Option(
@@ -67,6 +162,7 @@ Small = Annotated[
         help="Save a small file: the image rounded to 11 bits, and its standard error. It cannot be resumed or merged.",
     ),
 ]
+
 Crop = Annotated[
     Any,
     typer.Option(
@@ -76,6 +172,7 @@ Crop = Annotated[
         help="Render this window of the film only: samples of the whole, in the same numbers with adaptive=none.",
     ),
 ]
+
 MaxDepth = Annotated[
     int | None,
     typer.Option(
@@ -85,18 +182,23 @@ MaxDepth = Annotated[
         help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
     ),
 ]
+
 StrategyWords = Annotated[
     str, typer.Option(metavar="S", help="A preset, or preset,key=value,…, or a TOML file; see equaltime render -h.")
 ]
+
 Seed = Annotated[int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Seed of all random numbers.")]
+
 Threads = Annotated[
     int,
     typer.Option(parser=parse_whole(0, MOST_THREADS), metavar="N", help="Worker threads; 0 is one for each processor."),
 ]
+
 Define = Annotated[
     list[str] | None,
     typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
 ]
+
 Substitute = Annotated[
     bool,
     typer.Option(
@@ -104,6 +206,7 @@ Substitute = Annotated[
         help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
     ),
 ]
+
 Tev = Annotated[
     str | None,
     typer.Option(
@@ -113,6 +216,7 @@ Tev = Annotated[
         help="Show the passes in tev, the viewer, which listens at localhost:14158 unless told otherwise.",
     ),
 ]
+
 Without = Annotated[
     list[str] | None,
     typer.Option(

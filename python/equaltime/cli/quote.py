@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.arguments import parse_definitions
 from equaltime.cli.messages import WAYS, plain_console, print_warnings
 from equaltime.cli.options import (
     Crop,
@@ -22,6 +21,7 @@ from equaltime.cli.options import (
     Substitute,
     Threads,
     Time,
+    parse_definitions,
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.film.error import Estimate

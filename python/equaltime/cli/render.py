@@ -12,16 +12,21 @@ from typing import Annotated, Any, cast
 import typer
 
 from equaltime.api import render as render_scene
-from equaltime.cli.arguments import parse_definitions, parse_duration, parse_percent, parse_whole
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
+    doubts,
+    headline,
+    kept_elsewhere,
+    left_by_interrupt,
     print_error,
     print_lines,
     print_no_quote,
     print_quote,
     print_warning,
     print_warnings,
+    stopped,
     while_heard,
+    wrote,
 )
 from equaltime.cli.options import (
     Crop,
@@ -39,19 +44,22 @@ from equaltime.cli.options import (
     Threads,
     Time,
     Without,
+    parse_definitions,
+    parse_duration,
+    parse_percent,
+    parse_whole,
 )
-from equaltime.cli.outcome import doubts, headline, kept_elsewhere, left_by_interrupt, stopped, wrote
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
 from equaltime.rendering.arguments import Backend
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
+from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Traps
 from equaltime.rendering.output_files import check_replaceable, check_spares
 from equaltime.rendering.progress import ProgressCallback
 from equaltime.rendering.result import Result, check_output
-from equaltime.rendering.stopping import StopRule
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding

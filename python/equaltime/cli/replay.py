@@ -7,9 +7,20 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from equaltime.cli.arguments import parse_definitions, parse_pixel, parse_whole
 from equaltime.cli.messages import print_warnings
-from equaltime.cli.options import Define, MaxDepth, SceneFile, Seed, Size, StrategyWords, Substitute, Without
+from equaltime.cli.options import (
+    Define,
+    MaxDepth,
+    SceneFile,
+    Seed,
+    Size,
+    StrategyWords,
+    Substitute,
+    Without,
+    parse_definitions,
+    parse_pixel,
+    parse_whole,
+)
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file

@@ -81,7 +81,7 @@ def cost(
         If the packages of ``equaltime[report]`` are missing.
     """
     from equaltime.experiments.analysis.conclusion import conclude
-    from equaltime.experiments.model.making import (  # imported late: rendering alone does not need it
+    from equaltime.experiments.model.reader import (  # imported late: rendering alone does not need it
         check_installed,
         make_experiment,
     )

@@ -37,8 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, pixel_statistics
-from equaltime.film.neighbourhoods import RADIUS, neighbours
-from equaltime.film.sums import box_sum, nearest_mean, sample_deviations
+from equaltime.film.sums import RADIUS, box_sum, nearest_mean, neighbours, sample_deviations
 
 __all__ = ["METRICS", "PILOT", "Gain", "pilot_statistics"]
 

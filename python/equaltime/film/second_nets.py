@@ -28,8 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, pixel_statistics
-from equaltime.film.neighbourhoods import others_count
-from equaltime.film.sums import others_sum
+from equaltime.film.sums import others_count, others_sum
 
 __all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "statistics_so_far"]
 

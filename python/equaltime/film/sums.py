@@ -1,4 +1,9 @@
-"""Array operations of the core on films and images, and the core's searches for light that samples have missed."""
+"""Array operations of the core on films and images, and its searches for light that samples have missed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
 
 from equaltime._core import (
     MOST_PIXELS_A_SECOND_NET,
@@ -19,6 +24,7 @@ from equaltime._core import (
 
 __all__ = [
     "MOST_PIXELS_A_SECOND_NET",
+    "RADIUS",
     "box_sum",
     "error_contributions",
     "focused_light",
@@ -27,9 +33,37 @@ __all__ = [
     "merge_moments",
     "mirrored_lamps",
     "nearest_mean",
+    "neighbours",
+    "others_count",
     "others_sum",
     "sample_deviations",
     "second_net_pixels",
     "standard_errors",
     "unshadowed",
+    "window_around",
 ]
+
+Floats = NDArray[np.float64]
+
+RADIUS = 3
+"""Distance from the centre of a neighbourhood to its edge, in pixels; 3 makes it 7x7."""
+
+
+def neighbours(height: int, width: int) -> Floats:
+    """Return the number of the image's pixels in the 7x7 neighbourhood of each pixel, (H, W, 1)."""
+    return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
+
+
+def others_count(height: int, width: int) -> Floats:
+    """Return the number of the image's other pixels in each pixel's 7x7 neighbourhood, (H, W, 1); at least 1."""
+    return np.maximum(neighbours(height, width) - 1.0, 1.0)
+
+
+def window_around(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rows and columns that hold all pixels set in the mask (at least one) and their neighbourhoods."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return _around(rows), _around(columns)
+
+
+def _around(where: NDArray[np.intp]) -> slice:
+    return slice(max(int(where[0]) - RADIUS, 0), int(where[-1]) + RADIUS + 1)

@@ -32,8 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.film.neighbourhoods import others_count
-from equaltime.film.sums import others_sum
+from equaltime.film.sums import others_count, others_sum
 
 __all__ = ["MOST_RATIO", "Tail", "averaged_out", "outstanding", "tail_of"]
 

@@ -26,8 +26,7 @@ from numpy.typing import NDArray
 from equaltime.film.error import Estimate, PixelStatistics, error_and_brightest
 from equaltime.film.focus import Focus
 from equaltime.film.lamps import Lamps
-from equaltime.film.neighbourhoods import RADIUS, window_around
-from equaltime.film.sums import box_sum, unshadowed
+from equaltime.film.sums import RADIUS, box_sum, unshadowed, window_around
 from equaltime.film.tails import averaged_out
 from equaltime.machine import worker_threads
 

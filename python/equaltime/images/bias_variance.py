@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,9 +21,20 @@ from numpy.typing import ArrayLike, NDArray
 from equaltime.images.metrics import Reference, reference_doubt
 from equaltime.statistics.intervals import UNKNOWN, Interval, exp, few, jackknife, student
 
-__all__ = ["Parts", "relmse_of_parts"]
+__all__ = ["Parts", "reduced", "relmse_of_parts"]
 
 Floats = NDArray[np.float64]
+
+
+def reduced(values: NDArray[Any], longest: int) -> Floats:
+    """Average whole blocks of pixels of (H, W, …) until no side exceeds ``longest``; small images stay unchanged."""
+    factor = math.ceil(max(values.shape[:2]) / longest)
+    if factor == 1:
+        return values
+    down, across = (min(factor, size) for size in values.shape[:2])
+    rows, columns = values.shape[0] // down, values.shape[1] // across
+    blocks = values[: rows * down, : columns * across].reshape(rows, down, columns, across, *values.shape[2:])
+    return np.asarray(blocks.mean(axis=(1, 3)))
 
 
 @dataclass(frozen=True)

@@ -24,23 +24,29 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from equaltime.film.tails import MOST_RATIO, Tail, tail_of
 from equaltime.images.flip import flip
 from equaltime.statistics.intervals import signed_root
 
 __all__ = [
     "METRICS",
+    "MOST_RATIO",
     "Measured",
     "Metric",
     "Reference",
+    "Tail",
     "contributions",
     "divided",
     "measure",
     "reference_doubt",
+    "squared_errors",
+    "tail_of",
 ]
 
 Floats = NDArray[np.float64]
 
 Metric = Literal["error", "relmse", "mse", "mare", "flip"]
+
 METRICS: tuple[Metric, ...] = get_args(Metric)
 
 _Z95 = 1.959964
@@ -235,3 +241,10 @@ def _check(pixels: Floats, reference: Reference) -> None:
         raise ValueError(f"an image of shape {pixels.shape} cannot be measured against one of shape {shape}")
     if not np.isfinite(reference.mean).all():
         raise ValueError("the reference has a pixel that is not finite")
+
+
+def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
+    """Return the relative squared error of each pixel of each image (H, W, 3): (K, pixels)."""
+    denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
+    squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)
+    return np.stack([square.mean(axis=2).ravel() for square in squares])

@@ -21,11 +21,10 @@ from dataclasses import dataclass, replace
 from equaltime.errors import ImageError, RenderError
 from equaltime.film.error import Estimate
 from equaltime.quoting.pilot import Pilot, Quote
-from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.budget import FIRST_LOOK, Limits, Stop
 from equaltime.rendering.job import Job
 from equaltime.rendering.progress import ProgressCallback
 from equaltime.rendering.session import Session
-from equaltime.rendering.stopping import Stop
 from equaltime.scene.model import MOST_SAMPLES
 
 __all__ = ["Chosen", "fixed_count", "pilot_seed"]

@@ -2,40 +2,126 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
 import math
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from statistics import NormalDist, linear_regression
+from pathlib import Path
+from statistics import NormalDist, linear_regression, variance
 from typing import Any, Literal, NamedTuple
 
 from equaltime.film.error import Estimate, Unit
-from equaltime.quoting.speed import from_start, pace, without_start
 from equaltime.rendering.budget import Looks, next_look
 
-__all__ = ["Law", "Probed", "fit"]
+__all__ = ["Law", "Pace", "Probed", "Processors", "fit", "from_start", "pace", "without_start"]
+
+# Standard deviation of the logarithm of the speed, from the pilot to the end, before the pilot's passes have shown how
+# their speed varies; and the number of passes that this prior counts as. Machines with other users vary by 0.1
+# (measured).
+_DOUBT, _KNOWN_PASSES = 0.1, 2
+
+# The first hundredths of a second are slower, until caches are filled and woken threads are spread over the processors.
+# In seconds: the loss on a machine without other users, the additional loss times the share of it that others have, and
+# the time in which the loss decays (tests/bench/short_passes.py).
+_LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
+
+
+class Processors(NamedTuple):
+    """Processor time that the threads of this process had since they began.
+
+    The processor time of a sample hardly depends on other processes. The available share of the processors varies from
+    a tenth of a second to the next, and is better known the longer it was watched. Idle threads wait for no processor.
+    """
+
+    ran: float
+    """Seconds that threads ran, all together."""
+    waited: float
+    """Seconds in which threads could have run, but others did."""
+
+    @classmethod
+    def now(cls) -> Processors:
+        """Read the scheduler's own account (Linux; zero elsewhere)."""
+        ran = waited = 0
+        for task in glob.iglob("/proc/self/task/*/schedstat"):
+            with suppress(OSError):  # the thread has ended
+                times = Path(task).read_text().split()
+                ran, waited = ran + int(times[0]), waited + int(times[1])
+        return cls(1e-9 * ran, 1e-9 * waited)
+
+    def had_since(self, before: Processors) -> float:
+        """Return the share of the usable processor time that the threads had; 1 if it is not known."""
+        ran, waited = self.ran - before.ran, self.waited - before.waited
+        return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
+
+
+class Pace(NamedTuple):
+    """Speed of sampling, once samples come evenly."""
+
+    seconds_per_sample: float
+    """Seconds for one sample of every pixel."""
+    doubt: float
+    """Standard deviation of the logarithm of the speed, until the end."""
+    lost: float
+    """Additional seconds of the start."""
+
+
+def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
+    """Return the pace of the last two octaves of samples, or of all, from the seconds at some counts of samples.
+
+    ``had`` is the share of the processors that was available meanwhile.
+    """
+    last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
+    first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
+    even = without_start(seconds[last], lost) - without_start(seconds[first], lost)
+    steps = itertools.pairwise(sorted(seconds.items()))
+    speeds = [math.log((after - before) / (n - m)) for (m, before), (n, after) in steps if after > before]
+    apart = (len(speeds) - 1) * variance(speeds) if len(speeds) > 1 else 0.0
+    doubt = math.sqrt((_KNOWN_PASSES * _DOUBT**2 + apart) / (_KNOWN_PASSES + max(len(speeds) - 1, 0)))
+    return Pace(even / (last - first), doubt, lost)
+
+
+def from_start(even: float, lost: float) -> float:
+    """Return the seconds from the first sample on for work that takes ``even`` seconds at an even pace."""
+    return even + lost * (1.0 - math.exp(-even / _START))
+
+
+def without_start(seconds: float, lost: float) -> float:
+    """Return approximately the seconds at an even pace for work that takes ``seconds`` from the first sample on."""
+    return seconds - lost * (1.0 - math.exp(-seconds / _START))
+
 
 _Z95 = 1.960
+
 _NORMAL = NormalDist()
+
 # Prior of the exponent before the pilot, by sampler: mean and standard deviation. Independent samples have exactly ½,
 # except for the finite sample of the pilot. Low-discrepancy samples have between 0.45, where many bounces and rare
 # paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13), "lattice": (0.6, 0.13)}
+
 _LEAST_EXPONENT, _MOST_EXPONENT = 0.3, 1.0
+
 # Standard deviation of the exponent beyond the pilot from that within it (measured).
 _BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06, "lattice": 0.06}
+
 # Drift of estimates against the law while the noise falls, as a standard deviation of log(error). Where the error falls
 # fast, low-discrepancy samples are better at powers of two than between: log(error) differs by _UNEVEN times the excess
 # of the exponent over _SLOW.
 _DRIFT, _UNEVEN, _SLOW = 0.07, 0.8, 0.6
+
 # Where few paths make the noise, intervals are wide. They narrow as more such paths come, or widen as rarer ones do.
 # First line: least exponent of narrowing over the width, and its maximum. Second line: standard deviation of the
 # widening exponent over the width, its maximum, and the most widening as a logarithm.
 _FEW, _MOST_NARROWING = 0.25, 0.5
+
 _RARE, _MOST_RARE, _MOST_WIDENING = 0.5, 0.3, 0.7
+
 _MOST_SAMPLES = 2.0**40
+
 _DRAWS = 63
 """Number of simulated renders of a quote: its interval is between the second and the last but one of their stops."""
 
@@ -266,7 +352,7 @@ def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: s
     """Fit the law to errors, and seconds since the first sample, at some counts of samples per pixel.
 
     The exponent is measured over the last three octaves, and weighted against the sampler's prior. The pace is by
-    `equaltime.quoting.speed`; ``had`` is the share of the processors that was available.
+    `equaltime.quoting.law`; ``had`` is the share of the processors that was available.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

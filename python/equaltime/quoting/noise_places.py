@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import Estimate, PixelStatistics, error_parts
-from equaltime.film.neighbourhoods import others_count
-from equaltime.film.sums import nearest_mean, others_sum
+from equaltime.film.sums import nearest_mean, others_count, others_sum
 from equaltime.rendering.session import Session
 
 __all__ = ["FRACTIONS", "Places", "Rectangle", "noise_places", "places_of"]

@@ -1,4 +1,7 @@
-"""Observers of a render under way: subclass `Observer` and override the events of interest."""
+"""Observers of a render under way: subclass `Observer` and override the events of interest.
+
+`QuoteWatch` tells an observer the quote that a render makes of its own first passes.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.quoting.pilot import Quote
+from equaltime.errors import RenderError
+from equaltime.quoting.pilot import Pilot, Quote
 from equaltime.rendering.progress import Progress
 
-__all__ = ["Observer", "overrides"]
+__all__ = ["Observer", "QuoteWatch", "overrides"]
 
 
 class Observer:
@@ -71,3 +75,30 @@ class Observer:
 def overrides(observer: Observer, method: str) -> bool:
     """Tell whether an observer overrides a method: events without a receiver need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)
+
+
+class QuoteWatch:
+    """Gives an observer the quote as soon as there is one, or the reason why there is none."""
+
+    def __init__(self, pilot: Pilot, observer: Observer) -> None:
+        self._pilot, self._observer, self._done = pilot, observer, False
+
+    def pass_ended(self) -> None:
+        """Give the quote if enough is known now."""
+        if self._done:
+            return
+        try:
+            found = self._pilot.pass_ended()
+        except RenderError as problem:
+            self._done = True
+            self._observer.unquoted(str(problem))
+            return
+        if found is not None:
+            self._done = True
+            self._observer.quoted(found)
+
+    def ended(self) -> None:
+        """Report the end of the render, after which there will be no quote."""
+        if not self._done:
+            self._done = True
+            self._observer.unquoted("the render ended before a pilot could tell anything")

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, error_parts, expected_half_width, pixel_statistics
 from equaltime.film.lamps import Lamps
-from equaltime.film.neighbourhoods import neighbours
-from equaltime.film.sums import box_sum
+from equaltime.film.sums import box_sum, neighbours
 from equaltime.quoting.law import Probed
 from equaltime.rendering.core import bad_sample, make_renderer, nets
 from equaltime.rendering.session import Session

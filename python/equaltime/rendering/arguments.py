@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from equaltime.rendering.stopping import StopRule
+from equaltime.rendering.budget import StopRule
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES

@@ -16,11 +16,10 @@ from equaltime.errors import ImageError
 from equaltime.film.moments import nonfinite
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.second_nets import SecondNets
-from equaltime.rendering.budget import Look
+from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.render_file import RenderFile
-from equaltime.rendering.stopping import Stop
 
 __all__ = ["Checkpoint", "differences", "looks_of"]
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from equaltime.film.error import Estimate
-from equaltime.rendering.budget import Limits
+from equaltime.rendering.budget import Limits, Stop
 from equaltime.rendering.checkpoint import Checkpoint
-from equaltime.rendering.stopping import Stop
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 

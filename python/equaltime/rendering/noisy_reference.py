@@ -27,9 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics
-from equaltime.film.neighbourhoods import neighbours
 from equaltime.film.parts_of_merge import statistics_of
-from equaltime.film.sums import box_sum
+from equaltime.film.sums import box_sum, neighbours
 from equaltime.images.image_files import Picture
 from equaltime.images.metrics import Measured, divided
 from equaltime.rendering.render_file import SavedFilm

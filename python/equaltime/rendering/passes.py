@@ -2,6 +2,8 @@
 
 The order of computation follows from counts alone, so a rerun repeats the bits. The clock only chooses where the
 schedule stops.
+
+Checkpoints come every N seconds, take at most half of the time, and stop shortly before the time limit.
 """
 
 from __future__ import annotations
@@ -11,23 +13,80 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Literal, Protocol
 
+from equaltime.errors import ImageError
 from equaltime.film.error import Estimate, load_quantiles
 from equaltime.film.second_nets import Renders, statistics_so_far
 from equaltime.film.unseen import Unseen, stated, stated_error
-from equaltime.rendering.budget import Limits, Look, Looks, next_look
+from equaltime.rendering.budget import Limits, Look, Looks, StoppedBy, next_look
 from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
-from equaltime.rendering.saving import Saving
-from equaltime.rendering.stopping import StoppedBy
 
-__all__ = ["PassRenderer", "Passes", "pass_end"]
+__all__ = ["PassRenderer", "Passes", "Saving", "pass_end"]
+
+_ROOM = 2.0
+"""A checkpoint is skipped if less than this many times the last save's duration remains before the time limit."""
+
+
+class Saving:
+    """Saves checkpoints and schedules them.
+
+    All times are seconds since the first pass began.
+
+    Parameters
+    ----------
+    save
+        Callable that saves the render so far.
+    every
+        Seconds between the starts of two checkpoints; more if saving would take more than half of them.
+    takes
+        Expected seconds of the first save.
+    failed
+        Called with the reason when saving fails; again only after a save has worked: a full disk may have room later.
+    """
+
+    def __init__(
+        self, save: Callable[[], object], every: float, takes: float, failed: Callable[[str], object] | None = None
+    ) -> None:
+        self.seconds = 0.0
+        """Seconds spent in saving."""
+        self._save, self._every, self._takes, self._due = save, every, takes, every
+        self._failed, self._fails = failed, False
+
+    def left(self, now: float, limit: float | None) -> float | None:
+        """Return the seconds until the next save, 0 if it is due; None if it would not end before the time limit."""
+        due = max(self._due, now)
+        return None if limit is not None and due + _ROOM * self._takes > limit else due - now
+
+    def run(self, clock: Callable[[], float]) -> float:
+        """Save; return the seconds that saving took."""
+        begin = clock()
+        self._try()
+        end = clock()
+        self._takes = end - begin
+        self._due = max(begin + self._every, end + self._takes)
+        self.seconds += self._takes
+        return self._takes
+
+    def _try(self) -> None:
+        failed_before = self._fails
+        try:
+            self._save()
+            self._fails = False
+        except ImageError as problem:
+            self._fails = True
+            if self._failed is not None and not failed_before:
+                self._failed(str(problem))
+
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
 _PASS_SAMPLES = 2**21
+
 # The first passes double up to this many samples. Short passes cost more per sample (tests/bench/short_passes.py), and
 # a render that is cut this soon has hardly begun.
 _FIRST_SAMPLES = 2**18
+
 # Exponent between n^-0.5 of independent samples and the best of low-discrepancy ones, to predict the time left.
 _LIKELY_LAW = 0.55
+
 # Factor by which work between passes may exceed its expected time: a first estimate of the error takes twice as long as
 # others, and pixels that make much of the noise may cost more than others.
 _LONGEST = 3.0

@@ -12,8 +12,8 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from equaltime.errors import ImageError, StrategyError
 from equaltime.film.error import Unit
 from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
+from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
-from equaltime.rendering.stopping import StoppedBy, StopRule
 from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy

@@ -22,13 +22,12 @@ from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.images.image_files import Window
-from equaltime.rendering.budget import Look
+from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA, FilmPicture
 from equaltime.rendering.output_files import keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
-from equaltime.rendering.stopping import Stop, StoppedBy
 from equaltime.words import Shown, duration
 
 __all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]

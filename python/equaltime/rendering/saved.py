@@ -15,13 +15,13 @@ from equaltime.film.error import UNKNOWN, Estimate, standard_error
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import statistics_of
 from equaltime.images.image_files import RGB, SOFTWARE, Picture
+from equaltime.rendering.budget import Stop
 from equaltime.rendering.checkpoint import Checkpoint, looks_of
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Origin, Result, Stats
-from equaltime.rendering.stopping import Stop
 from equaltime.strict_json import json_text
 
 __all__ = ["Render", "as_checkpoint", "as_picture", "name_of", "read"]

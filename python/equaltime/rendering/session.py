@@ -20,7 +20,7 @@ from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.image_files import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
-from equaltime.rendering.budget import Limits
+from equaltime.rendering.budget import Limits, Stop, StoppedBy
 from equaltime.rendering.checkpoint import Checkpoint
 from equaltime.rendering.core import (
     REPLICATES,
@@ -36,11 +36,9 @@ from equaltime.rendering.core import (
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.job import Job
-from equaltime.rendering.passes import Passes
+from equaltime.rendering.passes import Passes, Saving
 from equaltime.rendering.progress import ProgressCallback
 from equaltime.rendering.result import Origin, Result, Stats, make_result
-from equaltime.rendering.saving import Saving
-from equaltime.rendering.stopping import Stop, StoppedBy
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 

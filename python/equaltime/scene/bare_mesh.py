@@ -21,9 +21,8 @@ from equaltime.scene.gltf.views import SKY, SUN, default_camera, sky, sun
 from equaltime.scene.mesh_readers import MeshData, read_obj_by_material, read_ply
 from equaltime.scene.mtl import shown
 from equaltime.scene.obj_materials import GREY, Materials, file_beside
-from equaltime.scene.places import told_once
 from equaltime.scene.search import Search
-from equaltime.scene.tree import Child, Object, Place, Report
+from equaltime.scene.tree import Child, Object, Place, Report, told_once
 
 __all__ = ["MESHES", "read_mesh"]
 

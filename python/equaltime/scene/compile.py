@@ -1,4 +1,4 @@
-"""Hands a scene to the core: one call of the builder for each part.
+"""Hands a scene to the core: shapes, emitters, camera, film and filter, each by the builder.
 
 Each family of nodes has its own module; a new node is added there:
 
@@ -19,29 +19,122 @@ from __future__ import annotations
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder, CoreScene
 from equaltime.scene.compile_bsdfs import Materials
-from equaltime.scene.compile_emitters import add_emitter
 from equaltime.scene.compile_media import Media
-from equaltime.scene.compile_sensors import set_film, set_sensor
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import (
     LOOKS_AT_UV,
+    Animation,
     Aov,
     Area,
+    Box,
+    CatmullRom,
     Constant,
     Direct,
+    Directional,
     EnvMap,
+    Filter,
+    FreeEmitter,
+    Gaussian,
+    HdrFilm,
     Instance,
+    Lanczos,
     Mask,
+    MeshAttribute,
+    Mitchell,
     Null,
+    Orthographic,
+    Point,
     SceneModel,
+    Sensor,
+    Spherical,
+    Spot,
+    Tent,
     ThinDielectric,
+    ThinLens,
+    as_array,
+    poses,
+    without_shear,
 )
 from equaltime.scene.motion import in_shutters
 from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["compile_scene"]
+__all__ = ["add_emitter", "compile_scene", "set_film", "set_sensor"]
+
+
+def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
+    """Add an emitter, unless its power is zero; raises `Unsupported` if the core cannot use it yet."""
+    if isinstance(emitter, Point):
+        if any(emitter.intensity):
+            builder.add_point_light(emitter.world_position, emitter.intensity)
+    elif isinstance(emitter, Spot):
+        _add_spot(builder, emitter, textures)
+    elif isinstance(emitter, Directional):
+        if any(emitter.irradiance):
+            builder.add_directional_light(emitter.world_direction, emitter.irradiance)
+    elif isinstance(emitter, Constant):
+        if any(emitter.radiance):
+            builder.add_constant_environment(emitter.radiance)
+    elif emitter.scale > 0.0 and (pixels := assets.image(emitter)).any():
+        builder.add_image_environment(pixels, emitter.scale, without_shear(emitter.to_world))
+
+
+def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
+    if isinstance(spot.texture, MeshAttribute):
+        raise Unsupported(spot.texture, "a spot light has no mesh whose attribute it could project")
+    if not any(spot.intensity):
+        return
+    x, y, z, position = as_array(spot.to_world)[:3].T.tolist()
+    index = builder.add_spot_light(position, z, spot.intensity, spot.cutoff_angle, spot.beam)
+    if spot.texture is not None:
+        builder.project(index, textures.index(spot.texture), u_axis=x, v_axis=y)
+
+
+def set_sensor(builder: Builder, sensor: Sensor) -> None:
+    """Set the camera. Times of its animation are in units of the shutter time: 0 at opening, 1 at closing."""
+    to_world, near, far = as_array(poses(sensor.to_world)[0]), sensor.near_clip, sensor.far_clip
+    if isinstance(sensor.to_world, Animation):
+        builder.move_sensor(sensor.to_world.times, sensor.to_world.matrices)
+    if isinstance(sensor, Orthographic):
+        builder.set_orthographic(to_world, near, far)
+    elif isinstance(sensor, Spherical):
+        builder.set_spherical(to_world, near, far)
+    elif isinstance(sensor, ThinLens):
+        builder.set_perspective(
+            to_world,
+            sensor.x_fov,
+            near,
+            far,
+            aperture_radius=sensor.aperture_radius,
+            focus_distance=sensor.focus,
+            blades=sensor.blades or 0,
+            rotation_degrees=sensor.rotation,
+        )
+    else:
+        offset = (sensor.principal_point_offset_x, sensor.principal_point_offset_y)
+        builder.set_perspective(to_world, sensor.x_fov, near, far, offset)
+
+
+def set_film(builder: Builder, film: HdrFilm) -> None:
+    """Set the film with its filter."""
+    builder.set_film(film.width, film.height, film.crop, *_filter(film.rfilter))
+
+
+def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
+    """Return the core's name of the filter, and its parameters."""
+    if isinstance(rfilter, Box):
+        return "box", 0.5  # half its width
+    if isinstance(rfilter, Tent):
+        return "tent", rfilter.radius
+    if isinstance(rfilter, Gaussian):
+        return "gaussian", rfilter.stddev
+    if isinstance(rfilter, Mitchell):
+        return "mitchell", rfilter.B, rfilter.C
+    if isinstance(rfilter, CatmullRom):
+        return "mitchell", 0.0, 0.5
+    assert isinstance(rfilter, Lanczos)
+    return "lanczos", float(rfilter.lobes)
 
 
 def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreScene:

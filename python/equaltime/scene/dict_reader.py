@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from equaltime.scene import deforming, transforms
-from equaltime.scene.data_extent import Extent
+from equaltime.scene.extents import Extent
 from equaltime.scene.known import shortened
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation

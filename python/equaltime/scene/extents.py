@@ -1,4 +1,4 @@
-"""The bounds of surfaces, and a camera that sees the whole of a scene without one.
+"""The bounds of surfaces, a camera that sees the whole scene, and the size of nested data.
 
 Mitsuba 2 gave such scenes the same camera; Mitsuba 3.9 reads them, but does not render them.
 """
@@ -6,7 +6,7 @@ Mitsuba 2 gave such scenes the same camera; Mitsuba 3.9 reads them, but does not
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Final
 
@@ -18,8 +18,42 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface, surface
 from equaltime.scene.model import Instance, Perspective, SceneModel, Shape, as_array, poses
 from equaltime.scene.motion import at_time
+from equaltime.scene.tree import FREE_ENTRIES, MAX_DEPTH, USES_OF_EACH
 
-__all__ = ["bounds", "seen_whole"]
+__all__ = ["Extent", "bounds", "seen_whole"]
+
+Container = Mapping[str, object] | Sequence[object]
+
+
+class Extent:
+    """Counts the entries of dictionaries and lists: once for each reading, and once for each distinct container."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, Container] = {}  # keeps the containers alive, so that no id is reused
+        self._own = self._read = 0
+
+    def take(self, table: Container) -> bool:
+        """Count one dictionary or list; tell whether the entries read are still within the limit for sharing."""
+        size = 1 + len(table)
+        if id(table) not in self._known:
+            self._known[id(table)] = table
+            self._own += size
+        self._read += size
+        return self._read <= FREE_ENTRIES + USES_OF_EACH * self._own
+
+    @property
+    def complaint(self) -> str:
+        """The error for a scene whose limit was exceeded."""
+        most = FREE_ENTRIES + USES_OF_EACH * self._own
+        return f"its dictionaries and lists are used again and again; the limit for this scene is {most} entries"
+
+    def check(self, table: Container, depth: int) -> None:
+        """Count one list at nesting level `depth`; raises ValueError if the depth or the entries exceed their limit."""
+        if depth >= MAX_DEPTH:
+            raise ValueError(f"lists are nested more than {MAX_DEPTH} deep")
+        if not self.take(table):
+            raise ValueError(self.complaint)
+
 
 Array = NDArray[np.float64]
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -21,26 +23,61 @@ from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
 from equaltime.scene.dict_reader import read_dict
-from equaltime.scene.digest import digest
 from equaltime.scene.extents import seen_whole
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.known import shortened
-from equaltime.scene.merged import unmerged
-from equaltime.scene.model import Plugin, SceneModel
-from equaltime.scene.motion import closed_shutter, still
-from equaltime.scene.places import NOWHERE, Places
-from equaltime.scene.resolve import Resolved, resolve
+from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel, mesh_files
+from equaltime.scene.motion import closed_shutter, in_shutters, still
+from equaltime.scene.resolve import Resolved, resolve, unmerged
 from equaltime.scene.search import Search
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Object, Report
+from equaltime.scene.tree import NOWHERE, Object, Places, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.xml_reader import read_xml
 from equaltime.words import Shown
 
-__all__ = ["Scene", "load", "load_dict", "load_file"]
+__all__ = ["Scene", "digest", "load", "load_dict", "load_file"]
+
+VERSION = "equaltime scene 1"
+"""Version of the digest; change it when the same content must get another digest."""
+
+
+def digest(model: SceneModel, assets: Assets) -> str:
+    """Return the SHA-256 of everything that can change the image: parameters and the contents of files.
+
+    Names, places of files, output formats and sampling hints do not count. The order of shapes and emitters counts,
+    because the bits of an image depend on it.
+    """
+    content = json.dumps([VERSION, _canonical(in_shutters(model), assets)], sort_keys=True, allow_nan=False)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def _canonical(value: object, assets: Assets) -> object:
+    if isinstance(value, Plugin):
+        fields = {name: getattr(value, name) for name in type(value).model_fields if name not in {"id", *value.hints}}
+        if isinstance(filename := fields.get("filename"), str | Deformation):
+            fields["filename"] = _contents(filename, assets)
+        return {name: _canonical(field, assets) for name, field in fields.items()}
+    if isinstance(value, Animation):
+        return {"times": value.times, "matrices": value.matrices}
+    if isinstance(value, tuple):
+        return [_canonical(item, assets) for item in value]
+    return value
+
+
+def _contents(filename: str | Deformation, assets: Assets) -> object:
+    """Return the SHA-256 of a file's content.
+
+    For an animation whose files differ, return its times, the SHA-256 of each file, and the time at which it is held.
+    """
+    sums = [assets.sha256(name) for name in mesh_files(filename)]
+    if not isinstance(filename, Deformation) or len(set(sums)) == 1:
+        return sums[0]
+    return {"times": filename.times, "files": sums, "held": filename.held}
+
 
 Reader = Callable[[str, bytes, Mapping[str, object], Report, Search], Object | None]
 
@@ -50,6 +87,7 @@ def _gltf(file: str, content: bytes, defines: Mapping[str, object], report: Repo
 
 
 GLTF: Final = (".gltf", ".glb")
+
 READERS: Final[dict[str, Reader]] = {
     **{".toml": read_toml, ".xml": read_xml},
     **dict.fromkeys(GLTF, _gltf),

@@ -34,7 +34,7 @@ REFERENCE: Final[Schema] = {"$ref": "#/$defs/reference"}
 ANY: Final[Schema] = {"anyOf": [OBJECT, REFERENCE, {"type": "array", "items": {"anyOf": [OBJECT, REFERENCE]}}]}
 """One object or several, under any key."""
 MERGE: Final = "merge"
-"""A shape that is replaced before the model is made; see `equaltime.scene.merged`."""
+"""A shape that is replaced before the model is made; see `equaltime.scene.resolve`."""
 PARTS: Final = {"homogeneous": ("sigma_s", "sigma_a")}
 """Coefficients that a plugin accepts instead of its own."""
 

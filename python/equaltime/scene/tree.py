@@ -5,35 +5,43 @@ The tree has objects, references and values with their places. It does not know 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from equaltime.errors import Problem, SceneError
-from equaltime.scene.model import Kind
+from equaltime.scene.model import Kind, Plugin
 
 __all__ = [
     "FREE_ENTRIES",
     "MAX_DEPTH",
     "MOST_TOLD",
+    "NOWHERE",
     "USES_OF_EACH",
     "Alias",
     "Child",
     "Node",
     "Object",
     "Place",
+    "Places",
     "Reference",
     "Report",
     "Value",
+    "told_once",
 ]
 
 MOST_TOLD = 100
 """Largest number of problems, and of warnings, that are reported for one scene; a broken file may have more."""
+
 MOST_LETTERS = 1000
 """Longest text of one problem, in characters; files are quoted, and may have very long names and values."""
+
 MAX_DEPTH = 64
 """Deepest nesting of objects; real scenes need about five levels, and a hostile file must not exhaust the stack."""
+
 FREE_ENTRIES = 4096
+
 USES_OF_EACH = 64
 """Limit on objects or entries once sharing is expanded: `FREE_ENTRIES`, plus `USES_OF_EACH` for each in the file."""
 
@@ -169,3 +177,36 @@ class Object:
 
 
 Node = Value | Reference | Object
+
+ALONE: Final = ("sensor", "integrator")
+
+
+class Places:
+    """The places of shapes by index, and of all parts by identity or equality."""
+
+    def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
+        self.shapes = shapes
+        self._parts = tuple(parts)
+        self._known = {id(part): place for part, place in self._parts}
+
+    def of(self, part: Plugin) -> Place | None:
+        """Return the place of `part`, or of the first part equal to it; None if it was made later.
+
+        A scene has only one sensor and one integrator, so their places are found even after a change of size or depth.
+        """
+        if (place := self._known.get(id(part))) is not None:
+            return place
+        kind = part.kind if part.kind in ALONE else None
+        return next((place for known, place in self._parts if known == part or known.kind == kind), None)
+
+
+def told_once(place: Place, message: str) -> tuple[Place, str]:
+    """Return place and message; if the message repeats the place's file, move its line number into the place."""
+    found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
+    if found is None or place != Place(place.file):
+        return place, message
+    return Place(place.file, int(found[1]) if found[1] else None), found[2]
+
+
+NOWHERE: Final = Places((), ())
+"""Places of a model that was made in memory."""

@@ -14,7 +14,7 @@ import pytest
 import typer
 
 from equaltime.cli import main
-from equaltime.cli.arguments import (
+from equaltime.cli.options import (
     parse_crop,
     parse_definitions,
     parse_duration,

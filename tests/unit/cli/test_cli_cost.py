@@ -19,9 +19,9 @@ from equaltime.cli.cost_progress import describe, time_left
 from equaltime.errors import ExperimentError
 from equaltime.experiments import report
 from equaltime.experiments.analysis import summarise as analysis
-from equaltime.experiments.model import making
 from equaltime.experiments.model import reader as experiment_reader
-from equaltime.experiments.model.making import make_experiment, split_strategies
+from equaltime.experiments.model import reader as making
+from equaltime.experiments.model.reader import make_experiment, split_strategies
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run import single_run
 from equaltime.experiments.run.record import load

@@ -12,8 +12,8 @@ import pytest
 from equaltime.cli.cost_table import print_summary
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
-from equaltime.experiments.report.sentences import facts
 from equaltime.experiments.report.tables import check_table, point_table
+from equaltime.experiments.report.words import facts
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from ..experiments.fake_summary import summary

@@ -13,8 +13,7 @@ import pytest
 
 from equaltime.errors import ImageError
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
-from equaltime.experiments.run.arrays import read_array
-from equaltime.experiments.run.record import Row
+from equaltime.experiments.run.record import Row, read_array
 
 SHAPE = (3, 4, 3)
 

@@ -15,7 +15,7 @@ from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.folder import Folder
 from equaltime.experiments.run.reference import KnownReference
 from equaltime.images.metrics import Reference
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.statistics import agreement
 
 SCENE = et.load(Path(__file__).parents[3] / "scenes" / "cornell-box.toml").with_(size=(8, 8), max_depth=2)

@@ -4,7 +4,7 @@ from itertools import islice, pairwise
 
 import pytest
 
-from equaltime.experiments.run.ladder import BudgetLadder, counts
+from equaltime.experiments.run.single_run import BudgetLadder, counts
 
 
 def test_counts_double_with_one_between() -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.experiments.model.making import make_experiment
-from equaltime.experiments.model.reader import read_experiment
+from equaltime.experiments.model.reader import make_experiment, read_experiment
 from equaltime.experiments.run.subjects import make_subjects
 
 FOLDER = Path(__file__).parents[3] / "scenes" / "experiments"

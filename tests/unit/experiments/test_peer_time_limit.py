@@ -14,7 +14,7 @@ import pytest
 import equaltime as et
 from equaltime.errors import PeerError
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.peers import limits
+from equaltime.experiments.peers import process as limits
 from equaltime.experiments.peers.command import CommandPeer
 from equaltime.experiments.peers.process import Worker
 from equaltime.experiments.run.subjects import make_subjects

@@ -11,7 +11,7 @@ from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page
 from equaltime.experiments.report.dots import clearest, draw_dots, has_dots
 from equaltime.experiments.report.looks import looks
-from equaltime.experiments.report.overview import without_marks
+from equaltime.experiments.report.page import without_marks
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 from .test_report import Page

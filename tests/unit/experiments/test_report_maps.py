@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from equaltime.experiments.report.gallery import choose_crops
 from equaltime.experiments.report.maps import LEVEL, error_map, losses, spread_map, squares
 from equaltime.experiments.report.pictures import coloured
+from equaltime.images.bias_variance import reduced
 from equaltime.images.metrics import Reference, measure
-from equaltime.images.reducing import reduced
 
 SHAPE = (56, 84, 3)
 REPEATS = 8

@@ -13,7 +13,7 @@ import equaltime as et
 from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.model.identity import film_seed, run_seeds
+from equaltime.experiments.model.reader import film_seed, run_seeds
 from equaltime.experiments.run import runner, single_run
 from equaltime.experiments.run.folder import Folder
 from equaltime.experiments.run.record import load
@@ -21,8 +21,7 @@ from equaltime.experiments.run.reference import REFERENCE_STRATEGY
 from equaltime.experiments.run.runner import RunProgress, run
 from equaltime.film.error import pixel_statistics
 from equaltime.film.unseen import stated_error
-from equaltime.rendering.core_subject import CoreSubject
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, CoreSubject, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene import load as load_scene
 from equaltime.strategy import Strategy

@@ -15,7 +15,7 @@ from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import Beside, Summary
 from equaltime.experiments.model.theirs import TheirNumber, Theirs
 from equaltime.experiments.report import page, write_report
-from equaltime.experiments.report.theirs import beside_table
+from equaltime.experiments.report.tables import beside_table
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.images.image_tails import MOST_RATIO, Tail, squared_errors, tail_of
-from equaltime.images.metrics import Reference
+from equaltime.images.metrics import MOST_RATIO, Reference, Tail, squared_errors, tail_of
 from equaltime.statistics.agreement import equality_test, near_normal
 
 Array = NDArray[np.float64]

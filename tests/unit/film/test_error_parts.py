@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film.neighbourhoods import neighbours
-from equaltime.film.sums import box_sum, error_contributions, standard_errors
+from equaltime.film.sums import box_sum, error_contributions, neighbours, standard_errors
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.film.neighbourhoods import RADIUS, neighbours, others_count
-from equaltime.film.sums import box_sum, nearest_mean, others_sum
+from equaltime.film.sums import RADIUS, box_sum, nearest_mean, neighbours, others_count, others_sum
 
 Floats = NDArray[np.float64]
 

@@ -15,11 +15,11 @@ from equaltime.cli.cost_table import print_summary
 from equaltime.experiments.model.experiment import Experiment, ReferenceWish
 from equaltime.experiments.peers import MitsubaPeer
 from equaltime.experiments.peers.agreement import Gate, own_reference
-from equaltime.experiments.report.sentences import facts
+from equaltime.experiments.report.words import facts
 from equaltime.experiments.run.reference import obtain
 from equaltime.images import image_files as images
 from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS
-from equaltime.rendering.subject import Checkpoint
+from equaltime.rendering.core_subject import Checkpoint
 from equaltime.statistics.agreement import BlockMeans
 
 from ..experiments.fake_summary import scene_result, summary

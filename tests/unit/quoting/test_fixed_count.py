@@ -9,17 +9,16 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.outcome import stopped
+from equaltime.cli.messages import stopped
 from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
 from equaltime.quoting.fixed_count import Chosen, pilot_seed
-from equaltime.rendering.budget import Limits
+from equaltime.rendering.budget import Limits, Stop
 from equaltime.rendering.checkpoint import Checkpoint
 from equaltime.rendering.job import Job
 from equaltime.rendering.progress import Progress
 from equaltime.rendering.render_file import read_picture
 from equaltime.rendering.session import Session
-from equaltime.rendering.stopping import Stop
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 DARK: dict[str, Any] = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {"type": "sphere"}}

@@ -10,10 +10,9 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.quoting import pilot
-from equaltime.quoting.law import Law
+from equaltime.quoting.law import Law, Processors, from_start
 from equaltime.quoting.pilot import Pilot
 from equaltime.quoting.probe import Probe
-from equaltime.quoting.speed import Processors, from_start
 from equaltime.rendering.budget import Limits
 from equaltime.rendering.job import Job
 from equaltime.rendering.session import Session

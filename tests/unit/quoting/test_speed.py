@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from equaltime.quoting.speed import Processors, from_start, pace, without_start
+from equaltime.quoting.law import Processors, from_start, pace, without_start
 
 
 def test_the_pace_is_that_of_the_last_two_octaves() -> None:

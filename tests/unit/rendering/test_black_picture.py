@@ -15,7 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.experiments.peers.agreement import check
 from equaltime.rendering.black_picture import unwarned
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
 SENSOR = {"type": "perspective", "film": FILM}

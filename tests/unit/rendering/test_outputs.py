@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.cli.outcome import left_by_interrupt
+from equaltime.cli.messages import left_by_interrupt
 from equaltime.pricing import derive
 from equaltime.pricing import output_costs as extras
 from equaltime.pricing.output_costs import ALL, measure_outputs

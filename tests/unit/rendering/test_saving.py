@@ -12,9 +12,8 @@ import pytest
 import equaltime as et
 from equaltime.errors import ImageError
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.passes import Passes, pass_end
+from equaltime.rendering.passes import Passes, Saving, pass_end
 from equaltime.rendering.render_file import read_film, read_picture
-from equaltime.rendering.saving import Saving
 
 from .fake_renderer import PIXELS, FakeRenderer
 

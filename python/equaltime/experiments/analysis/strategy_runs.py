@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import StrategyError
-from equaltime.experiments.run.arrays import read_array
-from equaltime.experiments.run.record import Row
+from equaltime.experiments.run.record import Row, read_array
 from equaltime.images.bias_variance import Parts, relmse_of_parts
-from equaltime.images.image_tails import squared_errors, tail_of
-from equaltime.images.metrics import Reference
+from equaltime.images.metrics import Reference, squared_errors, tail_of
 from equaltime.statistics.curves import Runs
 from equaltime.statistics.intervals import FEWEST_REPEATS
 from equaltime.strategy import Strategy

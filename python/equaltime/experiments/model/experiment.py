@@ -112,7 +112,7 @@ class StrategyEntry(Value):
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
-    """``FILE.py:NAME``: a function that takes the label and returns an `equaltime.rendering.subject.Subject`."""
+    """``FILE.py:NAME``: a function that takes the label and returns an `equaltime.rendering.core_subject.Subject`."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @property

@@ -1,20 +1,108 @@
-"""Reads experiments from TOML, and makes a default experiment for a scene."""
+"""Reads experiments from TOML, and makes them from a scene and options.
+
+Two experiments with the same identity may continue each other's records.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-from equaltime.errors import ExperimentError, Problem
+from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyError
 from equaltime.experiments.model.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 from equaltime.scene.smaller import smaller_film
 from equaltime.scene.toml_lines import line_numbers, malformed, nearest
 from equaltime.strategy import PRESETS, Strategy
+from equaltime.words import seconds_of
 
-__all__ = ["DEFAULT_STRATEGIES", "default_experiment", "is_experiment", "quicker", "read_experiment", "with_roulette"]
+__all__ = [
+    "DEFAULT_STRATEGIES",
+    "Source",
+    "check_installed",
+    "default_experiment",
+    "film_seed",
+    "identity_of",
+    "is_experiment",
+    "make_experiment",
+    "quicker",
+    "read_experiment",
+    "run_seeds",
+    "split_strategies",
+    "with_roulette",
+]
+
+
+def identity_of(
+    experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
+) -> dict[str, Any]:
+    """Return, as JSON data, every setting that affects a record.
+
+    Titles, targets, crops, the baseline and the number of repeats are left out: they may change between calls.
+    """
+    wish = experiment.reference
+    return {
+        "scenes": {
+            entry.name: {
+                "digest": scene.digest,
+                "size": list(scene.size),
+                "crop": list(scene.model.sensor.film.crop),
+                "max_depth": scene.max_depth,
+            }
+            for entry, scene in zip(experiment.scenes, scenes, strict=True)
+        },
+        "strategies": {subject.label: {"renderer": subject.renderer, "name": subject.name} for subject in subjects},
+        "budget": experiment.budget,
+        "spp": None if experiment.spp is None else list(experiment.spp),
+        "reference": {
+            "error": wish.error,
+            "seconds": wish.seconds,
+            "file": None if wish.file is None else _sha256(wish.file),
+        },
+        "threads": threads,
+    }
+
+
+def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
+    """Return the seeds of a strategy's repeats on a scene: distinct 31-bit numbers, which every renderer accepts.
+
+    Seeds are hashes of names, so that adding strategies or repeats does not change them. A repeat whose hash is already
+    taken is hashed again.
+    """
+    seeds: dict[int, None] = {}
+    for repeat in range(repeats):
+        seed, again = _hashed(scene, strategy, str(repeat)), 0
+        while seed in seeds:
+            again += 1
+            seed = _hashed(scene, strategy, str(repeat), str(again))
+        seeds[seed] = None
+    return tuple(seeds)
+
+
+def film_seed(scene: str, strategy: str) -> int:
+    """Return the seed of the run from which a strategy's film is made."""
+    return _hashed(scene, strategy, "-1")
+
+
+def _hashed(*words: str) -> int:
+    """Return a 31-bit hash of words."""
+    text = "\0".join(("equaltime cost", *words))
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        text = f"{path}: cannot be read: {error.strerror or error}"
+        raise ExperimentError((Problem("reference.file", text),)) from error
+
 
 DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 
@@ -23,8 +111,11 @@ _DEPTH_WITHOUT_ROULETTE: Final = 64
 
 # Limits of `quicker`: about 35 s in all with the report, on a machine with two processors.
 _QUICK_SIZE: Final = 96
+
 _QUICK_REPEATS: Final = 6  # fewest values that give an interval of a median
+
 _QUICK_RUNS_SECONDS: Final = 18.0
+
 _QUICK_REFERENCES_SECONDS: Final = 10.0
 
 
@@ -176,3 +267,100 @@ def _smaller(entry: SceneEntry) -> SceneEntry:
         return entry
     size, crop = smaller_film((film.width, film.height), film.crop, scale)
     return entry.model_copy(update={"size": size, "crop": crop})
+
+
+Source = Experiment | Scene | str | os.PathLike[str] | Mapping[str, Any]
+"""An experiment, a scene, or a file of either; a mapping is a scene with Mitsuba's keys."""
+
+
+def make_experiment(
+    source: Source,
+    *,
+    quick: bool = False,
+    size: tuple[int, int] | None = None,
+    budget: float | str | None = None,
+    repeats: int | None = None,
+    threads: int | None = None,
+    strategies: Sequence[str] = (),
+    define: Mapping[str, object] | None = None,
+    substitute: bool = False,
+) -> Experiment:
+    """Return the experiment; options given here override the file's.
+
+    Parameters
+    ----------
+    strategies
+        Labels of the experiment's strategies, or texts for `Strategy.parse`.
+    define
+        Variables of a scene file.
+    substitute
+        Replace the parts of a scene file that cannot be rendered.
+
+    Raises
+    ------
+    ExperimentError, SceneError
+        If a file cannot be read or a value is invalid.
+    """
+    experiment = _experiment(source, tuple(strategies), {"define": dict(define or {}), "substitute": substitute})
+    if quick:
+        experiment = quicker(experiment)
+    changes: dict[str, object] = {}
+    if size is not None:
+        update = {"size": size, "crop": None}
+        changes["scenes"] = tuple(entry.model_copy(update=update) for entry in experiment.scenes)
+        changes["crops"] = ()
+    if budget is not None:
+        changes["budget"] = seconds_of(budget) if isinstance(budget, str) else float(budget)
+    for name, value in (("repeats", repeats), ("threads", threads)):
+        if value is not None:
+            changes[name] = value
+    return experiment.replace(**changes) if changes else experiment
+
+
+def check_installed() -> None:
+    """Raise EqualtimeError if the report needs a missing package, before the first run."""
+    missing = [name for name in ("scipy", "flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
+    if missing:
+        raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
+
+
+def split_strategies(text: str) -> tuple[str, ...]:
+    """Split ``naive,best,heuristic=balance,mis`` into strategies; a part with ``=`` belongs to the one before it."""
+    strategies: list[str] = []
+    for part in text.split(","):
+        if "=" in part and strategies:
+            strategies[-1] += f",{part.strip()}"
+        else:
+            strategies.append(part.strip())
+    return tuple(strategies)
+
+
+def _experiment(source: Source, strategies: tuple[str, ...], options: dict[str, object]) -> Experiment:
+    if isinstance(source, Scene):
+        return default_experiment(SceneEntry(scene=source), strategies)
+    if isinstance(source, Mapping):
+        return default_experiment(SceneEntry(scene=dict(source)), strategies)
+    if not isinstance(source, Experiment):
+        path = Path(source)
+        if not is_experiment(path):
+            return default_experiment(SceneEntry.model_validate({"path": path, **options}), strategies)
+        if any(options.values()):
+            problem = "definitions belong to scenes: write them in the experiment, and substitute too"
+            raise ExperimentError((Problem(str(path), problem),))
+        source = read_experiment(path)
+    return _chosen(source, strategies) if strategies else source
+
+
+def _chosen(experiment: Experiment, strategies: tuple[str, ...]) -> Experiment:
+    """Return the experiment with the strategies of these labels; other texts are read as new strategies."""
+    present = {entry.label: entry for entry in experiment.strategies}
+    chosen, problems = [], []
+    for text in strategies:
+        try:
+            chosen.append(present.get(text) or StrategyEntry(label=text, strategy=Strategy.parse(text)))
+        except StrategyError as error:
+            labels = ", ".join(present)
+            problems.append(Problem("strategies", f"{error}; the experiment has {labels}"))
+    if problems:
+        raise ExperimentError(tuple(problems))
+    return experiment.replace(strategies=tuple(chosen))

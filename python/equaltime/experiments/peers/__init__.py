@@ -7,8 +7,8 @@ from pathlib import Path
 from equaltime.experiments.model.experiment import Peer
 from equaltime.experiments.peers.command import CommandPeer
 from equaltime.experiments.peers.common import with_box_filter
-from equaltime.experiments.peers.limits import time_limit
 from equaltime.experiments.peers.mitsuba import MitsubaPeer
+from equaltime.experiments.peers.process import time_limit
 
 __all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
 

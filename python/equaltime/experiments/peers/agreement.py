@@ -22,10 +22,10 @@ from equaltime.images.image_files import SOFTWARE
 from equaltime.images.metrics import Reference
 from equaltime.images.mitsuba_reference import CAVEAT
 from equaltime.rendering.budget import Limits
+from equaltime.rendering.core_subject import Subject
 from equaltime.rendering.job import Job
 from equaltime.rendering.result import uninterrupted
 from equaltime.rendering.session import Session
-from equaltime.rendering.subject import Subject
 from equaltime.scene import Scene
 from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare
 from equaltime.strategy import Strategy

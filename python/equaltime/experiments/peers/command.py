@@ -50,11 +50,10 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError, PeerError
 from equaltime.experiments.peers.common import checked_image, render_seed, uneven_samples, with_box_filter
-from equaltime.experiments.peers.limits import DEFAULT_LIMIT, limited
-from equaltime.experiments.peers.process import end, ending, tail
+from equaltime.experiments.peers.process import DEFAULT_LIMIT, end, ending, limited, tail
 from equaltime.images import image_files as images
 from equaltime.machine import allowed_processors, worker_threads
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.strict_json import json_text

@@ -16,10 +16,9 @@ import numpy as np
 
 from equaltime.errors import PeerError
 from equaltime.experiments.peers.common import checked_image, render_seed
-from equaltime.experiments.peers.limits import DEFAULT_LIMIT, SETUP_LIMIT
-from equaltime.experiments.peers.process import Worker
+from equaltime.experiments.peers.process import DEFAULT_LIMIT, SETUP_LIMIT, Worker
 from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
-from equaltime.rendering.subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Checkpoint, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.strict_json import json_text

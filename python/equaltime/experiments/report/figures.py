@@ -10,7 +10,6 @@ import numpy as np
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.curves import INK, draw_curves
-from equaltime.experiments.report.figure_files import write_figure
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import Look
 from equaltime.experiments.report.pictures import Pictures, exposed
@@ -20,8 +19,27 @@ from equaltime.extras import optional
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
-__all__ = ["draw_comparison", "write_figures"]
+from equaltime.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_comparison", "write_figure", "write_figures"]
+
+_KINDS = {"pdf": {"CreationDate": None}, "png": {}}
+"""File types and their metadata; without a date, so that equal figures give equal files."""
+
+
+def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
+    """Write a figure into a folder, each file atomically; return the files as FOLDER/NAME.KIND."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for kind, metadata in _KINDS.items():
+        with replacing(folder / f"{name}.{kind}") as file:
+            figure.savefig(file, format=kind, dpi=200, facecolor="white", metadata=metadata)
+    return tuple(f"{folder.name}/{name}.{kind}" for kind in _KINDS)
+
 
 _FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 

@@ -15,7 +15,7 @@ from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, 
 from equaltime.experiments.report.views import Bar, Crop, Frame, Kind
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
-from equaltime.images.reducing import reduced
+from equaltime.images.bias_variance import reduced
 
 __all__ = ["Window", "choose_crops", "colour_bar", "kinds_of"]
 

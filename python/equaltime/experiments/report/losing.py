@@ -15,7 +15,7 @@ from equaltime.experiments.report.maps import LEVEL, Losses, losses
 from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
 from equaltime.experiments.report.views import Bar, LossView
 from equaltime.experiments.report.words import percent
-from equaltime.images.reducing import reduced
+from equaltime.images.bias_variance import reduced
 
 __all__ = ["INTRODUCTION", "losing"]
 

@@ -1,34 +1,111 @@
-"""Writes one self-contained page per experiment: all its contents are in the file, which loads no other files."""
+"""Writes one self-contained page per experiment, from templates: all its contents are in the file."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.charts import NARROW, WIDE, chart
+from equaltime.experiments.report.dots import has_dots, unmarked
 from equaltime.experiments.report.figures import write_figures
 from equaltime.experiments.report.films import film_view, write_animation
 from equaltime.experiments.report.gallery import kinds_of
-from equaltime.experiments.report.looks import Look, looks
+from equaltime.experiments.report.looks import DARK, LIGHT, Look, looks
 from equaltime.experiments.report.losing import INTRODUCTION, losing
-from equaltime.experiments.report.overview import overview_views
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
-from equaltime.experiments.report.sentences import facts, provenance_groups
-from equaltime.experiments.report.tables import check_table, label_row, point_table, time_table
-from equaltime.experiments.report.templates import write_page
-from equaltime.experiments.report.theirs import beside_table
+from equaltime.experiments.report.svg import NARROW, WIDE, chart, dots
+from equaltime.experiments.report.tables import (
+    beside_table,
+    check_table,
+    label_row,
+    overview_tables,
+    point_table,
+    time_table,
+)
 from equaltime.experiments.report.views import SceneView, Table
-from equaltime.experiments.report.words import slug
+from equaltime.experiments.report.words import facts, percent, provenance_groups, slug
+from equaltime.extras import optional
+from equaltime.files import replacing
+from equaltime.images.image_files import SOFTWARE
 
-__all__ = ["longest_side", "write_report"]
+__all__ = ["OverviewView", "longest_side", "overview_views", "without_marks", "write_page", "write_report"]
+
+
+@dataclass(frozen=True)
+class OverviewView:
+    """Chart and table of all scenes for one target error."""
+
+    name: str
+    table: Table
+    wide_chart: Any
+    narrow_chart: Any
+    """``<svg>`` elements that need no escaping; empty if no time is trusted."""
+    unmarked: str = ""
+    """Sentence on the strategies without a mark in the chart on some scenes."""
+
+
+def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
+    """Return the views of all targets, in order."""
+    tables = overview_tables(summary, looks)
+    return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
+
+
+def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Look]) -> OverviewView:
+    wide = narrow = ""
+    if has_dots(summary, target):
+        wide = dots(summary, f"{table.slug}-wide", target, looks, WIDE[0])
+        narrow = dots(summary, f"{table.slug}-narrow", target, looks, NARROW[0])
+    return OverviewView(percent(target), table, wide, narrow, without_marks(summary, target))
+
+
+def without_marks(summary: Summary, target: float) -> str:
+    """Return a sentence on the strategies without a mark, and their scenes; empty if all have marks."""
+    parts = []
+    for label, names in unmarked(summary, target).items():
+        present = sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)
+        everywhere = len(names) == present
+        parts.append(f"{label} on {'every scene' if everywhere else ', '.join(names)}")
+    return f"No mark, since the time is not reached or not known: {'; '.join(parts)}." if parts else ""
+
+
+_PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
+
+
+def write_page(template: str, path: Path, **values: object) -> Path:
+    """Fill in a template and replace ``path`` by it atomically, so that a reader never sees half a page."""
+    jinja: Any = optional("jinja2")
+    markup: Any = optional("markupsafe").Markup
+    files = resources.files(__package__) / "template"
+    environment = jinja.Environment(
+        loader=jinja.FunctionLoader(lambda name: (files / name).read_text("utf-8")),
+        autoescape=True,
+        undefined=jinja.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    text = environment.get_template(template).render(
+        software=SOFTWARE,
+        style=markup((files / "style.css").read_text("utf-8")),
+        script=markup((files / "page.js").read_text("utf-8")),
+        palettes=_PALETTES,
+        **values,
+    )
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
 
 _SHORTEST, _LONGEST = 128, 640
+
 _PIXELS = 12_000_000
 """Limit on the pixels of all pictures of a page; a pixel takes about two bytes."""
+
 _MAPS = 6
 """Pictures per strategy and scene on a page."""
 

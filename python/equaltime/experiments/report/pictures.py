@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime.errors import EqualtimeError, ImageError
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.maps import squares
-from equaltime.experiments.run.arrays import read_array
+from equaltime.experiments.run.record import read_array
 from equaltime.experiments.run.reference import read
 from equaltime.extras import optional
 from equaltime.images import image_files as images

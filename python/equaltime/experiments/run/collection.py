@@ -13,8 +13,7 @@ from pathlib import Path
 from equaltime.errors import EqualtimeError, ExperimentError, Problem
 from equaltime.experiments.analysis.conclusion import conclude
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.model.making import make_experiment
-from equaltime.experiments.model.reader import is_experiment, read_experiment
+from equaltime.experiments.model.reader import is_experiment, make_experiment, read_experiment
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run.folder import Folder, replacing
 from equaltime.experiments.run.runner import ProgressCallback, run

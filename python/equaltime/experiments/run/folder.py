@@ -29,7 +29,7 @@ from pydantic import BaseModel
 from equaltime import files as disk
 from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments.model.problems import file_name
-from equaltime.locks import try_lock
+from equaltime.files import try_lock
 from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
 from equaltime.strict_json import json_text

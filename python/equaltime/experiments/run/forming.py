@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.model.identity import film_seed
-from equaltime.experiments.run.arrays import read_arrays
+from equaltime.experiments.model.reader import film_seed
 from equaltime.experiments.run.folder import Folder, replacing
-from equaltime.experiments.run.record import Key, Row
+from equaltime.experiments.run.record import Key, Row, read_arrays
+from equaltime.images.bias_variance import reduced
 from equaltime.images.metrics import Reference, measure
-from equaltime.images.reducing import reduced
-from equaltime.rendering.subject import Subject
+from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 
 __all__ = ["Film", "Studio", "moments", "read_film"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.experiment import ReferenceWish
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.folder import Folder
-from equaltime.rendering.subject import Subject
+from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 
 if TYPE_CHECKING:

@@ -17,11 +17,51 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from equaltime.errors import ExperimentError, Problem
-from equaltime.files import to_disk
-from equaltime.locks import try_lock
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
+from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.files import to_disk, try_lock
+
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load", "read_array", "read_arrays"]
+
+_RESTORE = "put a copy of the file there, or remove it to go on without it"
+
+
+def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return the numbers of an ``.npy`` file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the file is missing.
+    ImageError
+        If the file is damaged, or its array has another shape or a number that is not finite.
+    """
+    try:
+        # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
+        found = np.load(path, mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # the type of NumPy's error depends on the damage
+        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
+    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
+        raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
+    if found.shape != shape:
+        raise ImageError(f"{path}: is damaged: it has shape {found.shape}, not {shape}; {_RESTORE}")
+    if not np.isfinite(found).all():
+        raise ImageError(f"{path}: is damaged: it has numbers that are not finite; {_RESTORE}")
+    return np.array(found)
+
+
+def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
+    """Return named arrays of an ``.npz`` file; raises `ImageError` if the file is damaged or an array is missing."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return tuple(file[name] for name in names)
+    except Exception as error:  # zip, zlib and NumPy raise different errors for a damaged file
+        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
+
 
 Key = tuple[str, str, int]
 """Key of a run: scene, label of the strategy, repeat."""
@@ -101,14 +141,19 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
+
 _ADDED = {"doubt"}
 """Columns that files of earlier versions lack. A file keeps its original columns."""
+
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
 _LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
+
 _MOST = 2.0**62
 """Smallest allowed value of each number, and the largest: it must fit into 64 bits."""
+
 _FLAGS = {"0": False, "1": True}
+
 _READERS: dict[str, Callable[[str], Any]] = {
     "str": str,
     "int": int,
@@ -116,6 +161,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "bool": _FLAGS.__getitem__,
     "tuple[int, int, int, int]": lambda text: _window(text),
 }
+
 _TYPES = {field.name: str(field.type) for field in fields(Row)}
 
 

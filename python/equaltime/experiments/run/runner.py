@@ -17,7 +17,7 @@ from typing import Literal
 
 from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
-from equaltime.experiments.model.identity import identity_of, run_seeds
+from equaltime.experiments.model.reader import identity_of, run_seeds
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.directions import write_directions
 from equaltime.experiments.run.folder import OWN_DEPTHS, Folder, build_facts, fingerprint, machine_facts
@@ -28,7 +28,7 @@ from equaltime.experiments.run.single_run import SingleRun, now
 from equaltime.experiments.run.subjects import close_subjects, make_subjects, scenes_of
 from equaltime.images.metrics import Reference
 from equaltime.machine import worker_threads
-from equaltime.rendering.subject import Checkpoint, Subject
+from equaltime.rendering.core_subject import Checkpoint, Subject
 from equaltime.scene import Scene
 
 __all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]

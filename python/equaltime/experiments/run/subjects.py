@@ -15,8 +15,7 @@ from typing import Any
 from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments.model.experiment import Experiment, StrategyEntry
 from equaltime.experiments.model.problems import unfit_character
-from equaltime.rendering.core_subject import CoreSubject
-from equaltime.rendering.subject import Subject
+from equaltime.rendering.core_subject import CoreSubject, Subject
 from equaltime.scene import Scene
 
 __all__ = ["close_subjects", "make_subjects", "scenes_of"]

@@ -17,10 +17,10 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
-from equaltime.scene.gltf.factors import capped
 from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
 from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
+from equaltime.scene.gltf.surfaces import capped
 from equaltime.scene.known import shortened, suggestion
 
 __all__ = ["NOT_USED", "Document", "Malformed", "parse"]
@@ -139,7 +139,7 @@ def _decoded(uri: str, place: str) -> bytes:
 
 def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     """Return the document in the `content` of the ``.gltf`` or ``.glb`` file `name`; raises `Malformed`."""
-    from equaltime.scene.gltf.typed import (
+    from equaltime.scene.gltf.schema import (
         typed,
     )  # pygltflib takes a tenth of a second to import, and other scenes do not need it
 

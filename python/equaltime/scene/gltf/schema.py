@@ -7,6 +7,13 @@ not used (`equaltime.scene.gltf.account`). Listed properties are used, or noted 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import is_dataclass
+from functools import cache
+from typing import Any, get_args, get_type_hints
+
+from pygltflib import GLTF2, Attributes, PbrMetallicRoughness
+
 from equaltime.scene.gltf.rules import (
     Rule,
     every,
@@ -21,7 +28,44 @@ from equaltime.scene.gltf.rules import (
     text,
 )
 
-__all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE"]
+__all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
+
+
+def typed(document: Mapping[str, Any]) -> GLTF2:
+    """Return the `GLTF2` of a document that follows the schema; materials without metallic-roughness get its default.
+
+    Properties that pygltflib does not know are left out.
+    """
+    gltf = _made(GLTF2, document)
+    for material in gltf.materials:
+        material.pbrMetallicRoughness = material.pbrMetallicRoughness or PbrMetallicRoughness()
+    for node, given in zip(gltf.nodes, document.get("nodes", ()), strict=True):
+        node.weights = given.get("weights")  # pygltflib has no such field
+    return gltf
+
+
+def _made(kind: type, value: Any) -> Any:
+    """Return the JSON `value` as an object of pygltflib's class `kind`, or as a list of such objects."""
+    if isinstance(value, list):
+        return [_made(kind, item) for item in value]
+    if kind is Attributes:
+        return Attributes(**value)
+    known = _fields(kind)
+    return kind(**{name: _made(k, v) if (k := known[name]) else v for name, v in value.items() if name in known})
+
+
+@cache
+def _fields(kind: type) -> dict[str, type | None]:
+    """Return the fields of a pygltflib class, with the class of their objects; None for plain values."""
+    return {name: _class_in(hint) for name, hint in get_type_hints(kind).items()}
+
+
+def _class_in(hint: Any) -> type | None:
+    """Return the pygltflib class in a type such as ``Optional[List[Accessor]]``, or None."""
+    if isinstance(hint, type) and (is_dataclass(hint) or hint is Attributes):
+        return hint
+    return next((found for part in get_args(hint) if (found := _class_in(part)) is not None), None)
+
 
 UNREADABLE = {
     "EXT_meshopt_compression": "decode it first, for example with gltf-transform copy",
@@ -32,9 +76,11 @@ UNREADABLE = {
 """Extensions that change how data is stored, with advice for the user; refused wherever data needs them."""
 
 _unit, _positive, _color = number(0.0, 1.0), number(0.0), numbers(3, 0.0, 1.0)
+
 _strong_color = numbers(3, 0.0)
 
 _TRANSFORM = table(offset=numbers(2), rotation=number(), scale=numbers(2), texCoord=integer())
+
 _TEXTURE = table(
     "index",
     index=index("textures"),
@@ -177,7 +223,9 @@ _VIEW = table(
 )
 
 _TEXTURE_FORMS = table(EXT_texture_webp=table("source", source=index("images")))
+
 _TARGET = table("path", node=index("nodes"), path=text)
+
 _DATA, _INTERPOLATION = index("accessors"), one_of("LINEAR", "STEP", "CUBICSPLINE")
 
 DOCUMENT = table(

@@ -12,7 +12,7 @@ import numpy as np
 
 from equaltime.scene.lint.camera import check_camera
 from equaltime.scene.lint.extent import check_extent
-from equaltime.scene.lint.finding import Finding, Severity, first_places
+from equaltime.scene.lint.facts import Finding, Severity, first_places
 from equaltime.scene.lint.lights import check_lights
 from equaltime.scene.lint.materials import check_materials
 from equaltime.scene.lint.media import check_media

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import MeshSurface, SphereSurface
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import Finding, first_places
 from equaltime.scene.lint.parts import Part, World
 
 __all__ = ["check_camera"]

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import Finding, first_places
 from equaltime.scene.lint.parts import Part, World
 from equaltime.scene.model import MeshFile
 

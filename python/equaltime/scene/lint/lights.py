@@ -9,8 +9,7 @@ import numpy as np
 from equaltime.film.radiance_range import FAR_APART
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import DiskSurface
-from equaltime.scene.lint.facts import within
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import Finding, first_places, within
 from equaltime.scene.lint.parts import Array, Part, World, leaves, lets_light_through
 from equaltime.scene.model import (
     Area,

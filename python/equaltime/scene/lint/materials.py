@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import Finding, first_places
 from equaltime.scene.lint.parts import World
 from equaltime.scene.model import Diffuse, Plugin
 from equaltime.scene.out_of_range import of_mesh, of_textures

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from equaltime.scene.compile_media import sees_media
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import Finding, first_places
 from equaltime.scene.lint.parts import World
 from equaltime.scene.model import Medium
 

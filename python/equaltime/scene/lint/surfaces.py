@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from equaltime.scene.geometry import SphereSurface
-from equaltime.scene.lint.facts import UNCERTAIN, MeshFacts, border, facts, surrounds, within
-from equaltime.scene.lint.finding import Finding, first_places
+from equaltime.scene.lint.facts import UNCERTAIN, Finding, MeshFacts, border, facts, first_places, surrounds, within
 from equaltime.scene.lint.parts import Part, World
 
 __all__ = ["check_surfaces"]
