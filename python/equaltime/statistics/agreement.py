@@ -24,8 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.extras import optional
-
 __all__ = [
     "LEVEL",
     "Agreement",
@@ -137,7 +135,8 @@ def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
         raise ValueError(f"blocks of shape {first.mean.shape} cannot be compared with {second.mean.shape}")
     if not (np.isfinite(first.mean).all() and np.isfinite(second.mean).all()):
         raise ValueError("an image has a pixel that is not finite")
-    stats = optional("scipy.stats")
+    from scipy import stats  # late: slow to import
+
     difference, total = first.mean - second.mean, first.variance + second.variance
     rounding = ROUNDING * np.maximum(np.abs(first.mean), np.abs(second.mean))
     noisy = np.sqrt(total) > rounding
@@ -164,7 +163,8 @@ def _look(channels: list[Array]) -> dict[str, float]:
     if not channels:
         return {"nothing": 1.0}
     parts, blocks = len(channels), sum(c.size for c in channels)
-    stats = optional("scipy.stats")
+    from scipy import stats  # late: slow to import
+
     return {
         "worst": sidak(_two_sided(max(float(np.abs(c).max()) for c in channels)), blocks),
         "mean": sidak(_two_sided(max(abs(float(c.mean())) * math.sqrt(c.size) for c in channels)), parts),
@@ -205,7 +205,8 @@ def anderson_darling(z: Array) -> float:
     0.001, 15 % at p = 0.1.
     """
     ordered = np.sort(z)
-    special = optional("scipy.special")
+    from scipy import special  # late: slow to import
+
     odd = 2.0 * np.arange(1, z.size + 1) - 1.0
     logs = special.log_ndtr(ordered) + special.log_ndtr(-ordered[::-1])
     statistic = -z.size - float((odd * logs).mean())

@@ -18,8 +18,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.extras import optional
-
 __all__ = [
     "FEWEST_REPEATS",
     "UNKNOWN",
@@ -116,7 +114,9 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
 @lru_cache
 def student(degrees: float, level: float = 0.95) -> float:
     """Return the two-sided quantile of Student's t: 95 % of deviates are within plus and minus this."""
-    return float(optional("scipy.stats").t.ppf(0.5 + 0.5 * level, degrees))
+    from scipy import stats  # late: slow to import
+
+    return float(stats.t.ppf(0.5 + 0.5 * level, degrees))
 
 
 def mean_interval(values: ArrayLike) -> Interval:
@@ -172,7 +172,8 @@ def median_interval(values: ArrayLike) -> Interval:
 @lru_cache
 def _sign_test(count: int) -> tuple[int, float]:
     """Return the place of the wider interval's lower end, from 1, and how far it moves towards the next place."""
-    binomial = optional("scipy.stats").binom
+    from scipy.stats import binom as binomial  # late: slow to import
+
     first = int(binomial.ppf(0.025, count, 0.5))
     wide, narrow = (1.0 - 2.0 * float(binomial.cdf(first - 1 + more, count, 0.5)) for more in (0, 1))
     share = (wide - 0.95) / (wide - narrow)

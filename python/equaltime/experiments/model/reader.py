@@ -319,7 +319,7 @@ def make_experiment(
 
 def check_installed() -> None:
     """Raise EqualtimeError if the report needs a missing package, before the first run."""
-    missing = [name for name in ("scipy", "flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
+    missing = [name for name in ("flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
         raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.extras import optional
 from equaltime.images.metrics import Reference, contributions
 
 __all__ = ["LEVEL", "Losses", "error_map", "losses", "spread_map", "squares"]
@@ -113,9 +112,11 @@ def _significant(mine: Floats, theirs: Floats) -> tuple[Flags, Flags] | None:
         return None
     difference = mine.mean(axis=0) - theirs.mean(axis=0)
     own, other = mine.var(axis=0, ddof=1) / len(mine), theirs.var(axis=0, ddof=1) / len(theirs)
+    from scipy import stats  # late: slow to import
+
     spread = own + other
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = spread**2 / (own**2 / (len(mine) - 1) + other**2 / (len(theirs) - 1))
-        chance = 2.0 * optional("scipy.stats").t.sf(np.abs(difference) / np.sqrt(spread), freedom)
+        chance = 2.0 * stats.t.sf(np.abs(difference) / np.sqrt(spread), freedom)
     sure = np.nan_to_num(chance, nan=1.0) < LEVEL
     return sure & (difference > 0.0), sure & (difference < 0.0)
