@@ -7,9 +7,8 @@ meaning with the others is None, and refused if it is given.
 
 from __future__ import annotations
 
-import difflib
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Self, get_args
@@ -26,6 +25,7 @@ from pydantic import (
 )
 
 from equaltime.errors import StrategyError
+from equaltime.words import suggestion
 
 __all__ = ["PRESETS", "Strategy"]
 
@@ -257,7 +257,7 @@ def _from_file(path: Path) -> Strategy:
 def _vary(preset: object, changes: Mapping[str, Any], place: str) -> Strategy:
     """Apply ``changes`` to a preset; every problem is reported together, prefixed by ``place``."""
     if not isinstance(preset, str) or preset not in PRESETS:
-        raise StrategyError(f"{place}: unknown strategy '{preset}'{_nearest(str(preset), PRESETS)}")
+        raise StrategyError(f"{place}: unknown strategy '{preset}'{suggestion(str(preset), PRESETS)}")
     values = PRESETS[preset].model_dump() | dict(changes)
     for key, condition in _CONDITIONS.items():
         if key not in changes and not condition.holds(values):
@@ -272,21 +272,14 @@ def _explain(problem: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into a sentence with the nearest known name."""
     key, found = str(problem["loc"][0]), problem["input"]
     if problem["type"] == "extra_forbidden":
-        return f"unknown key '{key}'{_nearest(key, Strategy.model_fields)}"
+        return f"unknown key '{key}'{suggestion(key, Strategy.model_fields)}"
     if problem["type"] == "literal_error":
-        return f"unknown {key} '{found}'{_nearest(str(found), _words(key))}"
+        return f"unknown {key} '{found}'{suggestion(str(found), _words(key))}"
     if key == "survival":
         return f"survival must be a number between 0 and 1, found '{found}'"
     if problem["type"] == "less_than":
         return f"{key} must be below 2^31, found '{found}'"
     return f"{key} must be a whole number of at least 1{' or none' if key == 'truncate' else ''}, found '{found}'"
-
-
-def _nearest(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean …?``, or the whole list if nothing is near."""
-    known = tuple(known)
-    close = difflib.get_close_matches(word.lower(), known, n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else f"; known are {', '.join(known)}"
 
 
 def _float_or_text(text: str) -> float | str:

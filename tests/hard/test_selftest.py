@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from equaltime.hardcases.cases import CASES, Case, load_case, scenes_folder
 from equaltime.hardcases.judge import MOST_ULP, judge_bits, judge_same, judge_value, limit_of
 from equaltime.hardcases.subjects import MitsubaSubject, OurSubject
 from equaltime.hardcases.units import in_units
+from equaltime.rendering.session import Session
 
 QUICK_IDS = ["G2", "G3", "G10", "G11", "G13", "G14", "G17", "S1", "S3", "S7", "S16", "T8"]
 QUICK_NAMES = ["ball in a lamp 1e6 wide", "instance scaled -1e-3 … 1e3"]
@@ -155,7 +155,7 @@ def test_what_a_renderer_raises_fails_its_case() -> None:
 
 def test_ctrl_c_ends_it_and_fails_no_case(monkeypatch: pytest.MonkeyPatch) -> None:
     part = dataclasses.replace(et.render(load_case(CASES[0]).with_(size=(4, 4)), spp=2), stopped_by="interrupt")
-    monkeypatch.setattr(import_module("equaltime.hardcases.subjects"), "render", lambda *_, **__: part)
+    monkeypatch.setattr(Session, "run", lambda _: part)
     with pytest.raises(KeyboardInterrupt):
         OurSubject().outcome(CASES[0])
 

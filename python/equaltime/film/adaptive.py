@@ -159,7 +159,10 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rate 0 where the pixel's own error seems below half the image's, else equal rates: the common rule."""
+    """Return sampling rates: 0 where a pixel's estimated error is below half of the image's error, else one rate.
+
+    Many renderers sample adaptively by this rule.
+    """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))
     return goes_on / max(float(goes_on.mean()), 1e-3)

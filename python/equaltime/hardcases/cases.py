@@ -5,7 +5,6 @@ Scenes are in ``scenes/`` of the sources, and in the package's folder if it is i
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from typing import Any, Final
 
 from equaltime.experiments.peers.common import with_box_filter
 from equaltime.scene import Scene, load_file
+from equaltime.words import suggestion
 
 __all__ = ["CASES", "Case", "chosen", "load_case", "scenes_folder"]
 
@@ -178,6 +178,5 @@ def chosen(only: Sequence[str]) -> tuple[Case, ...]:
     known = {word for case in CASES for word in (case.id, case.name)}
     for word in only:
         if word not in known:
-            near = difflib.get_close_matches(word, sorted(known), 1, 0.0)
-            raise ValueError(f"there is no case '{word}'; did you mean '{near[0]}'?")
+            raise ValueError(f"there is no case '{word}'{suggestion(word, known)}")
     return tuple(case for case in CASES if not only or case.id in only or case.name in only)

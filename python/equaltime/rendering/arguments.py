@@ -11,8 +11,8 @@ from typing import Any, Literal, get_args
 
 from equaltime.rendering.budget import StopRule
 from equaltime.scene import Scene, load, load_dict
-from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.words import shortened
 
 __all__ = [
     "MOST_SECONDS",

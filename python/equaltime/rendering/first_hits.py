@@ -49,9 +49,10 @@ def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
 def first_hits(
     scene: Scene, asked: tuple[tuple[str, str], ...] | None = None, threads: int = 0
 ) -> dict[str, NDArray[np.float32]]:
-    """Return the channels (H, W) that the scene asks for, by their full names, such as ``distance.T``.
+    """Return images of the surfaces that camera rays hit first: depth, position, normal, albedo and the like.
 
-    Outputs in ``asked`` of other kinds are ignored.
+    Channels are (H, W), by their full names, such as ``distance.T``. `asked` holds pairs (name, kind) of outputs; by
+    default it is the scene's own list. Kinds that need more than the first hit are ignored.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:

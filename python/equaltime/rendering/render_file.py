@@ -81,8 +81,8 @@ from equaltime.images.reading import read_part
 from equaltime.rendering import format_1
 from equaltime.rendering.film_picture import ALPHA, FilmPicture
 from equaltime.rendering.render_record import checked
-from equaltime.scene.known import shortened
 from equaltime.strict_json import json_text
+from equaltime.words import shortened
 
 __all__ = [
     "FORMAT",

@@ -14,9 +14,9 @@ from equaltime.film.error import Unit
 from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
 from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
-from equaltime.scene.known import shortened
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
+from equaltime.words import shortened
 
 __all__ = ["checked"]
 

@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from equaltime.errors import Problem, SceneError
-from equaltime.scene.known import shortened
 from equaltime.scene.model import Aov, Integrator, Moment, Path, Plugin
 from equaltime.scene.validate import explain
+from equaltime.words import shortened
 
 __all__ = ["changed", "deep", "several"]
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from equaltime.scene.assets import Assets, Mesh
 from equaltime.scene.geometry import MeshSurface, Surface, surface
-from equaltime.scene.known import shortened
 from equaltime.scene.model import Deformation, Instance, MeshFile, SceneModel, Solid, mesh_files
 from equaltime.scene.motion import in_shutters, span
 from equaltime.scene.transforms import numbers
+from equaltime.words import shortened
 
 __all__ = ["check", "parse", "steps", "uneven"]
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from equaltime.scene import deforming, transforms
 from equaltime.scene.extents import Extent
-from equaltime.scene.known import shortened
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
 from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
+from equaltime.words import shortened
 
 __all__ = ["DictReader", "read_dict"]
 

@@ -1,19 +1,14 @@
-"""Names: the plugins of Mitsuba 3, the known name nearest to a misspelt word, and values as messages show them."""
+"""Names of the plugins of Mitsuba 3 and 0.6, by family."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from equaltime.scene.model.base import Kind
 
-__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "a", "mitsuba_kind", "nearest", "shortened", "suggestion"]
+__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "mitsuba_kind"]
 
-MOST_NAMES: Final = 512
-LONGEST_NAME: Final = 100
-"""Limits for `nearest`: the number of names, and the letters of a word. Its time grows with their product."""
 _NAMES: dict[Kind, str] = {
     "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
     "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
@@ -50,73 +45,7 @@ OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
 SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersections"})
 """Switches of a scene that tell Mitsuba how to trace rays; they have no meaning here."""
 
-_BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
-
 
 def mitsuba_kind(name: str) -> Kind | None:
     """Return the family of the Mitsuba 3 plugin `name`, or None if there is none."""
     return next((kind for kind, names in MITSUBA.items() if name in names), None)
-
-
-def a(noun: str) -> str:
-    """Return a noun with its article."""
-    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most similar to `word`, if one is near."""
-    names = sorted(known)
-    if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
-        return None
-    for candidate in (word, word.lower()):
-        if found := difflib.get_close_matches(candidate, names, n=1, cutoff=0.6):
-            return found[0]
-    return None
-
-
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if a known name is near, else "; expected one of ..."."""
-    names = sorted(known)
-    if near := nearest(word, names):
-        return f"; did you mean '{near}'?"
-    if not names:
-        return ""
-    listed = ", ".join(f"'{name}'" for name in names[:12]) + (", ..." if len(names) > 12 else "")
-    return f"; expected {'one of ' if len(names) > 1 else ''}{listed}"
-
-
-def shortened(value: object, width: int) -> str:
-    """Return ``repr(value)`` cut to `width` characters; the rest of a large value is never formatted."""
-    text = ""
-    for piece in _pieces(value, width):
-        text += piece
-        if len(text) > width:
-            return text[: width - 3] + "..."
-    return text
-
-
-def _pieces(value: object, width: int) -> Iterator[str]:
-    """Yield the text of a value piece by piece, so that a huge list, or one that contains itself, can be cut short."""
-    if isinstance(value, str | bytes):
-        yield repr(value[: width + 1])
-    elif (brackets := _BRACKETS.get(type(value))) is not None:
-        opening, closing = brackets
-        yield opening
-        for number, item in enumerate(cast(Iterable[object], value)):
-            yield ", " if number else ""
-            yield from _pieces(item, width)
-            if isinstance(value, dict):
-                yield ": "
-                yield from _pieces(value[item], width)
-        yield "," + closing if isinstance(value, tuple) and len(value) == 1 else closing
-    else:
-        yield _plain(value)
-
-
-def _plain(value: object) -> str:
-    try:
-        return repr(value)
-    except Exception as error:  # a user's object may raise anything
-        if isinstance(value, int) and isinstance(error, ValueError):  # Python refuses more than 4300 digits
-            return "a number of thousands of digits"
-        return f"an object of type {type(value).__name__}"

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from equaltime.scene.known import shortened
+from equaltime.words import shortened
 
 __all__ = ["Account"]
 

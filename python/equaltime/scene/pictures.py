@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from equaltime.errors import ImageError
 from equaltime.images.reading import excess, opened, reason
 from equaltime.scene import radiance
-from equaltime.scene.known import shortened
 from equaltime.scene.picture_account import Account
 from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
 from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
+from equaltime.words import shortened
 
 __all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "upright"]
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, a, mitsuba_kind, nearest, suggestion
+from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, mitsuba_kind
 from equaltime.scene.model import (
     NO_MORE,
     NOT_YET,
@@ -27,6 +27,7 @@ from equaltime.scene.model import (
 from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
 from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Reference, Report, Value
 from equaltime.scene.validate import explain, shown
+from equaltime.words import a, nearest, suggestion
 
 __all__ = ["VOLUMETRIC", "Resolved", "resolve", "unmerged"]
 

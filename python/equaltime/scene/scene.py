@@ -27,7 +27,6 @@ from equaltime.scene.extents import seen_whole
 from equaltime.scene.geometry import Surface
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
-from equaltime.scene.known import shortened
 from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel, mesh_files
 from equaltime.scene.motion import closed_shutter, in_shutters, still
 from equaltime.scene.resolve import Resolved, resolve, unmerged
@@ -37,7 +36,7 @@ from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import NOWHERE, Object, Places, Report
 from equaltime.scene.unsupported import Unsupported
 from equaltime.scene.xml_reader import read_xml
-from equaltime.words import Shown
+from equaltime.words import Shown, shortened
 
 __all__ = ["Scene", "digest", "load", "load_dict", "load_file"]
 

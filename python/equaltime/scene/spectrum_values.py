@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
-from equaltime.scene.known import shortened
 from equaltime.scene.model import Curve, Spectrum
+from equaltime.words import shortened
 
 __all__ = ["curve", "parse_spectrum", "read_spectrum"]
 

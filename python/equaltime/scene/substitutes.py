@@ -13,9 +13,10 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind, nearest
+from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Reference, Value
+from equaltime.words import nearest
 
 __all__ = ["Substitution", "substituted"]
 

@@ -13,7 +13,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.known import shortened, suggestion
+from equaltime.words import shortened, suggestion
 
 __all__ = ["compose", "look_at", "matrix", "numbers", "parse", "parse_animation", "rotate", "scale", "translate"]
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from equaltime.scene.known import nearest, suggestion
 from equaltime.scene.tree import Place, Report
+from equaltime.words import nearest, suggestion
 
 __all__ = ["Variables"]
 

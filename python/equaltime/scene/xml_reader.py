@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from equaltime.scene import transforms
 from equaltime.scene.includes import Includes
-from equaltime.scene.known import suggestion
 from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
@@ -22,6 +21,7 @@ from equaltime.scene.variables import Variables
 from equaltime.scene.xml_elements import Element, parse_elements
 from equaltime.scene.xml_upgrade import upgraded
 from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule, number
+from equaltime.words import suggestion
 
 __all__ = ["read_xml"]
 

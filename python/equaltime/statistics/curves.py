@@ -141,13 +141,20 @@ class Runs:
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
-        """Limit the trust in the upper end of an error's interval, or widen it, by the tail and missing light."""
+        """Return an error's interval, corrected for rare events.
+
+        Where few events make the error, or light is missing, only the lower end is trusted. Else the interval is widened
+        by the error that is not yet seen.
+        """
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
-        """Do the same for a time, which grows at most as relMSE does: errors fall at least as 1 / sqrt(time)."""
+        """Return a time's interval, corrected for rare events as `judged` corrects an error.
+
+        A time grows at most as relMSE does, because errors fall at least as 1 / sqrt(time).
+        """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 

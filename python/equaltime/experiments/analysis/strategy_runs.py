@@ -92,7 +92,7 @@ class StrategyRuns:
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts that all repeats of a strategy have, and the times and errors at them."""
+    """Return the sample counts at which every repeat of a strategy was measured, with the times and errors there."""
     table: dict[int, dict[int, Row]] = defaultdict(dict)
     for row in rows:
         table[row.repeat][row.spp] = row

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from equaltime.errors import Problem
-from equaltime.scene.known import shortened, suggestion
+from equaltime.words import shortened, suggestion
 
 __all__ = [
     "DEFAULT_TARGETS",

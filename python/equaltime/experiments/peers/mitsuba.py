@@ -90,7 +90,7 @@ class MitsubaPeer:
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Start Mitsuba if necessary, load ``scene`` and warm up; return the seconds of all three.
+        """Start Mitsuba if necessary, load ``scene`` and warm up; return the total seconds.
 
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """

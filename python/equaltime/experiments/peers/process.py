@@ -37,8 +37,8 @@ _PATIENCE = 2.0
 def time_limit(budget: float | None, reference: float = 0.0) -> float:
     """Return the longest time of one render, in seconds.
 
-    The limit is 20 times the budget plus a minute, or one hour without a budget. It is at least the seconds of a
-    ``reference`` plus a minute, because a peer may have to render its own reference.
+    The limit is 20 times the budget plus a minute, or one hour without a budget. It is at least ``reference``, the
+    seconds of a reference render, plus a minute, because a peer may have to render its own reference.
     """
     run = _WITHOUT_BUDGET if budget is None else _TIMES_BUDGET * budget + _SECONDS_MORE
     return max(run, reference + _SECONDS_MORE)

@@ -67,15 +67,14 @@ class Losses:
 
 
 def losses(own: Floats, baseline: Floats | None) -> Losses:
-    """Find the blocks that cause a strategy's error, and compare blocks with the baseline.
+    """Find the square blocks of pixels that make half of a strategy's squared error, and where it is worse or better.
 
     Parameters
     ----------
     own
-        The strategy's `squares` (K, H, W), scaled to equal time.
+        Squared errors of the strategy's pixels in K repeats, (K, H, W), scaled to equal render time.
     baseline
-        The baseline's `squares`, likewise; None if the strategy is the baseline.
-
+        Squared errors of the baseline's pixels, likewise; None if the strategy is the baseline.
     """
     block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
     mine = _block_sums(own, block)

@@ -9,7 +9,6 @@ Long paths are cut (`Strategy.truncate`). All other effects have no stand-in.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
@@ -38,6 +37,7 @@ from equaltime.scene.model import (
 from equaltime.scene.motion import moves, still
 from equaltime.scene.unsupported import constant
 from equaltime.strategy import Strategy
+from equaltime.words import suggestion
 
 __all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 
@@ -65,9 +65,7 @@ def parse_names(names: Iterable[str]) -> dict[str, int | None]:
         name, equals, depth = text.partition("=")
         known = [kind.name for kind in KINDS.values() if kind.instead]
         if name not in KINDS:
-            close = difflib.get_close_matches(name, KINDS, n=1, cutoff=0.5)
-            hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(KINDS)}"
-            raise EffectError(f"unknown effect '{name}'; {hint}")
+            raise EffectError(f"unknown effect '{name}'{suggestion(name, KINDS)}")
         if name not in known:
             raise EffectError(f"the effect '{name}' cannot be left out; those that can are {', '.join(known)}")
         if equals and not (name == "long_paths" and depth.isascii() and depth.isdigit() and 0 < int(depth) < 2**31):
@@ -98,7 +96,10 @@ def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[S
 
 
 def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
-    """Tell whether anything changes without the effect; raises `EffectError` if it can never be left out."""
+    """Tell whether the scene and strategy have the effect `name`, so that leaving it out changes the render.
+
+    Raises `EffectError` for an effect that no scene can leave out.
+    """
     other, shorter = leave_out(scene, strategy, (name,))
     return other is not scene or shorter != strategy
 

@@ -14,7 +14,7 @@ from equaltime.scene.gltf.document import Document
 from equaltime.scene.gltf.rules import Index, walk
 from equaltime.scene.gltf.schema import DOCUMENT
 from equaltime.scene.gltf.surfaces import look
-from equaltime.scene.known import shortened
+from equaltime.words import shortened
 
 __all__ = ["check_account"]
 

@@ -69,7 +69,7 @@ def _slerp(a: Array, b: Array, u: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """An animation while a shutter is open."""
+    """The part of an animation during which the shutter is open."""
 
     times: tuple[float, ...]
     """Times at which everything is evaluated, from opening to closing of the shutter."""

@@ -21,7 +21,7 @@ from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
 from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
 from equaltime.scene.gltf.surfaces import capped
-from equaltime.scene.known import shortened, suggestion
+from equaltime.words import shortened, suggestion
 
 __all__ = ["NOT_USED", "Document", "Malformed", "parse"]
 

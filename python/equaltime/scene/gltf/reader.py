@@ -16,9 +16,9 @@ from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.shapes import Shapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
-from equaltime.scene.known import shortened, suggestion
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Child, Object, Place, Report
+from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]
 

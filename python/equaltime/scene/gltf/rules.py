@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from equaltime.scene.known import shortened
+from equaltime.words import shortened
 
 __all__ = [
     *("Index", "Problems", "Rule", "every", "flag", "index", "integer", "mapping", "number", "numbers", "one_of"),

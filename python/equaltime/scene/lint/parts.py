@@ -101,7 +101,7 @@ class World:
         """Number of meshes that were skipped to save time."""
 
     def called(self, node: Plugin) -> str:
-        """Return the name of a part of the scene that is not a shape."""
+        """Return the words by which a finding names `node`, which is any part of the scene but a shape."""
         return str(Name(node.id, node.title, self.scene.place_of(node)))
 
     @cached_property

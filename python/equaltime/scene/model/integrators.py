@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 
-from equaltime.scene.known import suggestion
 from equaltime.scene.model.base import Kind, Plugin
+from equaltime.words import suggestion
 
 __all__ = [
     "LOOKS_AT_UV",

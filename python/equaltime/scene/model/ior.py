@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from equaltime.scene.known import suggestion
+from equaltime.words import suggestion
 
 __all__ = ["IOR", "as_ior"]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from equaltime.scene.known import suggestion
 from equaltime.scene.model.values import Color
+from equaltime.words import suggestion
 
 __all__ = ["METALS", "Metal", "as_metal"]
 

@@ -113,7 +113,7 @@ def _not_negative(color: Color) -> Color:
 def as_reflectance(value: object) -> Color:
     """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else.
 
-    Channels of a curve above 1 are cut to 1, as in Mitsuba: a saturated colour may not fit into the gamut of sRGB.
+    A spectral curve whose sRGB channels exceed 1 is cut to 1, as in Mitsuba: saturated colours may lie outside of sRGB.
     """
     red, green, blue = _finite(_as_color(value))
     if isinstance(value, Curve):
