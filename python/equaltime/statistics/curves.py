@@ -143,7 +143,7 @@ class Runs:
     def judged(self, error: Interval) -> Interval:
         """Return an error's interval, corrected for rare events.
 
-        Where few events make the error, or light is missing, only the lower end is trusted. Else the interval is widened
+        Where few events make the error, or light is missing, only the lower end is trusted. Else the interval grows
         by the error that is not yet seen.
         """
         if reason := join((self.tail, self.missing)):

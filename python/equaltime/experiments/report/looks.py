@@ -33,7 +33,7 @@ class Look:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
-    """Return the colour, marker and dashes of each label; the baseline has the first, wherever it stands in the list."""
+    """Return the colour, marker and dashes of each label; the baseline has the first, wherever it stands."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 
