@@ -192,17 +192,18 @@ def _watched(
 ) -> Result:
     """Run a job, and let its observer and its viewer know."""
     progress = observer.progress if observer is not None and overrides(observer, "progress") else None
-    wants_quote = observer is not None and (overrides(observer, "quoted") or overrides(observer, "unquoted"))
-    told = False
+    asked = job.limits.error is not None or job.limits.seconds is not None
+    hears = observer is not None and (overrides(observer, "quoted") or overrides(observer, "unquoted"))
+    wants_quote = asked and hears
     if stop == "fixed":
         fixed = fixed_count(job, progress)
         job = replace(job, limits=fixed.limits(job.limits), stop=fixed.stop)
         if fixed.quote is not None and observer is not None:
-            told = True
+            wants_quote = False
             observer.quoted(replace(fixed.quote, error=fixed.quote.error.with_bias(job.bias)))
     session = Session(job, progress)
     pass_ended, ended = list[Callable[[], object]](), list[Callable[[Result], object]]()
-    if observer is not None and wants_quote and not told and (job.limits.error or job.limits.seconds):
+    if observer is not None and wants_quote:
         watch = QuoteWatch(Pilot(session, job.limits, probes=job.limits.error is not None), observer)
         pass_ended.append(watch.pass_ended)
         ended.append(lambda _: watch.ended())
