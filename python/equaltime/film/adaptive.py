@@ -152,7 +152,10 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 
 
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W) that grow linearly with the pixel's own relative standard error. They are biased."""
+    """Return rates (H, W) that grow linearly with the pixel's own relative standard error.
+
+    A pixel's own samples decide its rate, so the image is biased.
+    """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     return _relative(weights, float(weights.mean()))
 
@@ -160,7 +163,8 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
     """Return rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around each.
 
-    Both noise and edges contribute to that deviation. The rates are biased.
+    Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
+    biased.
     """
     around = neighbours(*pilot.samples.shape)
     local = box_sum(pilot.mean) / around
@@ -172,7 +176,7 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
     """Return rates (H, W): 0 where a pixel's estimated error is below half of the image's, and equal elsewhere.
 
-    The rates are biased. Many renderers sample adaptively by this rule.
+    Many renderers sample adaptively by this rule. A pixel's own samples decide its rate, so the image is biased.
     """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))

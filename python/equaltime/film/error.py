@@ -197,8 +197,9 @@ def image_error(
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
     Each limit is formed on the logarithm, around the error by its own reference (see the module). Its width comes from
-    the variance of the estimate and from the variance of the realised error. (The square of a
-    Gaussian varies by twice its mean's square, and no less than its estimate from two replicates does.) Few effective contributions call for Student's t.
+    the variance of the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice
+    its mean's square, and no less than its estimate from two replicates does.) Few effective contributions call for
+    Student's t.
 
     The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
     upper limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
