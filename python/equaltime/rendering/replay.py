@@ -74,7 +74,7 @@ class Replay(Shown):
 
     @property
     def first_nonfinite(self) -> tuple[int, str] | None:
-        """First number of the path that is NaN or infinite, as (index of its vertex, its name); None if all are finite."""
+        """First number of the path that is NaN or infinite, as (index of its vertex, its name); else None."""
         for index, vertex in enumerate(self.vertices):
             if name := _nonfinite(vertex):
                 return index, name

@@ -235,7 +235,7 @@ class Result:
 
     @property
     def alpha(self) -> NDArray[np.float32] | None:
-        """Opacity of each pixel, (H, W), in [0, 1] (`equaltime.rendering.outputs`); None unless the film asks for it."""
+        """Opacity of each pixel, (H, W), in [0, 1] (`equaltime.rendering.outputs`); None if the film asks for none."""
         return self.aovs.get(ALPHA)
 
     @property

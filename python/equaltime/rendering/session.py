@@ -194,10 +194,11 @@ class Session:
         return self._stop if error is None else Stop("look", error)
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return the result so far; if something went wrong, raise `SampleError` or `BrightImage`, which hold the
-        result.
+        """Return the result so far, with ``stopped_by`` as the reason why it ended.
 
-        The result shares no memory with the film, which may go on changing, and does not keep the renderer in memory.
+        Raises `SampleError` or `BrightImage`, which hold the result, if a sample went wrong or float32 cannot hold the
+        image. The result shares no memory with the film, which may go on changing, and does not keep the renderer in
+        memory.
         """
         shared = self._snapshot(stopped_by)
         second = None if shared.second is None else shared.second.copy()
