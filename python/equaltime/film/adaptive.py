@@ -16,14 +16,14 @@ the average of the neighbours' standard deviations of single samples, with large
 differences of replicates would give one number per pixel instead of eight. Squares would not do either: one rare bright
 sample would send all other samples to a place without other noise.
 
-**Whether rates pay.** Even points reduce the noise more than single samples show, and a pilot of few events knows
-little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
+**Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot of few events
+knows little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
 follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one colour this gives
 the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other colour get their
 rates, and otherwise all the same rate. Where a caustic's rare paths make most of the noise, the gain is one of the mean
 over many images: most images meet none of these paths, and have spent their samples elsewhere.
 
-The other metrics exist for comparison. They look at the pixel itself, so they are biased, and are labelled so.
+The other metrics exist for comparison. They use the pixel's own samples, so they are biased, and are labelled so.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """Logarithm of the factor by which counts by rates reduce error² times rays, and its standard error."""
+    """Gain by sampling rates: log of the factor by which they reduce error² times rays, and its standard error."""
 
     value: float
     error: float

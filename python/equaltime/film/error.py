@@ -1,9 +1,10 @@
 """A render's own estimate of its error, from independent replicates.
 
-The samples of a pixel belong to R replicates. If these are separate nets (sample ``i`` is in replicate ``i mod R``),
-the spread of their means is an honest measure of the error of the image under any sampler. The sample variance inside a
-replicate is not (low-discrepancy points are correlated on purpose), and is not used here. If replicates are the halves
-of one net, `equaltime.film.second_nets` measures the factor by which their spread is off.
+The samples of a pixel belong to R replicates: sample ``i`` is in replicate ``i mod R``. A net is a low-discrepancy
+point set. If each replicate is a net of its own, the spread of their means is an honest measure of the image's error
+under any sampler. The sample variance inside a replicate is not (low-discrepancy points are correlated on purpose), and
+is not used here. If replicates are the halves of one net, their spread is off by a factor, which
+`equaltime.film.second_nets` measures.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its

@@ -1,4 +1,4 @@
-"""The variance of pixels that have one net of samples each, from a second net in some of them.
+"""The variance of pixels whose samples are one net (low-discrepancy point set), from a second net in some of them.
 
 In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
 5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
@@ -130,7 +130,7 @@ class Renders(Protocol):
 
 
 def second_nets(renderer: Renders) -> SecondNets | None:
-    """Return the second nets of a renderer, in the memory that it returns; None if there are none."""
+    """Return the second nets of a renderer, with moments in the renderer's memory; None if there are none."""
     moments = renderer.second_moments
     return SecondNets(moments, renderer.second_pixels) if moments.size else None
 

@@ -49,9 +49,10 @@ class Chosen:
     """Seconds that choosing took in this run."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits with which the image is rendered.
+        """Return the limits with which the image is rendered; the error limit of ``asked`` is not one of them.
 
-        They are the chosen count, or the samples in ``asked`` if fewer, and the rest of the time in ``asked``.
+        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the rest of
+        the time in ``asked``.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds

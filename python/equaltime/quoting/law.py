@@ -31,7 +31,7 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 
 
 class Processors(NamedTuple):
-    """Processor time that the threads of this process have used since they began, and waited for.
+    """Processor time that the threads of this process have used and waited for, since they began.
 
     The processor time of a sample hardly depends on other processes. The share of the processors that is available
     varies from a tenth of a second to the next. A longer watch gives a better estimate of this share. Idle threads do
@@ -226,8 +226,9 @@ class Law:
     def samples_within(self, error: float) -> Estimate:
         """Return the samples per pixel at which the predicted error falls to ``error``.
 
-        The value, the lower and the upper limit are the counts at which those numbers of `error_at` reach ``error``. At
-        the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate themselves.
+        Value, lower and upper limit are the counts at which value, lower and upper limit of `error_at` are at most
+        ``error``. At the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate
+        themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Estimate(value, low, high, unit="spp")

@@ -3,8 +3,8 @@
 The difference of two images of one seed is due to the effect, with little of the noise that both share. Over K
 independent seeds, let d be their differences, w the whole images and D the denominators of the error's definition:
 
-- the change's square is ``E d² / D``, freed of noise by taking products of different seeds only; - the share of the
-variance is ``Cov(-d, w) / Var(w)``, both summed over pixels, each over D.
+- the change's square is ``E d² / D``, freed of noise by taking products of different seeds only;
+- the share of the variance is ``Cov(-d, w) / Var(w)``, both summed over pixels, each over D.
 
 Both are functions of the products of images of all pairs of seeds, ``(K, K)``, for which the jackknife is quick.
 """
@@ -61,7 +61,7 @@ class Versus:
 
     @classmethod
     def of(cls, whole: Runs, less: Runs) -> Versus:
-        """Return the differences of renders without some effects (``less``) from renders with all, of the same seeds."""
+        """Return the differences of the renders ``less``, without some effects, from the renders ``whole``, by seed."""
         denominator = Reference.of_images(whole.images).denominator
         moved = less.images - whole.images
         return cls(

@@ -44,9 +44,9 @@ def unwarned() -> Iterator[None]:
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
     """Return the warning for a picture that is black everywhere; empty if no warning is needed.
 
-    None is needed for a picture with light, or for a scene that asks only for outputs beside the image. None is needed
-    either if the upper limit of the error is not 0, unless the camera is inside a closed surface. ``known`` are the
-    findings of a quick run of `lint`; None runs it.
+    No warning is needed for a picture with light, or for a scene that asks only for outputs beside the image. Nor is it
+    needed if the upper limit of the error is not 0, unless the camera is inside a closed surface. ``known`` are the
+    findings of a quick run of `lint`; if it is None, `lint` is run.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""

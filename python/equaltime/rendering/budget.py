@@ -85,7 +85,10 @@ _BEFORE = 1.2
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a render: samples per pixel, seconds and relative error, each optional. The first one met ends it."""
+    """Limits of a render: samples per pixel, seconds and relative error. The first that is met ends the render.
+
+    None is no limit.
+    """
 
     spp: int | None = None
     seconds: float | None = None

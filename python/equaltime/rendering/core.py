@@ -56,7 +56,10 @@ _RESULT_BYTES = 100
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
-    """Return the core's renderer for a scene and a strategy; raises as `Session` does."""
+    """Return the core's renderer for a scene and a strategy; ``options`` go to `_core.Renderer`.
+
+    Raises `SceneError` or `RenderError` if there is not enough memory.
+    """
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
@@ -151,7 +154,7 @@ class AdaptiveRenderer(_core.Renderer):
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
-    """Return what this renderer, made for this strategy, has decided so far."""
+    """Return the decisions that a renderer, made for this strategy, has taken so far."""
     counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
     decided = renderer.decision
     if strategy.roulette != "automatic" or decided is None:
@@ -219,7 +222,7 @@ def bad_sample(
 
 
 def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
-    """Return the core's settings for a strategy with the scene's depth."""
+    """Return the core's settings for a strategy and the scene's ``max_depth``."""
     words = strategy.model_dump(exclude={"truncate", "adaptive"})
     return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
 

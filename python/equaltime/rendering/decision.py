@@ -32,9 +32,10 @@ class Decision:
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with the decisions in place of ``automatic``.
+        """Return the strategy with the decisions put in: ``roulette`` in place of ``automatic``.
 
-        Equal sample counts are put in; uneven ones are not, since they follow from a pilot.
+        Equal sample counts replace ``adaptive=error`` by ``none``. Uneven counts are not put in, since they follow from
+        a pilot.
         """
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":

@@ -1,8 +1,9 @@
 """First hits through each pixel: distance, position, normals, colour, shape and texture coordinates.
 
-Also derivatives: of positions by texture coordinates, and of texture coordinates from pixel to pixel. These are the
-outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of points on
-it, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as 0.
+There are also derivatives of positions by texture coordinates, and of texture coordinates from pixel to pixel. These
+are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of
+points on the pixel, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as
+0.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One sample of a render again, vertex by vertex, with every factor that contributes to it.
+"""One sample of a render, traced again vertex by vertex, with every factor that contributes to it.
 
 The path goes through the same estimator as in a render, so its radiance is the render's sample, bit by bit. The
 contributions of its vertices sum up to that radiance.

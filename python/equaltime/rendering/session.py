@@ -174,7 +174,7 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """The job's strategy, with the decisions so far in place of ``automatic``."""
+        """The job's strategy, with the decisions so far put in (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property
