@@ -1,7 +1,7 @@
 """A render's own estimate of its error, from independent replicates.
 
-The samples of a pixel belong to R replicates: sample ``i`` is in replicate ``i mod R``. A net is a low-discrepancy
-point set. If each replicate is a net of its own, the spread of their means is an honest measure of the image's error
+The samples of a pixel belong to R replicates. A net is a low-discrepancy point set. Replicates may be separate nets,
+with sample ``i`` in replicate ``i mod R``. Then the spread of their means is an honest measure of the image's error
 under any sampler. The sample variance inside a replicate is not (low-discrepancy points are correlated on purpose), and
 is not used here. If replicates are the halves of one net, their spread is off by a factor, which
 `equaltime.film.second_nets` measures.
@@ -166,8 +166,8 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
     Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
     ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
     samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
-    plain variance of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy
-    samples is O(1/N) of the estimate.
+    plain variance of K equal means, over K. Counts of replicates with a net each differ by at most one, so the
+    remaining bias of low-discrepancy samples is O(1/N) of the estimate.
 
     Parameters
     ----------

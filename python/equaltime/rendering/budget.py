@@ -122,7 +122,7 @@ class Look(NamedTuple):
 def next_look(samples: int) -> int:
     """Return the sample count of the next look, above ``samples`` a pixel.
 
-    The count is even, so that both replicates have the same number of samples.
+    The count is even, so that replicates with a net each have the same number of samples.
     """
     count = FIRST_LOOK
     while count <= samples:

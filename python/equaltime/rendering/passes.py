@@ -121,7 +121,7 @@ def pass_end(samples: int, pixels: int) -> int:
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
     so a limit that cuts a pass leaves the image nearly even. Steps stop growing at the size of a short pass for the
-    image. Every step is a power of two, so both replicates grow alike.
+    image. Every step is a power of two, so replicates with a net each grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
