@@ -348,7 +348,7 @@ class Law:
         return math.hypot(self._chance(samples) * math.sqrt(1.0 - kept * kept), drift * (1.0 - kept))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the law as JSON data, without the widths of intervals."""
+        """Return the law as JSON data, without ``width``, ``narrowing`` and ``doubt``."""
         return {
             "samples": self.samples,
             "error": self.error,

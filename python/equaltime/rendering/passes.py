@@ -40,7 +40,7 @@ class Saving:
     takes
         Expected seconds of the first save.
     failed
-        Called with the reason when saving fails. After a failure it is called again only once a save has worked.
+        Called with the reason when saving fails. Further failures are not reported until a save has worked again.
     """
 
     def __init__(
@@ -179,7 +179,7 @@ class Passes:
 
     @property
     def looks(self) -> Looks:
-        """Looks of the render so far: estimates of its error at which it may stop; none without an error limit."""
+        """Looks of the render so far: estimates of its error at which it may stop."""
         return self._looks
 
     @property
