@@ -16,14 +16,14 @@ the average of the neighbours' standard deviations of single samples, with large
 differences of replicates would give one number per pixel instead of eight. Squares would not do either: one rare bright
 sample would send all other samples to a place without other noise.
 
-**Whether rates pay.** Even points reduce the noise more than single samples show, and a pilot of few events knows
-little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
+**Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot of few events
+knows little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
 follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one colour this gives
 the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other colour get their
 rates, and otherwise all the same rate. Where a caustic's rare paths make most of the noise, the gain is one of the mean
 over many images: most images meet none of these paths, and have spent their samples elsewhere.
 
-The other metrics exist for comparison. They look at the pixel itself, so they are biased, and are labelled so.
+The other metrics exist for comparison. They use the pixel's own samples, so they are biased, and are labelled so.
 """
 
 from __future__ import annotations
@@ -58,7 +58,10 @@ shorter one. More samples gain more, as the pilot's part shrinks."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
-    """Return rates (H, W) of mean about 1 from the pilot of other pixels, as the module describes."""
+    """Return the sampling rate of each pixel, (H, W), with a mean of about 1, from the pilot of other pixels alone.
+
+    ``rays`` (H, W) counts the rays of the pilot in each pixel. The module describes the method.
+    """
     height, width = pilot.samples.shape
     if min(height, width) < 2 * _TILE:
         return np.ones((height, width))
@@ -90,16 +93,18 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """Logarithm of error² times rays with even counts over that with counts by rates, and its standard error."""
+    """Gain by sampling rates: log of the factor by which they reduce error² times rays, and its standard error."""
 
     value: float
     error: float
 
     @classmethod
     def of(cls, noise: Floats, rays: Floats, rates: Floats, samples: int = _JUDGED) -> Gain:
-        """Judge rates by the error² and the rays of pixels in an even pilot; no rate may follow from its own pixel.
+        """Return the gain of sampling rates, judged by an even pilot.
 
-        The standard error treats all pixels as independent (the influence function).
+        ``noise`` (parts of error²), ``rays`` and ``rates`` have one element for each judged pixel. No rate may depend
+        on its own pixel. ``samples`` is the mean sample count at which the gain is judged. The standard error treats
+        all pixels as independent (the influence function).
         """
         counts = PILOT / samples + rates * (1.0 - PILOT / samples)
         even, uneven = (noise, rays), (noise / counts, rays * counts)
@@ -116,7 +121,10 @@ class Gain:
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return the statistics of every pixel after the pilot, with the standard deviation of its samples."""
+    """Return the statistics of every pixel from the (R, H, W) moments of a pilot.
+
+    They include the standard deviation of a pixel's samples.
+    """
     return replace(pixel_statistics(moments), deviation=sample_deviations(moments))
 
 
@@ -144,13 +152,20 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 
 
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates in proportion to the pixel's own relative standard error."""
+    """Return rates (H, W) that grow linearly with the pixel's own relative standard error.
+
+    A pixel's own samples decide its rate, so the image is biased.
+    """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     return _relative(weights, float(weights.mean()))
 
 
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates in proportion to the scatter of values over the 7x7 around the pixel, from noise and edges."""
+    """Return rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around each.
+
+    Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
+    biased.
+    """
     around = neighbours(*pilot.samples.shape)
     local = box_sum(pilot.mean) / around
     scatter = np.maximum(box_sum(np.square(pilot.mean)) / around - np.square(local), 0.0)
@@ -159,9 +174,9 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return sampling rates: 0 where a pixel's estimated error is below half of the image's error, else one rate.
+    """Return rates (H, W): 0 where a pixel's estimated error is below half of the image's, and equal elsewhere.
 
-    Many renderers sample adaptively by this rule.
+    Many renderers sample adaptively by this rule. A pixel's own samples decide its rate, so the image is biased.
     """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))

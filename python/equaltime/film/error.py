@@ -1,9 +1,10 @@
 """A render's own estimate of its error, from independent replicates.
 
-The samples of a pixel belong to R replicates. If these are separate nets (sample ``i`` is in replicate ``i mod R``),
-the spread of their means is an honest measure of the error of the image under any sampler. The sample variance inside a
-replicate is not (low-discrepancy points are correlated on purpose), and is not used here. If replicates are the halves
-of one net, `equaltime.film.second_nets` measures the factor by which their spread is off.
+The samples of a pixel belong to R replicates. A net is a low-discrepancy point set. Replicates may be separate nets,
+with sample ``i`` in replicate ``i mod R``. Then the spread of their means is an honest measure of the image's error
+under any sampler. The sample variance inside a replicate is not (low-discrepancy points are correlated on purpose), and
+is not used here. If replicates are the halves of one net, their spread is off by a factor, which
+`equaltime.film.second_nets` measures.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
@@ -63,7 +64,7 @@ _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its 95 % interval."""
+    """A number with its 95 % interval, its unit, and the reason to doubt the interval, if there is one."""
 
     value: float
     """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
@@ -81,13 +82,13 @@ class Estimate:
 
     @property
     def known(self) -> bool:
-        """Whether there is a finite estimate."""
+        """Whether the estimate is a finite number."""
         return math.isfinite(self.value)
 
     def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the error of an image with this noise and a bias, if it has one: their squares add up.
+        """Return the error due to this noise and a bias together: the root of the sum of their squares.
 
-        The result is in doubt if either is.
+        The result has the doubts of both. A bias of None stands for no bias.
         """
         if bias is None:
             return self
@@ -98,10 +99,10 @@ class Estimate:
         return replace(self, value=value, low=low, high=high, doubt=doubt)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the numbers for JSON, with the unit, and the doubt if there is one.
+        """Return ``value``, ``low``, ``high``, ``unit`` and, if there is one, ``doubt`` as JSON data.
 
-        JSON has no infinity. A limit of None stands for no limit. A value of None is unknown, or infinite if ``never``
-        stands beside it.
+        JSON has no infinity, so an infinite limit is None. A value of None is unknown, or infinite if ``never`` is
+        true.
         """
         numbers = {"value": self.value, "low": self.low, "high": self.high}
         found: dict[str, Any] = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
@@ -110,7 +111,10 @@ class Estimate:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
-        """Read the data that `as_dict` returned; data without a unit date from when every estimate was an error."""
+        """Return the estimate from the data of `as_dict`.
+
+        Data without a unit are relative errors: an earlier version knew no other estimates.
+        """
         never = bool(data.get("never"))
         none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
         value, low, high = (other if data[key] is None else float(data[key]) for key, other in none.items())
@@ -124,12 +128,12 @@ class Estimate:
 
 
 UNKNOWN = Estimate(math.nan, 0.0, math.inf)
-"""Error of which nothing is known except that it is at least 0."""
+"""Estimate of an unknown error, which is only known to be at least 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class PixelStatistics:
-    """Statistics of every pixel: enough for the image, its standard error and its error."""
+    """Mean, variance and sample count of every pixel: the image, its standard error and its error follow from them."""
 
     mean: Floats
     """(H, W, 3): the image; 0 where there is no sample."""
@@ -148,12 +152,12 @@ class PixelStatistics:
 
     @property
     def spread(self) -> Floats:
-        """(H, W, 3): variance of the mean if replicates were independent."""
+        """Variance of each pixel's mean, (H, W, 3), without ``factors``: as if replicates were independent."""
         return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Join replicates into one image with its variance.
+    """Return the statistics of every pixel, with all replicates joined into one image.
 
     With ``n_r`` samples and mean ``M_r`` in replicate r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
 
@@ -162,8 +166,8 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
     Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
     ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
     samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
-    plain variance of K equal means, over K. Counts differ by at most one, so the remaining bias of low-discrepancy
-    samples is O(1/N) of the estimate.
+    plain variance of K equal means, over K. Counts of replicates with a net each differ by at most one, so the
+    remaining bias of low-discrepancy samples is O(1/N) of the estimate.
 
     Parameters
     ----------
@@ -190,12 +194,13 @@ def image_error(
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
 ) -> Estimate:
-    """Estimate the error of the image by the definition at the top of this file.
+    """Return the relative error of the image, as this module defines it, with its interval.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
-    Each limit is formed on the logarithm, around the error by its own reference. Its width comes from the variance of
-    the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice its mean's
-    square, and no less than its estimate from two replicates does.) Few effective contributions call for Student's t.
+    Each limit is formed on the logarithm, around the error by its own reference (see the module). Its width comes from
+    the variance of the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice
+    its mean's square, and no less than its estimate from two replicates does.) Few effective contributions call for
+    Student's t.
 
     The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
     upper limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
@@ -203,10 +208,10 @@ def image_error(
     Parameters
     ----------
     hidden
-        Returns, for a level, the part of error² that no sample has found: light that black pixels and small lamps may
-        hide (`equaltime.film.unseen`). The upper limit is wider by that part.
+        Callable of (pixels, level) that returns the part of error² that no sample has found. It is the light that
+        black pixels and small lamps may hide (`equaltime.film.unseen`). The upper limit is wider by that part.
     least
-        (H, W, 3): light that is surely in a pixel's mean; no reference is below it.
+        (H, W, 3): light that is certainly in a pixel's mean; no reference is below this light.
     """
     return error_and_brightest(pixels, level, hidden, least)[0]
 
@@ -217,7 +222,10 @@ def error_and_brightest(
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
 ) -> tuple[Estimate, float]:
-    """Return `image_error`, and the brightest path's share of error² (`equaltime.film.tails.outstanding`)."""
+    """Return the estimate of `image_error`, and the share of error² that the brightest path makes, in [0, 1].
+
+    That share is `equaltime.film.tails.outstanding`; the arguments are as for `image_error`.
+    """
     seen, brightest = _seen_error(pixels, level, least)
     if hidden is None or not seen.known:
         return seen, brightest
@@ -270,12 +278,16 @@ def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, le
 
 
 def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
-    """Return half the width of the 95 % interval of log(error), as `image_error` will find it.
+    """Return half the width of the 95 % interval of log(error) that `image_error` is expected to find.
 
     Parameters
     ----------
     squares
-        Mean of the squares of pixels' contributions, over the square of their mean.
+        Mean of the squares of the pixels' parts of error², over the square of their mean.
+    pixels
+        Number of pixels.
+    degrees
+        Degrees of freedom of a pixel's variance.
     """
     deviation = 0.5 * math.sqrt(2.0 * _of_gaussians(degrees) * squares / pixels)
     return _Z95 * math.hypot(deviation, _LEAST_DOUBT)
@@ -296,13 +308,16 @@ def _quantile(level: float, degrees: float) -> float:
 
 
 def load_quantiles() -> None:
-    """Import scipy's quantiles before a clock runs: limits of errors may need them, and the import takes 0.1 s."""
+    """Import SciPy's quantiles, which limits of errors may need, so that the import (0.1 s) is not timed later."""
     import scipy.special  # noqa: F401
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorParts:
-    """Each pixel's part of error², (H, W), by three references."""
+    """Each pixel's part of error², (H, W), by each of the three references that the module describes.
+
+    ``value`` is for the estimate, ``lenient`` for the lower limit, and ``cautious`` for the upper limit.
+    """
 
     value: Floats
     lenient: Floats
@@ -312,11 +327,11 @@ class ErrorParts:
 
 
 def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
-    """Return each pixel's part of error²; ``m`` is the mean of the image, ``least`` is as in `image_error`.
+    """Return each pixel's part of error² by the three references.
 
-    The variance that the noise of references adds is found by the delta method. The noise of pixel j moves m and the
-    local means around j, and all contributions there share that. Both derivatives have one sign, so the parts add up in
-    absolute value.
+    ``m`` is the mean of the image, and ``least`` is as in `image_error`. The variance that the noise of references adds
+    is found by the delta method. The noise of pixel j moves m and the local means around j, and so all contributions
+    there at once. Both derivatives have one sign, so the parts add up in absolute value.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

@@ -30,7 +30,7 @@ _MATTERS = 0.5
 
 @dataclass(frozen=True)
 class Focus:
-    """Emitters as the specular surfaces of a scene see them."""
+    """Light that specular surfaces of a scene focus: how many paths meet them, and the light of emitters there."""
 
     paths: float
     """Share of paths that meet a specular surface."""
@@ -41,26 +41,26 @@ class Focus:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
-        """Return the focus of the core's scene, found by 4096 paths."""
+        """Return the focused light of the core's scene, estimated from 4096 paths."""
         vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 
     @classmethod
     def none(cls) -> Focus:
-        """Return the focus of a scene without specular surfaces."""
+        """Return the focused light of a scene without specular surfaces: all numbers are 0."""
         return cls(0.0, 0.0, 0.0)
 
     @property
     def possible(self) -> bool:
-        """Whether specular surfaces send light of small emitters on."""
+        """Whether specular surfaces focus light of emitters so small that the first samples may miss them."""
         return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
 
     def rare(self, samples: float) -> bool:
-        """Tell whether a pixel with this many samples may have met none of that light, so that no variance shows it."""
+        """Tell whether a pixel with this many samples may have met no focused light, which its variance then lacks."""
         return self.possible and samples * self.share < _MANY
 
     def doubt(self, samples: float, error: float, mean: float) -> str:
-        """Return why the upper limit of an error cannot be trusted; empty if it can.
+        """Return the reason why focused light makes the upper limit of an error untrustworthy; empty if there is none.
 
         Parameters
         ----------
@@ -83,10 +83,10 @@ class Focus:
         )
 
     def as_dict(self) -> dict[str, float]:
-        """Return the three numbers as JSON data."""
+        """Return ``paths``, ``light`` and ``share`` as JSON data."""
         return {"paths": self.paths, "light": self.light, "share": self.share}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
-        """Read the data that `as_dict` returned; None stands for a scene without specular surfaces."""
+        """Return the focused light from the data of `as_dict`; None stands for a scene without specular surfaces."""
         return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

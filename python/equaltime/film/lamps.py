@@ -61,7 +61,7 @@ _DOUBTED = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Lamps in sight: small ones, which samples may miss, and the light of all."""
+    """Lamps that the camera sees: small ones, which samples may miss, and the certain light of lamps of any size."""
 
     pixels: NDArray[np.intp]
     """(N,): pixels that see small lamps, as ``y * width + x``, in ascending order."""
@@ -76,7 +76,7 @@ class Lamps:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
-        """Return the lamps of the core's scene; with ``mirrors``, also lamps that specular surfaces show."""
+        """Return the lamps that the camera of the core's scene sees; with ``mirrors``, also in specular surfaces."""
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
             found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
@@ -100,11 +100,11 @@ class Lamps:
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
-        """Return small lamps alone, whose light is certain."""
+        """Return a set of small lamps alone, with light taken as exact; the arguments are the fields of these names."""
         return cls(pixels, light, share, pixels, light)
 
     def least(self, height: int, width: int) -> Floats | None:
-        """Return the light (H, W, 3) that is surely in the mean of each pixel; None if no lamp is in sight."""
+        """Return the light of lamps that is certainly in each pixel's mean, (H, W, 3); None if no lamp is in sight."""
         if not self.lit.size:
             return None
         light = np.zeros((height * width, 3))
@@ -113,7 +113,10 @@ class Lamps:
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
-        """Return the lamps that `channels` of renders of one image hold; where renders differ, the larger values."""
+        """Return the small lamps from the `channels` of one or more renders of one image.
+
+        Where renders differ, the larger values count.
+        """
         if not parts:
             return cls.none()
         planes = reduce(np.fmax, parts).reshape(-1, 4)
@@ -121,14 +124,14 @@ class Lamps:
         return cls.small(pixels, planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64))
 
     def channels(self, height: int, width: int) -> NDArray[np.float32]:
-        """Return light and share of small lamps as an image (H, W, 4), for a file."""
+        """Return the light (R, G, B) and the share of small lamps in each pixel as an image (H, W, 4), for a file."""
         planes = np.zeros((height * width, 4), np.float32)
         planes[self.pixels, :3] = np.minimum(self.light, np.finfo(np.float32).max)
         planes[self.pixels, 3] = self.share
         return planes.reshape(height, width, 4)
 
     def missed(self, pixels: PixelStatistics) -> float:
-        """Return the part of error² that replicates hide by agreeing."""
+        """Return the part of error² that does not show because all replicates met small lamps equally often."""
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, _MANY)
         if not lacking.any():
@@ -147,7 +150,7 @@ class Lamps:
         return max(whole, 0.0) / pixels.samples.size
 
     def outshone(self, pixels: PixelStatistics) -> float:
-        """Return by how much the estimate of error² would rise if lamps met too soon had their true brightness."""
+        """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness."""
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon
         where, light = self.pixels[lacking], self.light[lacking]

@@ -26,18 +26,18 @@ unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_
 
 
 def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the standard deviation of the samples (over n), (..., 3), of moments of any shape."""
+    """Return the standard deviation of the samples (divided by n, not n - 1), (..., 3), of moments of shape (...)."""
     return np.asarray((moments["deviation"].astype(np.uint64) << np.uint64(32)).view(np.float64))
 
 
 def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """Return standard deviations as moments store them: with 21 significant bits, at any scale."""
+    """Return standard deviations in the form that moments store: the upper half of a float64, 21 significant bits."""
     bits = np.ascontiguousarray(deviation, np.float64).view(np.uint64)
     return ((bits + np.uint64(2**31)) >> np.uint64(32)).astype(np.uint32)
 
 
 def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the sums of squared deviations from the mean, (..., 3), of moments of any shape."""
+    """Return the sums of squared deviations of samples from their mean, (..., 3), of moments of shape (...)."""
     return np.asarray(moments["count"][..., None] * np.square(deviations(moments)))
 
 

@@ -28,7 +28,10 @@ _WORD: Final = 4
 
 
 def channel_names(dtype: np.dtype[Any], layers: int) -> tuple[str, ...]:
-    """Return the names of the channels of `packed`, in order: ``r0.mean.R.0`` is the lowest byte of that number."""
+    """Return the names of the channels that `packed` makes, in order.
+
+    ``r0.mean.R.0`` is the lowest byte of the mean of red in layer 0.
+    """
     return tuple(f"r{layer}.{name}" for layer in range(layers) for name in _bytes_of(dtype))
 
 
@@ -42,7 +45,7 @@ def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
 
 
 def packed_shape(height: int, width: int) -> tuple[int, int]:
-    """Return height and width of an image in words."""
+    """Return the rows and columns of words that hold an image of this height and width in pixels."""
     return height, -(-width // _WORD)
 
 
@@ -60,7 +63,7 @@ def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
 
 
 def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the (L, H, W) numbers of this type from the words that `packed` made of them."""
+    """Return the (L, H, W) numbers of type ``dtype`` from the words of `packed`; ``width`` is W."""
     height, columns, channels = words.shape
     layers = channels // dtype.itemsize
     planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
@@ -72,7 +75,10 @@ def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDA
 
 
 def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return the (R, H, W) moments of a film as words; ``image`` (H, W, 3) is the image in the same file."""
+    """Return the (R, H, W) moments of a film as words.
+
+    ``image`` (H, W, 3) is the image in the same file, from which means are predicted.
+    """
     height, width = image.shape[:2]
     words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
     for row in range(0, height, _ROWS):
@@ -85,7 +91,7 @@ def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray
 
 
 def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
-    """Return the moments from the words that `packed_moments` made of them; ``image`` is the same image."""
+    """Return the (R, H, W) moments from the words of `packed_moments`; ``image`` must be the one given there."""
     height, width = image.shape[:2]
     moments = np.empty((words.shape[-1] // DTYPE.itemsize, height, width), DTYPE)
     for row in range(0, height, _ROWS):

@@ -40,7 +40,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MergedFilm:
-    """The samples of several independent renders of one image."""
+    """The samples of several independent renders (parts) of one image."""
 
     moments: NDArray[Any]
     """(R, H, W): moments of all samples in each replicate, as in `equaltime.film.moments`."""
@@ -49,7 +49,7 @@ class MergedFilm:
 
     @classmethod
     def of(cls, moments: NDArray[Any], second: SecondNets | None = None) -> MergedFilm:
-        """Return the film of one part."""
+        """Return the film of a single render, as one part: (R, H, W) moments, and its second nets if it has any."""
         pixels = statistics(moments, second)
         variance, samples, counts = pixels.variance, pixels.samples, moments["count"]
         parts = np.zeros(samples.shape, PARTS)
@@ -62,7 +62,7 @@ class MergedFilm:
         return cls(moments, parts)
 
     def joined(self, other: MergedFilm) -> MergedFilm:
-        """Return the film of the parts of both."""
+        """Return a film with the parts of this film and of the other."""
         ours, theirs = self._samples, other._samples
         apart = np.square(self._mean - other._mean)
         parts = np.empty_like(self.parts)
@@ -73,7 +73,7 @@ class MergedFilm:
 
     @property
     def consistent(self) -> bool:
-        """Whether the sums over parts are possible for these samples: a damaged file may hold anything."""
+        """Whether the sums over parts are possible for these samples. Damaged files may hold impossible sums."""
         parts, squares = (self.parts[name].astype(np.float64) for name in ("parts", "squares"))
         square = np.square(self._samples)
         known = np.isfinite(self.parts["within"]) & np.isfinite(self.parts["between"])
@@ -82,9 +82,10 @@ class MergedFilm:
         return bool((possible & ((parts > 0.0) == (square > 0.0)) & known.all(axis=-1)).all())
 
     def statistics(self) -> PixelStatistics:
-        """Return the image with its variance, and the harmonic mean of the degrees of freedom behind each pixel.
+        """Return the statistics of every pixel of the merged image.
 
-        The harmonic mean decides the width of intervals: a pixel's estimate varies by ``2 / degrees`` of its square.
+        Their ``degrees`` are the harmonic mean over pixels of the degrees of freedom. This mean decides the width of
+        intervals: the relative variance of a pixel's estimated variance is ``2 / degrees``.
         """
         joined = pixel_statistics(self.moments)
         within, between = self._degrees(joined)
@@ -125,5 +126,8 @@ class MergedFilm:
 def statistics_of(
     moments: NDArray[Any], parts: NDArray[Any] | None, second: SecondNets | None = None
 ) -> PixelStatistics:
-    """Return the statistics of the pixels of a render (without ``parts``) or of a merged one."""
+    """Return the statistics of every pixel of a render.
+
+    ``parts`` are the sums over the parts of a merged render; None if the render was not merged.
+    """
     return statistics(moments, second) if parts is None else MergedFilm(moments, parts).statistics()

@@ -1,4 +1,4 @@
-"""Ratio of radiances up to which dim lights are known to be found."""
+"""Largest ratio of radiances in a scene at which tests have shown that dim lights are found."""
 
 from __future__ import annotations
 

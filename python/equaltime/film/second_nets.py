@@ -1,4 +1,4 @@
-"""The variance of pixels that have one net of samples each, from a second net in some of them.
+"""The variance of pixels whose samples are one net (low-discrepancy point set), from a second net in some of them.
 
 In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
 5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
@@ -40,7 +40,7 @@ FEWEST = 64
 
 @dataclass(frozen=True, eq=False)
 class SecondNets:
-    """Second nets of some pixels."""
+    """Samples of the second nets that some pixels have, to calibrate the variances of all pixels."""
 
     moments: NDArray[Any]
     """(R, h, w): their moments, of the type `equaltime.film.moments.DTYPE`."""
@@ -48,13 +48,14 @@ class SecondNets:
     """(h, w): index ``y * width + x`` in the image of each net's pixel; -1 where there is no net."""
 
     def copy(self) -> SecondNets:
-        """Return a copy with its own memory."""
+        """Return a copy whose moments have their own memory."""
         return SecondNets(self.moments.copy(), self.pixels)
 
     def calibrated(self, image: PixelStatistics) -> PixelStatistics:
-        """Return the statistics of the image, with the variances that the second nets calibrate.
+        """Return the statistics of the image, with all variances corrected by the factor from the second nets.
 
-        Pixels whose sample counts differ between the nets are ignored: a pass was cut between them.
+        Pixels are ignored if a cut pass left their two nets with different sample counts. With fewer than `FEWEST`
+        pixels, the statistics are returned unchanged.
         """
         floor = np.square(0.1 * image.mean.mean())
         with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows is not measured
@@ -107,33 +108,33 @@ def _weights(own: Floats, around: Floats, floor: float) -> Floats:
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
-    """Return the statistics of a render's pixels, from the moments of its film and of its second nets."""
+    """Return the statistics of every pixel from the (R, H, W) moments of a film, and its second nets if it has any."""
     pixels = pixel_statistics(moments)
     return pixels if second is None else second.calibrated(pixels)
 
 
 class Renders(Protocol):
-    """A renderer of the core, reduced to its samples."""
+    """The part of a renderer of the core that holds its samples."""
 
     @property
     def moments(self) -> NDArray[Any]:
-        """(R, H, W) structured array of counts and means."""
+        """Moments of the film, (R, H, W), of the type `equaltime.film.moments.DTYPE`."""
 
     @property
     def second_moments(self) -> NDArray[Any]:
-        """(R, h, w): moments of the second nets; empty if there are none."""
+        """Moments of the second nets, (R, h, w), of the same type; empty if there are none."""
 
     @property
     def second_pixels(self) -> NDArray[np.int64]:
-        """(h, w): the pixel of each second net."""
+        """Index ``y * width + x`` of each second net's pixel, (h, w); -1 where there is no net."""
 
 
 def second_nets(renderer: Renders) -> SecondNets | None:
-    """Return the second nets of a render, which share its memory; None if there are none."""
+    """Return the second nets of a renderer, with moments in the renderer's memory; None if there are none."""
     moments = renderer.second_moments
     return SecondNets(moments, renderer.second_pixels) if moments.size else None
 
 
 def statistics_so_far(renderer: Renders) -> PixelStatistics:
-    """Return the statistics of the pixels of a render that is under way."""
+    """Return the statistics of every pixel from the samples that a renderer has taken so far."""
     return statistics(renderer.moments, second_nets(renderer))

@@ -50,17 +50,20 @@ RADIUS = 3
 
 
 def neighbours(height: int, width: int) -> Floats:
-    """Return the number of the image's pixels in the 7x7 neighbourhood of each pixel, (H, W, 1)."""
+    """Return the number of image pixels in each pixel's 7x7 neighbourhood, itself included, (H, W, 1)."""
     return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
 
 
 def others_count(height: int, width: int) -> Floats:
-    """Return the number of the image's other pixels in each pixel's 7x7 neighbourhood, (H, W, 1); at least 1."""
+    """Return the number of image pixels in each pixel's 7x7 neighbourhood, itself excluded, (H, W, 1); at least 1."""
     return np.maximum(neighbours(height, width) - 1.0, 1.0)
 
 
 def window_around(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the rows and columns that hold all pixels set in the mask (at least one) and their neighbourhoods."""
+    """Return the slices of rows and columns that hold all pixels set in a mask (H, W), and their 7x7 neighbourhoods.
+
+    At least one pixel must be set.
+    """
     rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     return _around(rows), _around(columns)
 

@@ -53,7 +53,7 @@ _AVERAGED_OUT = 0.5
 
 @dataclass(frozen=True)
 class Tail:
-    """Tail of squared errors: how much the largest make of all; both numbers are NaN for a single repeat."""
+    """Weight of the largest squared errors in the sum of all. Both numbers are NaN for a single repeat."""
 
     ratio: float
     """Lyapunov's ratio."""
@@ -62,19 +62,19 @@ class Tail:
 
     @property
     def doubt(self) -> str:
-        """Reason why upper ends of intervals cannot be trusted; empty if they can, or if the repeats cannot tell."""
+        """Reason why upper ends of intervals cannot be trusted; empty if they can, or if there is a single repeat."""
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
         return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
 
     @property
     def unseen(self) -> float:
-        """Relative amount by which the mean square error may be larger than measured, because of unseen errors."""
+        """Fraction of the measured mean square error that unseen errors may add to the true one."""
         return UNSEEN * self.share if self.ratio > MOST_RATIO else 0.0
 
 
 def tail_of(errors: ArrayLike) -> Tail:
-    """Return the tail of squared errors (K repeats, pixels)."""
+    """Return the tail of squared errors, an array of shape (K repeats, pixels)."""
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
         return Tail(math.nan, math.nan)
@@ -88,7 +88,10 @@ def tail_of(errors: ArrayLike) -> Tail:
 
 
 def outstanding(squares: Floats) -> float:
-    """Return the largest squared error's share of the sum over one render (H, W); 0 where noise is even."""
+    """Return the share of the sum of one render's squared errors (H, W) that its most outstanding pixel makes.
+
+    Only the pixel's part beyond the noise of its neighbours counts, so the share is 0 where noise is even.
+    """
     total = float(squares.sum())
     if not total > 0.0:
         return 0.0
@@ -97,15 +100,16 @@ def outstanding(squares: Floats) -> float:
 
 
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
-    """Return why an error is in doubt that no longer shows a bright path of an earlier look; else empty.
+    """Return the reason to doubt an error in which a bright path has averaged out; empty if there is none.
 
     Parameters
     ----------
     past
-        Largest product of `outstanding`, error² and the square of the samples a pixel, over the earlier looks. One
-        path's part of error² falls with the square of the samples.
+        Brightness of the brightest path at earlier looks (estimates of the error during the render). It is the
+        largest product of `outstanding`, error² and the square of the samples a pixel. One path's part of error²
+        falls with the square of the samples.
     samples, square, share
-        Samples a pixel, error² and `outstanding` now.
+        Present samples a pixel, error² and `outstanding`.
     """
     if not square > 0.0 or past / (samples * samples * square) - share <= _AVERAGED_OUT:
         return ""

@@ -41,16 +41,17 @@ _ANYTHING = 1e150
 
 
 class Unseen:
-    """Light that may be hidden from one render.
+    """Light that may be hidden from one render. A call with (pixels, level) returns the hidden part of error².
 
     Parameters
     ----------
     possible
-        Callable that returns, for pixels (y * width + x), the most that a sample of each could have seen, (N, 3).
+        Callable that takes pixels ``y * width + x``, (N,), and returns the largest radiance that a sample of each
+        could have seen, (N, 3).
     known
         Earlier results of ``possible``, (H, W, 3); NaN for pixels that were not asked for.
     lamps
-        Callable that returns small lamps in sight.
+        Callable that returns the lamps in sight.
     focus
         Callable that returns the light that specular surfaces focus.
     """
@@ -68,7 +69,7 @@ class Unseen:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
-        """Return the light that may be hidden from a render of the core's scene with the core's settings."""
+        """Return the light that may be hidden from a render of the core's scene with these settings and this seed."""
         threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
@@ -79,10 +80,10 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
-        """Return the light that may be hidden from renders of one image together, by the `parts` of each.
+        """Return the light that may be hidden from several renders of one image together, from the `parts` of each.
 
-        A pixel that is black in all renders is black in each, and each asked for its bound. Pixels that no part
-        describes may hide any amount of light; lamps that no part lists are assumed absent.
+        A pixel that is black in the merged image is black in every render, so every render has stored its bound.
+        Pixels without a bound may hide any amount of light. Lamps that no render lists are assumed absent.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -93,19 +94,19 @@ class Unseen:
 
     @cached_property
     def lamps(self) -> Lamps:
-        """Small lamps in sight, searched for once."""
+        """Lamps in sight. The search runs at the first access."""
         return self._find_lamps()
 
     @cached_property
     def focus(self) -> Focus:
-        """Light that specular surfaces focus, searched for once."""
+        """Light that specular surfaces focus. The search runs at the first access."""
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
-        """Return the parts of an image that a file keeps, for `together`.
+        """Return the images that a file stores, by name, for `together`; an image without content is left out.
 
-        ``unseen`` holds the bounds of black pixels, (H, W, 3), and NaN where none was asked for. ``lamps`` holds, for
-        small lamps in sight, the light added to each pixel and the share of its samples that meet one, (H, W, 4).
+        ``unseen`` (H, W, 3) holds the bounds of black pixels, and NaN where no bound was computed. ``lamps``
+        (H, W, 4) holds the light that small lamps add to each pixel, and the share of its samples that meet one.
         """
         parts = {}
         if self._known is not None and not np.isnan(self._known).all():
@@ -119,7 +120,7 @@ class Unseen:
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
     def lasting(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the hidden part of error² except by lamps met much too soon, which a few more samples undo."""
+        """Return the hidden part of error², without lamps met too soon: a few more samples undo their effect."""
         return self._by_black(pixels, level) + self.lamps.missed(pixels)
 
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
@@ -158,10 +159,11 @@ def stated_error(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> Estimate:
-    """Return the error that a render states of itself: in its result, at its looks, in its progress and in records.
+    """Return the error that a render states of itself, wherever the error is shown, stored or compared with a target.
 
-    With ``lasting`` the limits leave out effects that a few more samples undo (`Unseen.lasting`). ``brightest`` is the
-    brightness of the brightest path of the earlier looks (`stated`).
+    ``unseen`` is the light that may be hidden; None leaves it out. With ``lasting`` the limits leave out effects that a
+    few more samples undo (`Unseen.lasting`). ``brightest`` is the largest brightness that `stated` returned at earlier
+    looks, which are estimates of the error during the render.
     """
     return stated(pixels, unseen, level, lasting, brightest)[0]
 
@@ -173,7 +175,11 @@ def stated(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> tuple[Estimate, float]:
-    """Return `stated_error`, and the brightness of the brightest path (`equaltime.film.tails.averaged_out`)."""
+    """Return the estimate of `stated_error`, and the brightness of the brightest path.
+
+    That brightness is the number ``past`` of `equaltime.film.tails.averaged_out`. The arguments are as for
+    `stated_error`.
+    """
     if unseen is None:
         found, share = error_and_brightest(pixels, level)
     else:

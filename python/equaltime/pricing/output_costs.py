@@ -1,6 +1,6 @@
-"""Cost of outputs beside the image: the time of each over that of a render with all of them, measured in turn.
+"""Cost of outputs beside the image, as the share of each in the time of the image and all outputs, measured in turn.
 
-They are made after the render, by separate paths (`equaltime.rendering.outputs`). So a share holds for a render with
+Outputs are made after the render, by separate paths (`equaltime.rendering.outputs`). So a share holds for a render with
 this number of samples a pixel: first hits cost the same for any number, rays take at most 16 samples, and bounces cost
 about as much as the image.
 """
@@ -33,11 +33,11 @@ def measure_outputs(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Mapping[str, Interval]:
-    """Return the share of the time that each output takes by itself, as ``name:what``, and `ALL` of them together.
+    """Return the share of the time that each output takes by itself, by ``name:kind``, and that `ALL` take together.
 
-    The result is empty if the scene asks for no outputs. A round makes the image and all outputs with one seed. The
-    order alternates between rounds, so that a drifting machine affects all alike. Raises NonFiniteSample as a render
-    does.
+    The whole is the time of the image with all outputs. The result is empty if the scene asks for no outputs. A round
+    makes the image and all outputs with one seed, ``repeats`` times. The order alternates between rounds, so that a
+    drifting machine affects all alike. Raises `NonFiniteSample` if a sample was not a number.
     """
     asked = asked_for(scene)
     if not asked:

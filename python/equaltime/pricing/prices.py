@@ -35,7 +35,7 @@ QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """Cost of one effect; None where it is not known. Intervals are at 95 %."""
+    """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field is None where it is not known."""
 
     kind: Kind
     reasons: tuple[Reason, ...]
@@ -68,7 +68,7 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """Costs of a scene's effects."""
+    """Costs of the effects that a scene uses, and shares of its light in the variance."""
 
     prices: tuple[Price, ...]
     """Prices of the effects that the scene uses."""
@@ -104,7 +104,7 @@ class PriceList(Shown):
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the list as JSON data."""
+        """Return the price list as JSON data."""
         return {
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),
@@ -128,7 +128,7 @@ def _in_percent(interval: Interval) -> str:
 
 
 def as_data(interval: Interval) -> dict[str, float | None]:
-    """Return an interval for JSON; numbers that are not finite are None."""
+    """Return value and ends of an interval as JSON data; numbers that are not finite are None."""
     numbers = {"value": interval.value, "low": interval.low, "high": interval.high}
     return {name: number if math.isfinite(number) else None for name, number in numbers.items()}
 
@@ -143,7 +143,7 @@ def effects(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> PriceList:
-    """Measure the cost of each effect that a scene uses.
+    """Return the measured cost of each effect that a scene uses.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
     Then its light is split (`equaltime.quoting.light_parts`), and its outputs beside the image are timed.

@@ -40,7 +40,7 @@ _MOST_IN_THE_DARK = 64 * FIRST_LOOK
 
 @dataclass(frozen=True)
 class Chosen:
-    """A sample count that a pilot chose."""
+    """A sample count that a pilot chose for an error, with the quote that led to it."""
 
     stop: Stop
     quote: Quote | None = None
@@ -49,7 +49,11 @@ class Chosen:
     """Seconds that choosing took in this run."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits of the image for the limits asked for: the chosen count, and any that is nearer."""
+        """Return the limits with which the image is rendered; the error limit of ``asked`` is not one of them.
+
+        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the rest of
+        the time in ``asked``.
+        """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds
         if seconds is not None:  # if the pilot took longer to get ready, the image still gets its time
@@ -58,17 +62,20 @@ class Chosen:
 
 
 def pilot_seed(seed: int) -> int:
-    """Return the seed of the pilot of a render with this seed: a hash, so that no other render has it by chance."""
+    """Return the seed of the pilot of a render with this seed.
+
+    The seed is a hash, so that other renders do not use it by chance.
+    """
     words = f"equaltime: pilot of a fixed count, seed {seed}"
     return int.from_bytes(hashlib.sha256(words.encode()).digest()[:8], "big")
 
 
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
-    """Return the samples per pixel with which a render reaches the error in its limits.
+    """Return the samples per pixel with which the job's render reaches the error in its limits, chosen by a pilot.
 
     A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
-    of it. No count is chosen if that is too short, or if the pilot finds no count but samples are limited too. Then the
-    other limits end the render.
+    of the time. No count is chosen if that is too short, or if the pilot finds no count but samples are limited too.
+    Then the other limits end the render.
 
     Raises
     ------

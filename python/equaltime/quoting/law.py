@@ -31,10 +31,11 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 
 
 class Processors(NamedTuple):
-    """Processor time that the threads of this process had since they began.
+    """Processor time that the threads of this process have used and waited for, since they began.
 
-    The processor time of a sample hardly depends on other processes. The available share of the processors varies from
-    a tenth of a second to the next, and is better known the longer it was watched. Idle threads wait for no processor.
+    The processor time of a sample hardly depends on other processes. The share of the processors that is available
+    varies from a tenth of a second to the next. A longer watch gives a better estimate of this share. Idle threads do
+    not count as waiting.
     """
 
     ran: float
@@ -44,7 +45,7 @@ class Processors(NamedTuple):
 
     @classmethod
     def now(cls) -> Processors:
-        """Read the scheduler's own account (Linux; zero elsewhere)."""
+        """Return the processor time until now, by the scheduler's own account (Linux; zero elsewhere)."""
         ran = waited = 0
         for task in glob.iglob("/proc/self/task/*/schedstat"):
             with suppress(OSError):  # the thread has ended
@@ -53,13 +54,16 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the share of the usable processor time that the threads had; 1 if it is not known."""
+        """Return the share of the usable processor time that the threads have had since ``before``, in [0, 1].
+
+        It is 1 if the scheduler does not tell.
+        """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
 
 
 class Pace(NamedTuple):
-    """Speed of sampling, once samples come evenly."""
+    """Speed of sampling after the start of a render, and the seconds that the start takes in addition."""
 
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
@@ -70,9 +74,10 @@ class Pace(NamedTuple):
 
 
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
-    """Return the pace of the last two octaves of samples, or of all, from the seconds at some counts of samples.
+    """Return the pace of sampling from the seconds at some counts of samples per pixel.
 
-    ``had`` is the share of the processors that was available meanwhile.
+    The pace is that of the last two octaves of samples, or of all if there are fewer. ``had`` is the share of the
+    processors that was available during the samples.
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -85,12 +90,15 @@ def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
 
 
 def from_start(even: float, lost: float) -> float:
-    """Return the seconds from the first sample on for work that takes ``even`` seconds at an even pace."""
+    """Return the seconds of work from the first sample on, including the slower start.
+
+    ``even`` is the time of the work in seconds without the slower start, and ``lost`` the most that the start adds.
+    """
     return even + lost * (1.0 - math.exp(-even / _START))
 
 
 def without_start(seconds: float, lost: float) -> float:
-    """Return approximately the seconds at an even pace for work that takes ``seconds`` from the first sample on."""
+    """Return approximately the inverse of `from_start`: the seconds that the work takes without the slower start."""
     return seconds - lost * (1.0 - math.exp(-seconds / _START))
 
 
@@ -127,7 +135,7 @@ _DRAWS = 63
 
 
 class Probed(NamedTuple):
-    """Result of a probe (`equaltime.quoting.probe`) for the error of the whole image."""
+    """Error of the whole image at one sample count, as a probe (`equaltime.quoting.probe`) predicts it."""
 
     samples: int
     """Samples per pixel."""
@@ -140,10 +148,10 @@ class Probed(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """``error(n) = error · (n / samples)^-exponent``, and ``seconds(n) = n · seconds_per_sample``.
+    """Law of a render: ``error(n) = error · (n / samples)^-exponent``, ``seconds(n) = n · seconds_per_sample``.
 
-    With a probe, the power law holds beyond the probe's last count; below it, errors are interpolated between the
-    measured points. Doubts are standard deviations, of logarithms where the name says so.
+    With a probe, the power law holds beyond the probe's last count. Below that count, errors are interpolated between
+    the measured points. Doubts are standard deviations, of logarithms where the name says so.
     """
 
     samples: int
@@ -168,9 +176,9 @@ class Law:
     """Standard deviation of log(error) due to the pixels that a probe has not seen."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
-        """Return the law through a probe's results for the image of which this law is the pilot's.
+        """Return this law of a pilot, corrected by the results of a probe of the same image.
 
-        The probe's last result is weighted against the pilot's prediction.
+        The probe's last result is weighted against the pilot's prediction. ``sampler`` is the name of the sampler.
         """
         last = probed[-1]
         own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
@@ -192,7 +200,10 @@ class Law:
         )
 
     def error_at(self, samples: float) -> Estimate:
-        """Return the error after ``samples`` per pixel; the interval includes the doubt that will remain then."""
+        """Return the predicted error after ``samples`` per pixel.
+
+        The interval includes the width of the interval that the render itself will state then.
+        """
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
 
@@ -204,7 +215,7 @@ class Law:
         return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
     def samples_until(self, error: float) -> Estimate:
-        """Return the samples per pixel at which a render that is asked for ``error`` stops, by its own looks.
+        """Return the samples per pixel at which a render stops that looks at its own error until ``error`` is met.
 
         Renders are simulated that differ in the chance of the pilot, in the exponent, and in the chance of later
         samples. Half of them stop before the value, and 95 % within the interval.
@@ -213,9 +224,11 @@ class Law:
         return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
 
     def samples_within(self, error: float) -> Estimate:
-        """Return the samples per pixel at which the error is ``error``: by the law, and by both ends of `error_at`.
+        """Return the samples per pixel at which the predicted error falls to ``error``.
 
-        At the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate themselves.
+        Value, lower and upper limit are the counts at which value, lower and upper limit of `error_at` are at most
+        ``error``. At the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate
+        themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Estimate(value, low, high, unit="spp")
@@ -230,10 +243,10 @@ class Law:
         return 2.0 * (bisect_left(halves, True, key=reached) + 1)
 
     def samples_left(self, share: Estimate) -> Estimate:
-        """Return the fraction of the samples that reaches the same error if error² were only this share of itself.
+        """Return the fraction of the samples that would give the same error if error² were a ``share`` of itself.
 
-        The interval includes that of the share, and the doubt about the exponent. The fraction is 0 if the share is not
-        positive.
+        The interval includes the share's own interval, and the doubt about the exponent. The fraction is 0 if the share
+        is not positive.
         """
         if not share.value > 0.0:
             return Estimate(0.0, 0.0, math.inf)
@@ -247,7 +260,7 @@ class Law:
         return Estimate(value, value * math.exp(-below), value * math.exp(above))
 
     def samples_in(self, seconds: float) -> Estimate:
-        """Return the samples per pixel that a render takes in this time."""
+        """Return the samples per pixel that a render takes in this time, in seconds."""
         even = without_start(seconds, self.seconds_lost)
         return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
 
@@ -261,7 +274,7 @@ class Law:
         return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
-        """Return the expected counts at which a render looks at its error, up to its stop."""
+        """Return the sample counts at which a render that stops at ``error`` is expected to look at its error."""
         return list(self._looks(error, (0.0, 0.0, 0.0, 0.0)))
 
     def _stop(self, error: float, draw: tuple[float, ...]) -> float:
@@ -335,7 +348,7 @@ class Law:
         return math.hypot(self._chance(samples) * math.sqrt(1.0 - kept * kept), drift * (1.0 - kept))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the law as JSON data."""
+        """Return the law as JSON data, without ``width``, ``narrowing`` and ``doubt``."""
         return {
             "samples": self.samples,
             "error": self.error,
@@ -349,10 +362,10 @@ class Law:
 
 
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
-    """Fit the law to errors, and seconds since the first sample, at some counts of samples per pixel.
+    """Return the law that fits errors, and seconds since the first sample, at some counts of samples per pixel.
 
-    The exponent is measured over the last three octaves, and weighted against the sampler's prior. The pace is by
-    `equaltime.quoting.law`; ``had`` is the share of the processors that was available.
+    The exponent is measured over the last three octaves, and weighted against the sampler's prior. The pace is from
+    `pace`; ``had`` is the share of the processors that was available.
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

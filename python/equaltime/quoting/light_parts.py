@@ -1,11 +1,11 @@
-"""Shares of an image's light in its noise.
+"""Shares of the parts of an image's light in its noise.
 
-The core adds up every contribution to a path by its origin (`_core.split_light`): by the length of the path, by the
-technique that found the light, by the last BSDF that scattered it, by the light. The share of a part in the variance is
-``Cov(part, whole) / Var(whole)``. The shares of all parts of one kind sum to 1, and a part that cancels noise of others
-has a negative share. Covariances are taken between whole images over independent seeds, so they hold for the sampler
-asked for. They are summed over pixels, each over its denominator in the error's definition, so they are shares of
-error².
+The core adds up every contribution to a path by its origin (`_core.split_light`). There are four kinds of origin: the
+length of the path, the technique that found the light, the last BSDF that scattered it, and the light. The share of a
+part in the variance is ``Cov(part, whole) / Var(whole)``. The shares of all parts of one kind sum to 1, and a part that
+cancels noise of others has a negative share. Covariances are taken between whole images over independent seeds, so they
+hold for the sampler asked for. They are summed over pixels, each over its denominator in the error's definition, so
+they are shares of error².
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LONGEST: Final = 16
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Products of the parts of some images, over pairs of independent seeds."""
+    """Sums of products between the parts of images, for all pairs of K seeds, from which shares of error² follow."""
 
     names: tuple[tuple[str, str], ...]
     """Kind and name of each part."""
@@ -50,22 +50,28 @@ class Parts:
     """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, …."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
-        """Return the shares of all parts of a kind that have any light."""
+        """Return the share of error² of each part of a kind, by the part's name; parts without light are left out.
+
+        Kinds are ``length`` (of the path), ``way`` (technique), ``bsdf`` (the last one) and ``light``.
+        """
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}
 
     def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
-        """Return the share of some parts of a kind together."""
+        """Return the share of error² of all parts of a kind together whose name ``chosen`` accepts."""
         numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
     def apart(self, depth: int) -> tuple[Interval, Interval]:
-        """Return the variance of paths longer than ``depth`` alone, and of all others alone, as shares of the whole."""
+        """Return the variances of paths longer than ``depth`` and of all other paths, as shares of the variance."""
         longer, crossed = self._longer(depth)
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of paths longer than ``depth`` and all others: 1 less both of `apart`."""
+        """Return twice the covariance of paths longer than ``depth`` and all other paths, as a share of the variance.
+
+        It is 1 less both results of `apart`.
+        """
         longer, crossed = self._longer(depth)
         return share_of(2.0 * (crossed - longer), self.whole)
 
@@ -75,7 +81,7 @@ class Parts:
         return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
 
     def truncated(self) -> dict[int, Interval]:
-        """Return the error of cutting paths at each depth, as long as longer paths have any light."""
+        """Return, by depth, the error of an image without longer paths, for depths with light of longer paths."""
         return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
 
 
@@ -88,7 +94,11 @@ def measure_parts(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Parts:
-    """Split ``repeats`` independent images of the scene by `split_light`; their light is the same as in a render."""
+    """Render the scene ``repeats`` times with independent seeds, and return the products of the parts of its light.
+
+    Parts are split by `split_light`; the light in them is the same as in a render. ``samples`` is the count per pixel,
+    and ``progress`` is called with the finished fraction.
+    """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
 
@@ -102,7 +112,9 @@ def measure_parts_by(
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
 ) -> Iterator[Parts]:
-    """Iterate over the results of `measure_parts` for each reference, made from the whole images (K, H, W, 3).
+    """Yield the result of `measure_parts` for each of several references, from the same images.
+
+    ``references`` makes the references from the whole images, (K, H, W, 3).
 
     Raises
     ------

@@ -53,7 +53,7 @@ LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
 
 @dataclass(frozen=True)
 class NoiseLight:
-    """Shares of light in error², as fractions with their 95 % intervals."""
+    """Shares that kinds of light have in error², as fractions with their 95 % intervals."""
 
     seen: Estimate
     """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
@@ -104,17 +104,17 @@ def noise_light(
     seed: int = 0,
     threads: int = 0,
 ) -> NoiseLight | None:
-    """Return the shares of light in the noise.
+    """Return the shares that kinds of light have in a render's error², measured on a small film.
 
     Parameters
     ----------
     paths
-        Paths of a render whose time may be taken; at most that of 1.7 million paths is used.
+        Time that may be taken, as a number of paths of a render; at most 1.7 million are used.
 
     Returns
     -------
-    NoiseLight
-        Shares of light; None if there are fewer paths than `LEAST_PATHS`.
+    NoiseLight | None
+        Shares of light; None if ``paths`` is less than `LEAST_PATHS`.
     """
     if paths < LEAST_PATHS:
         return None

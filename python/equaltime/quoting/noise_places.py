@@ -48,7 +48,7 @@ _DEGREES = 2.0
 
 @dataclass(frozen=True)
 class Rectangle:
-    """The least rectangle, of a grid of 16x16 over the picture, that holds half of error²."""
+    """Smallest rectangle of cells that holds half of error², with the picture divided into 16x16 cells."""
 
     x: tuple[int, int]
     """First and last column on the whole film, from 0 on the left."""
@@ -61,13 +61,13 @@ class Rectangle:
 
     @property
     def stands_out(self) -> bool:
-        """Whether the rectangle is noisier than the rest of the picture, by its interval."""
+        """Whether the rectangle is noisier than the picture as a whole: whether its share is surely above its area."""
         return self.share.low > self.area
 
 
 @dataclass(frozen=True)
 class Places:
-    """Parts of error² by pixels; shares are fractions of error², in doubt."""
+    """Parts of error² that groups of pixels make, as fractions of error². All fractions are in doubt."""
 
     noisiest: Mapping[float, Estimate] = field(hash=False)
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
@@ -94,16 +94,16 @@ class Places:
 
 
 def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> Places:
-    """Return the place of a render's error.
+    """Return where on the picture a render's error is.
 
     Parameters
     ----------
     pixels
         Statistics of the render, which has samples in two replicates everywhere, and saw some light.
     corner
-        Column and row on the whole film of the first pixel, if the render is a part of it.
+        Column and row of the render's first pixel on the whole film.
     least
-        Light that is surely in the pixels, as in `equaltime.film.error.image_error`.
+        Light that is certainly in the pixels, (H, W, 3), as in `equaltime.film.error.image_error`.
     """
     height, width = pixels.samples.shape
     parts = error_parts(pixels, float(pixels.mean.mean()), least).value
@@ -123,13 +123,17 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> Places:
-    """Return the place of the error of a session's render so far."""
+    """Return where on the picture the error of a session's render so far is."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 
 
 def share_within(parts: Floats, chosen: Mask) -> Estimate:
-    """Return the share of the chosen pixels in error², from each pixel's part."""
+    """Return the share of error² that chosen pixels make, as a fraction with its interval.
+
+    ``parts`` holds each pixel's part of error², and ``chosen`` is a mask of the same shape. The share is NaN without
+    noise.
+    """
     total, square = float(parts.sum()), float(np.square(parts).sum())
     if not square > 0.0:
         return Estimate(math.nan, 0.0, 1.0)

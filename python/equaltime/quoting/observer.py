@@ -49,42 +49,45 @@ class Observer:
         return heard
 
     def progress(self, progress: Progress) -> None:
-        """Receive samples, error and time left, about ten times a second. May raise `KeyboardInterrupt` to stop."""
+        """Receive samples, error and time left, about ten times a second.
+
+        The method may raise `KeyboardInterrupt` to stop the render.
+        """
 
     def pass_ended(self, image: Callable[[], NDArray[np.float64]]) -> None:
         """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), linear."""
 
     def quoted(self, quote: Quote) -> None:
-        """Receive the price of the error, or the error that the time will buy: once, early.
+        """Receive the predicted time to reach the error, or the error that the time will reach: once, early.
 
         A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
-        4096 pixels are first rendered to the end (`equaltime.quoting.probe`): at most 3 % of the work, or 4 samples per
-        pixel if that is more. These samples are not part of the image.
+        4096 pixels are first rendered to the end (`equaltime.quoting.probe`). This takes at most 3 % of the work, or 4
+        samples per pixel if that is more. These samples are not part of the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive why there is no quote, although an error or a time was asked for: once, instead of `quoted`."""
+        """Receive why there is no quote although an error or a time was asked for: once, instead of `quoted`."""
 
     def decided(self, why: Sequence[str]) -> None:
-        """Receive which effects were left out or kept, and why, in words: once, before the first sample."""
+        """Receive, in words, which effects were left out or kept and why: once, before the first sample."""
 
     def unsaved(self, why: str) -> None:
-        """Receive why a checkpoint could not be written; again only after one was written. The render goes on."""
+        """Receive the reason why a checkpoint was not written; again only after one was. The render goes on."""
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer overrides a method: events without a receiver need not be computed."""
+    """Tell whether an observer overrides a method. If not, the event need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)
 
 
 class QuoteWatch:
-    """Gives an observer the quote as soon as there is one, or the reason why there is none."""
+    """Tells an observer the quote as soon as there is one, or the reason why there is none."""
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Give the quote if enough is known now."""
+        """Tell the observer the quote, or the reason why there is none, if that is known after this pass."""
         if self._done:
             return
         try:
@@ -98,7 +101,7 @@ class QuoteWatch:
             self._observer.quoted(found)
 
     def ended(self) -> None:
-        """Report the end of the render, after which there will be no quote."""
+        """Tell the observer, at the end of the render, that there is no quote, unless it was told before."""
         if not self._done:
             self._done = True
             self._observer.unquoted("the render ended before a pilot could tell anything")

@@ -1,4 +1,4 @@
-"""A scene against itself without an effect: renders in turn, with the same random numbers.
+"""Comparison of a scene with itself without an effect: renders in turn, with the same random numbers.
 
 The difference of two images of one seed is due to the effect, with little of the noise that both share. Over K
 independent seeds, let d be their differences, w the whole images and D the denominators of the error's definition:
@@ -34,7 +34,7 @@ N = TypeVar("N")
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Independent renders of one scene."""
+    """K renders of one scene with independent seeds: images, seconds and memory."""
 
     images: Floats
     """(K, H, W, 3): images, one for each seed."""
@@ -46,7 +46,7 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class Versus:
-    """Result of leaving effects out; intervals are at 95 %."""
+    """Differences that leaving effects out makes in time, variance, image and memory. Intervals are at 95 %."""
 
     time: Interval
     """Share of the whole's time that the effects take."""
@@ -61,7 +61,7 @@ class Versus:
 
     @classmethod
     def of(cls, whole: Runs, less: Runs) -> Versus:
-        """Compare runs that were made in turn with the same seeds."""
+        """Return the differences of the renders ``less``, without some effects, from the renders ``whole``, by seed."""
         denominator = Reference.of_images(whole.images).denominator
         moved = less.images - whole.images
         return cls(
@@ -85,10 +85,11 @@ def run_in_turn(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> tuple[Runs, dict[N, Runs]]:
-    """Render the scene and each of its variants, which leave out some effects, ``repeats`` times in turn.
+    """Render the scene and each of its variants ``repeats`` times in turn; return the scene's runs and each variant's.
 
-    A round renders all with one seed, from ``seed`` on. The order alternates between rounds, so that a drifting machine
-    affects all alike.
+    ``variants`` lists, by a key, the names of the effects that a variant leaves out. A round renders all with one seed,
+    from ``seed`` on. The order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is
+    the count per pixel.
 
     Raises
     ------
@@ -117,7 +118,10 @@ def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Runs:
 
 
 def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
-    """Return ``mean(a_r b_s / D)`` over pixels and channels for all seeds r and s: (K, K)."""
+    """Return ``mean(a_r b_s / D)`` over pixels and channels for all pairs of seeds r and s, (K, K).
+
+    ``first`` holds the images a and ``second`` the images b, both (K, H, W, 3); ``denominator`` is D, (H, W, 3).
+    """
     repeats = len(first)
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
     with np.errstate(over="ignore", invalid="ignore"):  # images that float32 cannot hold give no number
@@ -133,10 +137,10 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the size of a mean image, from the products of its samples with each other.
+    """Return the root mean square of a mean image, without its noise.
 
-    If the lower end is not above 0, the upper end is at least the size of noise and change together: rare light that a
-    few seeds have not met must not count as none.
+    ``squares`` are the `products` of the K images with each other. If the lower end is not above 0, the upper end is at
+    least the size of noise and change together: rare light that a few seeds have not met must not count as none.
     """
     found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
@@ -144,7 +148,10 @@ def change_of(squares: Floats) -> Interval:
 
 
 def share_of(part: Floats, whole: Floats) -> Interval:
-    """Return the share of a part in the variance, from the products of part and whole, and of the whole with itself."""
+    """Return the share of a part in the variance of the whole.
+
+    ``part`` holds the `products` of part and whole, and ``whole`` the products of the whole with itself, both (K, K).
+    """
 
     def share(kept: Floats) -> float:
         variance = _covariance(whole, kept)

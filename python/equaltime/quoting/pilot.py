@@ -1,4 +1,4 @@
-"""The pilot of a render, which may be the render's own first passes, and the quote from it.
+"""The pilot of a render, which may be the render's own first passes, and the quote that it gives.
 
 A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.quoting.law`) and the time
 of a sample. For low-discrepancy samples the exponent beyond the pilot differs by 0.06 (a standard deviation) from that
@@ -57,6 +57,8 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Estimate:
     ----------
     before
         Resident bytes with the scene loaded, without any film.
+    pixels
+        Number of the image's pixels.
     probed
         Whether the render may be quoted by a probe (`equaltime.quoting.probe`).
     """
@@ -88,7 +90,7 @@ _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 @dataclass(frozen=True, repr=False)
 class Quote(Shown):
-    """Prediction of a render's time, samples, error and memory."""
+    """Prediction of a render's time, samples per pixel, error and memory."""
 
     seconds: Estimate
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
@@ -135,7 +137,7 @@ class Quote(Shown):
 
 
 class Pilot:
-    """Watches the first passes of a render, which may be its own, and makes a quote of them.
+    """First passes of a render, watched to make a quote; the passes may be the render's own or separate.
 
     Parameters
     ----------
@@ -177,17 +179,19 @@ class Pilot:
 
     @property
     def taken(self) -> float:
-        """Samples of pilot and probe so far."""
+        """Samples that pilot and probe have taken so far, over all pixels."""
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Samples that remain of the allowance for pilot and probe."""
+        """Samples that remain of the allowance for pilot and probe, over all pixels."""
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Run the session, which renders only this pilot, until there is a quote; None if the time is over.
+        """Run the session, which renders this pilot alone, and return the quote once there is one.
+
+        ``seconds`` limits the time; the result is None if the time ends first.
 
         Raises
         ------
@@ -212,10 +216,10 @@ class Pilot:
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote, if enough is known after this pass.
+        """Return the quote if enough is known after this pass, else None.
 
         The error is recorded after 2, 4, 8, … samples, half way between, and where a quote may be due, unless no time
-        is left for it.
+        is left for that.
 
         Raises
         ------

@@ -41,7 +41,7 @@ _LEAST_WIDTH = 0.01
 
 
 class Probe:
-    """A render of some pixels.
+    """Render of some pixels of an image to a later sample count, to predict the image's error there.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Probe:
     draws
         Number of draws. A pixel with a large part of the error may be drawn more than once, and is rendered once.
     lamps
-        Small lamps in sight, which will widen the upper limit.
+        Lamps in sight, of which the small ones will widen the upper limit.
 
     Raises
     ------
@@ -91,7 +91,10 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render of ``samples`` per pixel in all; its samples so far are the pilot."""
+        """Return a probe of a session's render, which will have ``samples`` per pixel in all.
+
+        The samples of the session so far are the pilot.
+        """
         return cls(
             session.job.scene,
             session.decided,
@@ -105,17 +108,20 @@ class Probe:
 
     @property
     def taken(self) -> float:
-        """Samples of the image that the probe has taken."""
+        """Samples that the probe has taken, over all its pixels, second nets included."""
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:
-        """Return the samples per pixel, even, for which the probe takes ``taken`` samples of the image."""
+        """Return the samples per pixel of the image, an even number, that the probe can reach.
+
+        ``taken`` is the number of samples that the probe may take over all its pixels.
+        """
         return 2 * math.floor(0.5 * taken / self._cost)
 
     def advance(self, samples: int) -> Probed | None:
-        """Bring the pixels to ``samples`` each, on average; return the predicted error of the image there.
+        """Bring the probe to ``samples`` per pixel of the image, and return the predicted error of the image there.
 
-        The result is None if the pixels have no noise: they are too few for a prediction.
+        The result is None if the drawn pixels have no noise: too few were drawn for a prediction.
 
         Raises
         ------

@@ -38,9 +38,9 @@ def quote(
     progress: ProgressCallback | None = None,
     why: bool | None = None,
 ) -> Quote:
-    """Predict the time that an error takes, or the error that a time buys, and find what limits it.
+    """Predict the time that an error takes, or the error that a time reaches, and find which light makes the noise.
 
-    Spends max(8 samples per pixel, min(5 % of the predicted work, 10 s)) on a pilot and a probe. One tenth of that
+    A pilot and a probe take at most max(8 samples per pixel, min(5 % of the predicted work, 10 s)). One tenth of that
     allowance goes to finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`).
 
     Parameters

@@ -1,4 +1,4 @@
-"""Arguments of renders: the range of each, and loading of scenes that are not loaded yet."""
+"""Checks of the arguments of renders, and loading of scenes that are given as a path or a dictionary."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ def check_arguments(
     checkpoint_every: float = 60.0,
     stop: str = "look",
 ) -> None:
-    """Raise `ValueError` for an argument of a render that is out of range or not a number."""
+    """Raise `ValueError` for an argument of a render that is out of range or of another type.
+
+    The arguments are as for `equaltime.render`.
+    """
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")
     for name, seconds in (("time", time), ("checkpoint_every", checkpoint_every)):
@@ -73,7 +76,10 @@ def check_arguments(
 
 
 def check_fraction(error: float, name: str = "") -> float:
-    """Return the target error; raise `ValueError` for 100 % or more, which per cent given as a fraction would be."""
+    """Return ``error``, a fraction; raise `ValueError` if it is 1 (100 %) or more, as per cent by mistake would be.
+
+    ``name`` stands before the number in the message.
+    """
     if error < 1.0:
         return error
     hint = f": did you mean {error / 100.0:g}, which is {error:g} %?" if error < _MOST_PERCENT else ""
@@ -81,7 +87,7 @@ def check_fraction(error: float, name: str = "") -> float:
 
 
 def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
-    """Return a loaded scene; load a path or a dictionary."""
+    """Return the scene as it is if it is loaded; else load it from a path or a dictionary."""
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, Mapping):

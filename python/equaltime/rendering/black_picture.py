@@ -22,7 +22,10 @@ _WARNS = ContextVar("_WARNS", default=True)
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
-    """Return the result; warn first if its picture is black everywhere. ``stacklevel`` counts from the caller."""
+    """Return the result unchanged; warn first (`EqualtimeWarning`) if its picture is black everywhere.
+
+    ``stacklevel`` is as for `warnings.warn`, counted from the caller.
+    """
     if _WARNS.get() and (message := black_picture(result, scene)):
         warnings.warn(message, EqualtimeWarning, stacklevel + 1)
     return result
@@ -30,7 +33,7 @@ def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Silence the warnings of black pictures for renders inside; renders of other threads still warn."""
+    """Context in which renders do not warn of black pictures; renders of other threads still warn."""
     token = _WARNS.set(False)
     try:
         yield
@@ -39,11 +42,11 @@ def unwarned() -> Iterator[None]:
 
 
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
-    """Return the warning for a picture that is black everywhere; empty for another, or if its error says enough.
+    """Return the warning for a picture that is black everywhere; empty if no warning is needed.
 
-    The error says enough if its upper limit is not 0, unless the camera is inside a closed surface. A scene that asks
-    only for outputs beside the image needs no light. ``known`` are the findings of a quick run of lint, if there was
-    one.
+    No warning is needed for a picture with light, or for a scene that asks only for outputs beside the image. Nor is it
+    needed if the upper limit of the error is not 0, unless the camera is inside a closed surface. ``known`` are the
+    findings of a quick run of `lint`; if it is None, `lint` is run.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""
@@ -57,7 +60,7 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 
 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings of lint that can make a picture black."""
+    """Return, of these findings of `lint`, the ones that can make a picture black."""
     return [finding for finding in findings if finding.check in _REASONS]
 
 

@@ -1,11 +1,11 @@
 """Limits of a render: a number of samples, a time and an error; the first that is met ends the render.
 
-A render with an error target looks at its error at sample counts that grow by a factor of 1.4, whatever the target. It
-stops when two looks in a row agree. At each look the error to be believed is the larger of the upper limit of its
-interval and 1.15 times its value. The second matters in a large image, where the interval is narrow. There an estimate
-can still be wrong because bright paths have not been met yet. The first of the two looks must find at most 1.2 times
-the target, the second at most the target. So one lucky look ends no render, and a bright path met at the second look
-prolongs it.
+A render with an error target estimates its error at fixed sample counts, called looks, and may stop there. The counts
+grow by a factor of 1.4, whatever the target. The render stops when two looks in a row agree. The error that counts at a
+look is the larger of the upper limit of its interval and 1.15 times its value. The second matters in a large image,
+where the interval is narrow. There an estimate can still be wrong because bright paths have not been met yet. The first
+of the two looks must find at most 1.2 times the target, the second at most the target. So a single low estimate does
+not end a render, and a bright path met at the second look prolongs it.
 
 Sample counts follow from the rule alone, and stops from the film: never from a clock.
 
@@ -40,7 +40,7 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error."""
+    """Rule by which a render stops at an error: by its own error (``look``), or at a count set before (``fixed``)."""
 
     rule: StopRule
     """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""
@@ -56,7 +56,7 @@ class Stop:
 
     @property
     def selects(self) -> bool:
-        """Whether the count depends on the image, so that images with few rare bright paths are preferred."""
+        """Whether the sample count depends on the image, so that images with few rare bright paths are preferred."""
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
@@ -66,7 +66,7 @@ class Stop:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Stop:
-        """Read the data of `as_dict`."""
+        """Return the rule from the data of `as_dict`."""
         return cls(**{name: data[name] for name in ("rule", "error", *_OF_FIXED) if name in data})
 
 
@@ -85,7 +85,10 @@ _BEFORE = 1.2
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a render, of which the first that is met ends it; None is no limit."""
+    """Limits of a render: samples per pixel, seconds and relative error. The first that is met ends the render.
+
+    None is no limit.
+    """
 
     spp: int | None = None
     seconds: float | None = None
@@ -100,7 +103,7 @@ class Limits:
 
 
 class Look(NamedTuple):
-    """One look of a render at its own error."""
+    """Estimate of a render's error at one sample count at which the render may stop."""
 
     samples: int
     """Samples per pixel."""
@@ -112,12 +115,15 @@ class Look(NamedTuple):
 
     @property
     def believed(self) -> float:
-        """The error that the look is taken to have found: the upper limit, or 1.15 times the value if that is more."""
+        """Error that counts at this look: the upper limit, or 1.15 times the value if that is larger."""
         return max(self.high, _LEAST_DOUBT * self.value)
 
 
 def next_look(samples: int) -> int:
-    """Return the first sample count of a look above ``samples`` a pixel; even, so that both replicates are alike."""
+    """Return the sample count of the next look, above ``samples`` a pixel.
+
+    The count is even, so that replicates with a net each have the same number of samples.
+    """
     count = FIRST_LOOK
     while count <= samples:
         count = 2 * math.ceil(0.5 * _GROWTH * count)
@@ -125,7 +131,7 @@ def next_look(samples: int) -> int:
 
 
 class Looks:
-    """The looks at the error of one render.
+    """All looks of one render: estimates of its error at which it may stop.
 
     Parameters
     ----------
@@ -138,21 +144,21 @@ class Looks:
         self.last: Estimate | None = None
 
     def due(self, samples: int) -> bool:
-        """Tell whether the error is to be looked at after ``samples`` a pixel."""
+        """Tell whether a look is due at ``samples`` per pixel."""
         return next_look(samples - 1) == samples and (not self.made or self.made[-1].samples < samples)
 
     @property
     def brightest(self) -> float:
-        """Brightness of the brightest path of all looks."""
+        """Largest brightness of the brightest path at any look (`equaltime.film.tails.averaged_out`), or 0."""
         return max((look.brightest for look in self.made), default=0.0)
 
     def look(self, error: Estimate, samples: int, brightest: float = 0.0) -> None:
-        """Record the error at ``samples`` a pixel, and the brightness of its brightest path."""
+        """Add a look: the error at ``samples`` per pixel, and the brightness of its brightest path."""
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 
     def met(self, target: float) -> bool:
-        """Tell whether the last two looks agree that the error is at the target."""
+        """Tell whether the last two looks agree that the error is at most ``target``, a fraction."""
         if len(self.made) < 2:
             return False
         before, last = (look.believed for look in self.made[-2:])

@@ -1,4 +1,4 @@
-"""Saved renders, which can be resumed with the bits of a render that was never stopped."""
+"""Saved renders, which can be resumed: the result has the same bits as a render that was never stopped."""
 
 from __future__ import annotations
 
@@ -50,13 +50,16 @@ class Checkpoint:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
-        """Read a file of `Result.save`; raise `ImageError` if it is not one, damaged, or without moments."""
+        """Return the content of a file of `Result.save`; raise `ImageError` if it is damaged or holds no moments."""
         file = RenderFile.read(path)
         return cls.of(file, Path(path))
 
     @classmethod
     def of(cls, file: RenderFile, path: Path) -> Checkpoint:
-        """Return the content of a saved render, checked; ``path`` stands in errors. Raises as `read` does."""
+        """Return the content of a saved render after checking it; raise `ImageError` as `read` does.
+
+        ``path`` is named in errors.
+        """
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
             raise ImageError(
@@ -75,12 +78,12 @@ class Checkpoint:
 
     @property
     def film(self) -> MergedFilm:
-        """The samples of the render, for merging. Without sums over parts they are one part."""
+        """The samples of the render, for merging. A render that was not merged is one part."""
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property
     def picture(self) -> FilmPicture:
-        """The form in which its film asked for the picture."""
+        """Form of the picture that the render's film asked for."""
         return FilmPicture.from_dict(self.record["picture"])
 
     @property
@@ -90,12 +93,12 @@ class Checkpoint:
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """Looks of the saved render at its error."""
+        """Looks of the saved render: estimates of its error at which it might have stopped."""
         return looks_of(self.record)
 
     @property
     def decision(self) -> Decision:
-        """Decisions of the saved render."""
+        """Decisions that the strategy left to the saved render."""
         return Decision.from_dict(self.record["decision"])
 
     @property
@@ -105,16 +108,19 @@ class Checkpoint:
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Position of the passes, as in `Result.position`; raises `ImageError` if the record has none."""
+        """Position of the passes, as in `Result.position`: samples a pixel, samples of the running pass, next block.
+
+        Raises `ImageError` if the record has no position.
+        """
         if self.record["position"] is None:
             raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
         done, target, next_block = self.record["position"]
         return done, target, next_block
 
     def check(self, wanted: Mapping[str, Any]) -> None:
-        """Raise `ImageError`, with the differences, if this is a part of another render.
+        """Raise `ImageError`, with the differences, unless this can be resumed as the wanted render.
 
-        ``wanted`` holds the values that its record should have.
+        ``wanted`` holds the values that the record should have. A merged render cannot be resumed.
         """
         if self.record["sources"]:
             raise ImageError(
@@ -125,7 +131,7 @@ class Checkpoint:
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
-    """Return the looks at the error that a checked record tells of."""
+    """Return the looks that a checked record lists."""
     return tuple(
         Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
         for samples, value, high, brightest in record["looks"]
@@ -133,9 +139,10 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 
 
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
-    """Return, in words, the differences of a record from that of a part of the wanted render, also in ``more`` keys.
+    """Return in words where a record differs from a part of the wanted render; empty if it may be a part.
 
-    Another scene is reported if its file has another name, or if nothing else explains why the digest differs.
+    ``more`` are keys to compare besides the usual ones. A different scene is reported if its file has another name, or
+    if no other difference explains why the digest differs.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:

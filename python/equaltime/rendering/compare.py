@@ -65,7 +65,7 @@ class Compared:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """Result of `compare`."""
+    """Distances of images from a reference, and the ratios of two images, as `compare` returns them."""
 
     size: tuple[int, int]
     """Width and height."""
@@ -120,7 +120,7 @@ class Comparison(Shown):
 
 
 def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison:
-    """Measure image A against image B, or both against a reference.
+    """Return the distance of image A from image B, or the distances of both from a reference.
 
     Parameters
     ----------

@@ -56,7 +56,10 @@ _RESULT_BYTES = 100
 
 
 def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
-    """Return the core's renderer for a scene and a strategy; raises as `Session` does."""
+    """Return the core's renderer for a scene and a strategy; ``options`` go to `_core.Renderer`.
+
+    Raises `SceneError` or `RenderError` if there is not enough memory.
+    """
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
     make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
@@ -69,13 +72,19 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
 
 
 def nets(scene: Scene, strategy: Strategy) -> int:
-    """Return the number of independent nets of a pixel's samples: one for a lattice on a large film, else two."""
+    """Return the number of independent nets (low-discrepancy point sets) that a pixel's samples form.
+
+    It is 1 for the lattice sampler on a film of at least 2^16 pixels, else 2.
+    """
     width, height = scene.model.sensor.film.size
     return 1 if strategy.sampler == "lattice" and width * height >= ONE_NET else REPLICATES
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:
-    """Return k, where one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
+    """Return k, where one pixel of every k has a second net; 0 if no pixel has one.
+
+    `equaltime.film.second_nets` describes their use.
+    """
     if nets(scene, strategy) > 1:
         return 0
     _, _, width, height = scene.model.sensor.film.crop
@@ -84,7 +93,7 @@ def second_net(scene: Scene, strategy: Strategy) -> int:
 
 
 class AdaptiveRenderer(_core.Renderer):
-    """A renderer with adaptive sample counts after the pilot; its decisions follow from the pilot alone."""
+    """Renderer with adaptive sample counts, which follow from a pilot: the first samples of every pixel."""
 
     def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
         options = {**common, "pixel_rays": True}
@@ -95,11 +104,11 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """Decision of the pilot; None before the pilot has ended."""
+        """Decision after the pilot, equal counts or uneven ones; None before the pilot has ended."""
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's sample count over the mean count ``samples``, (H, W); the pilot must have ended."""
+        """Return each pixel's sample count over ``samples``, the mean count, (H, W); the pilot must have ended."""
         if self._rates is None:
             self._decide(self)
         assert self._rates is not None
@@ -112,7 +121,11 @@ class AdaptiveRenderer(_core.Renderer):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring the image to ``samples`` per pixel on average."""
+        """Bring the image to ``samples`` per pixel on average; return whether that is reached.
+
+        ``seconds``, ``poll`` and ``pause`` are as in `_core.Renderer.advance`. A bad sample in the pilot also ends the
+        call.
+        """
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
         begin = time.perf_counter()
@@ -124,7 +137,10 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Resume a render; its pilot is rendered again, since the film holds more samples by now."""
+        """Resume a render at the position and with the counts of paths and rays of a saved one.
+
+        The pilot is rendered again, since the saved film holds more samples.
+        """
         pilot = self._pilot()
         pilot.advance(PILOT)
         self._decide(pilot)
@@ -138,7 +154,7 @@ class AdaptiveRenderer(_core.Renderer):
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
-    """Return the decisions of a renderer of this strategy so far."""
+    """Return the decisions that a renderer, made for this strategy, has taken so far."""
     counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
     decided = renderer.decision
     if strategy.roulette != "automatic" or decided is None:
@@ -149,9 +165,11 @@ def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
 def split_light(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, only_lengths: bool = False
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
-    """Return the parts of the image that `make_renderer`'s renderer makes: names (kind, what), and (H, W, parts, 3).
+    """Return the image of a render with this strategy and seed, split into parts by the origin of the light.
 
-    The parts are all kinds, or path lengths alone, which takes a third of the memory or less.
+    The first result lists the parts as names (kind, what); the second holds their images, (H, W, parts, 3). Each kind
+    is a complete split. With ``only_lengths`` the only kind is the length of the path, which takes a third of the
+    memory or less.
     """
     settings = core_settings(scene, strategy)
     return _core.split_light(
@@ -160,13 +178,16 @@ def split_light(
 
 
 def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
-    """Return the opacity of each pixel (H, W), in [0, 1], from the first camera rays of `make_renderer`'s renderer."""
+    """Return the opacity of each pixel, (H, W), in [0, 1], from a render's camera rays, ``samples`` in each pixel."""
     settings = core_settings(scene, strategy)
     return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy))
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
-    """Return one sample of a pixel of the whole film in the core's form, with the same bits as in a render."""
+    """Return the path of one sample as the core describes it, with the same bits as in a render.
+
+    ``pixel`` (x, y) counts in the whole film, and ``index`` is the number of the sample in the pixel, from 0.
+    """
     x, y, _, _ = scene.model.sensor.film.crop
     return _core.replay(
         scene.core, core_settings(scene, strategy), seed, pixel[0] - x, pixel[1] - y, index, nets=nets(scene, strategy)
@@ -181,7 +202,11 @@ def bad_sample(
     result: Result | None = None,
     without: tuple[str, ...] = (),
 ) -> SampleError:
-    """Return the error for the first bad sample of a renderer, with the command that replays it."""
+    """Return an error for the first bad sample of a renderer, with the command that replays it.
+
+    A sample is bad if it is NaN or infinite, or raised a floating-point fault. ``result`` is the result so far, and
+    ``without`` names the effects that were left out.
+    """
     x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop
     pixel = (x + left, y + top)
@@ -197,13 +222,16 @@ def bad_sample(
 
 
 def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
-    """Return the core's settings for a strategy with the scene's depth."""
+    """Return the core's settings for a strategy and the scene's ``max_depth``."""
     words = strategy.model_dump(exclude={"truncate", "adaptive"})
     return _core.Settings(**words, truncate=strategy.truncate or 0, max_depth=scene.max_depth)
 
 
 def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
-    """Raise `SceneError` for a film larger than the memory: the system would end the process without a message."""
+    """Raise `SceneError` if a film needs more memory than this machine or its container has.
+
+    Otherwise the system would end the process without a message.
+    """
     _, _, width, height = scene.model.sensor.film.crop
     needed = width * height * bytes_per_pixel
     present = memory_bytes()
@@ -216,7 +244,7 @@ def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
 
 
 def build_facts() -> dict[str, Any]:
-    """Return the facts that identify the core, down to its bits."""
+    """Return facts that identify the core exactly: how it was built, the SHA-256 of its file, and Python's version."""
     content = Path(_core.__file__).read_bytes()
     python = ".".join(map(str, sys.version_info[:3]))
     return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}

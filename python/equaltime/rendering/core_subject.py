@@ -1,4 +1,4 @@
-"""Subjects of experiments: anything that renders to given counts and times itself, and the core as one."""
+"""Subjects of experiments: anything that renders to given sample counts and times itself. One subject is the core."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RendererKind = Literal["core", "mitsuba", "command"]
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """State of a run when every pixel has ``spp`` samples."""
+    """State of a render at the moment at which every pixel has ``spp`` samples."""
 
     spp: int
     wall_s: float
@@ -52,11 +52,11 @@ class Subject(Protocol):
 
     @property
     def label(self) -> str:
-        """Name of the subject in the experiment."""
+        """Name that the experiment gives the subject."""
 
     @property
     def name(self) -> str:
-        """The strategy in full, in one line."""
+        """Full name of the strategy, in one line."""
 
     @property
     def renderer(self) -> RendererKind:
@@ -64,7 +64,7 @@ class Subject(Protocol):
 
     @property
     def biased(self) -> bool:
-        """Whether, by its own account, the strategy converges to something else than the scene's light transport."""
+        """Whether the strategy says of itself that it converges to something else than the scene's light transport."""
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Get ready to render ``scene`` on ``threads`` threads (0: one for each processor); return the seconds taken.
@@ -73,18 +73,19 @@ class Subject(Protocol):
         """
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
-        """Render with random numbers of ``seed`` (31 bits), and yield a checkpoint at each count of ``ladder``.
+        """Render with random numbers of ``seed`` (31 bits), and yield a checkpoint at each sample count of ``ladder``.
 
-        Counts are total samples per pixel, rising. The next count is asked for after the last checkpoint was taken, so
-        the ladder may depend on the times. With ``seconds`` the run ends at the first checkpoint past them.
+        The counts are total samples per pixel, in ascending order. Each count is taken from ``ladder`` only after the
+        previous checkpoint was yielded, so it may depend on the measured times. With ``seconds``, the run ends at the
+        first checkpoint after that time.
         """
 
 
 @dataclass
 class CoreSubject:
-    """Renders with one long-lived renderer per run.
+    """Subject of experiments that renders with equaltime's core, one renderer for each run.
 
-    The clocks run only during `advance`: they exclude making the film, and the image and the error estimate at a
+    The clocks run only while samples are taken. They exclude making the film, and the image and the error estimate at a
     checkpoint.
     """
 
@@ -114,7 +115,7 @@ class CoreSubject:
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Bring one image to each count of ``ladder``.
+        """Yield a checkpoint of one growing image at each sample count of ``ladder``, as `Subject.run` describes.
 
         Raises
         ------

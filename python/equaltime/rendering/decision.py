@@ -20,7 +20,10 @@ Counts = Literal["even", "error"]
 
 @dataclass(frozen=True)
 class Decision:
-    """Decisions of a render. A field is None if the strategy left nothing to decide, or if it is not decided yet."""
+    """Decisions that a strategy left to the render: on splitting of paths, and on sample counts.
+
+    A field is None if the strategy left nothing to decide, or if it is not decided yet.
+    """
 
     roulette: Literal["throughput", "efficiency"] | None = None
     """Roulette that replaces ``automatic``: ``efficiency`` splits paths."""
@@ -29,7 +32,11 @@ class Decision:
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with the decisions; counts only if even, since uneven counts follow from a pilot."""
+        """Return the strategy with the decisions put in: ``roulette`` in place of ``automatic``.
+
+        Equal sample counts replace ``adaptive=error`` by ``none``. Uneven counts are not put in, since they follow from
+        a pilot.
+        """
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":
             decided["roulette"] = self.roulette
@@ -59,5 +66,5 @@ class Decision:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> Decision:
-        """Read the data of `as_dict`; None stands for a record without decisions."""
+        """Return the decisions from the data of `as_dict`; None stands for no decisions."""
         return cls() if data is None else cls(*(data.get(name) for name in ("roulette", "splitting", "counts")))

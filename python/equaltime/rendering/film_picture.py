@@ -1,4 +1,4 @@
-"""The picture that a film asks for: the channels of the first part of a saved render, and their precision.
+"""The form of the picture that a film asks for: channels and precision of the first part of a saved render.
 
 Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for another form of the picture
 (``pixel_format``, ``component_format``). Other programs read that form, and the render itself is kept beside it.
@@ -25,7 +25,7 @@ _COLORS: Final = {"rgb": RGB, "luminance": ("Y",), "xyz": ("X", "Y", "Z")}
 
 @dataclass(frozen=True)
 class FilmPicture:
-    """Form of the picture; the default is the form of the render itself."""
+    """Form of a picture: its colours, alpha and precision. The default is R, G, B in 32 bits without alpha."""
 
     colors: str = "rgb"
     """``rgb``, ``luminance`` or ``xyz``."""
@@ -36,13 +36,13 @@ class FilmPicture:
 
     @classmethod
     def of(cls, film: HdrFilm) -> FilmPicture:
-        """Return the form that a film asks for. Numbers have 32 bits unless the film names another format."""
+        """Return the form that a film asks for: 16 bits only if the film names that format, else 32 bits."""
         half = film.component_format == "float16" and "component_format" in film.model_fields_set
         return cls(film.colors, film.has_alpha, half)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> FilmPicture:
-        """Read the data of `as_dict`; None stands for the default form."""
+        """Return the form from the data of `as_dict`; None stands for the default form."""
         return cls() if data is None else cls(data["colors"], data["alpha"], data["half"])
 
     def as_dict(self) -> dict[str, Any]:
@@ -51,15 +51,18 @@ class FilmPicture:
 
     @property
     def is_exact(self) -> bool:
-        """Whether the picture has R, G and B of the render to the bit."""
+        """Whether the picture's R, G and B are exactly the ones of the render."""
         return self.colors == "rgb" and not self.half
 
     def channels(self, alpha: NDArray[np.float32] | None) -> tuple[str, ...]:
-        """Return the names of the channels; alpha is among them where it is known."""
+        """Return the names of the picture's channels; alpha is one if the form has it and ``alpha`` is not None."""
         return _COLORS[self.colors] + ((ALPHA,) if self.alpha and alpha is not None else ())
 
     def pixels(self, image: NDArray[np.float32], alpha: NDArray[np.float32] | None) -> NDArray[np.float32]:
-        """Return the picture (H, W, C) for linear RGB (H, W, 3) that is already multiplied by alpha (associated)."""
+        """Return the picture in this form, (H, W, C), from a linear RGB image (H, W, 3).
+
+        The image is already multiplied by ``alpha`` (associated), (H, W).
+        """
         planes: NDArray[Any] = image
         if self.colors != "rgb":
             matrix = to_xyz(REC709)
@@ -70,5 +73,5 @@ class FilmPicture:
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Attributes that tell readers the colour space of R, G and B; empty if the picture has other channels."""
+        """File attributes that state the colour space of R, G and B; empty if the picture has other channels."""
         return linear_rgb() if self.colors == "rgb" else {}

@@ -1,8 +1,9 @@
 """First hits through each pixel: distance, position, normals, colour, shape and texture coordinates.
 
-Also derivatives: of positions by texture coordinates, and of texture coordinates from pixel to pixel. These are the
-outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of points on
-it, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as 0.
+There are also derivatives of positions by texture coordinates, and of texture coordinates from pixel to pixel. These
+are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of
+points on the pixel, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as
+0.
 """
 
 from __future__ import annotations
@@ -37,9 +38,9 @@ STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return name and kind of each output that the scene asks for beside the image.
+    """Return (name, kind) of each output that the scene asks for beside the image.
 
-    The alpha that a film asks for has an empty name.
+    If the film asks for alpha, the last pair is ("", "alpha").
     """
     integrator = scene.model.integrator
     channels = integrator.channels if isinstance(integrator, Aov | Depth) else ()
@@ -51,8 +52,8 @@ def first_hits(
 ) -> dict[str, NDArray[np.float32]]:
     """Return images of the surfaces that camera rays hit first: depth, position, normal, albedo and the like.
 
-    Channels are (H, W), by their full names, such as ``distance.T``. `asked` holds pairs (name, kind) of outputs; by
-    default it is the scene's own list. Kinds that need more than the first hit are ignored.
+    Each channel is an array (H, W) under its full name, such as ``distance.T``. `asked` holds pairs (name, kind) of
+    outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first hit are ignored.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:

@@ -22,9 +22,9 @@ _MOMENTS: Final = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8
 
 
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Read the moments, (R, H, W), of the type `equaltime.film.moments.DTYPE`; None if there are none.
+    """Return the moments in a file, (R, H, W), of the type `equaltime.film.moments.DTYPE`; None if there are none.
 
-    The mean is kept to the bit, and the spread is rounded. Raises `ImageError` for a damaged file.
+    Means are exact, and standard deviations are rounded. Raises `ImageError` for a damaged file.
     """
     found = _read(path, "moments", _MOMENTS)
     if found is None:
@@ -39,7 +39,10 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
 
 
 def read_parts(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Read the (H, W) sums over the parts of a merged render; None if there are none; raises `ImageError`."""
+    """Return the sums over the parts of a merged render in a file, (H, W); None if the file has none.
+
+    Raises `ImageError` for a damaged file.
+    """
     found = _read(path, "parts", PARTS)
     return None if found is None else np.asarray(found[0])
 

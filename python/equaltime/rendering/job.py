@@ -19,7 +19,7 @@ Traps = Literal["ignore", "check", "stop"]
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """One render in the core."""
+    """Everything that one render in the core needs: its scene, strategy, seed and limits, and how it is to be run."""
 
     scene: Scene
     strategy: Strategy

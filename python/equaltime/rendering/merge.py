@@ -27,12 +27,12 @@ __all__ = ["merge"]
 
 
 def merge(renders: Sequence[Render]) -> Result:
-    """Join renders of the same scene by the same strategy whose samples are different.
+    """Return one render that joins several renders of the same scene by the same strategy with different seeds.
 
-    Moments are joined, not averages: the image is that of one render of all the samples, to the last bits of float64.
-    Its standard error and its error come from the spread of all parts and their replicates
+    Moments are joined, not images: the image is that of one render of all the samples, to the last bits of float64. Its
+    standard error and its error come from the spread of all parts and their replicates
     (`equaltime.film.parts_of_merge`). The result can be merged again. The order of merging changes the image and its
-    standard error by one float32 ulp at most. Of the outputs beside the image, only alpha is joined.
+    standard error by one float32 ulp at most. Alpha is the only output beside the image that is joined.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def merge(renders: Sequence[Render]) -> Result:
     Raises
     ------
     ImageError
-        If a file cannot be read or holds no moments, if two belong to different images or have samples in common, or if
-        sample counts follow from a pixel's own samples.
+        If a file cannot be read or holds no moments, if two belong to different images or have samples in common, if
+        sample counts follow from a pixel's own samples, or if a render ended at a sample that was not a number.
     """
     if len(renders) < 2:
         raise ImageError("merging takes two renders or more")

@@ -46,7 +46,7 @@ FEWEST_BLOCKS = 16
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Noise of an image file's pixels."""
+    """Variances of the pixels of an image file."""
 
     variance: Floats
     """(H, W, 3): variance of each pixel and channel."""
@@ -55,7 +55,10 @@ class Noise:
 
     @classmethod
     def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
-        """Return the noise of a picture, by its samples or else its standard errors; None if neither is known."""
+        """Return the variances of a picture's pixels, from its samples, or else from its standard errors.
+
+        The result is None if the file has neither.
+        """
         moments, parts, second = film
         if moments is None:
             return cls.of(picture, None)
@@ -66,10 +69,10 @@ class Noise:
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
-        """Return the noise by a picture and the statistics of its replicates; None if neither has it.
+        """Return the variances of a picture's pixels, from the statistics ``pixels`` if they belong to its image.
 
-        The replicates give each pixel's own variance, if they belong to the image. Otherwise standard errors are used,
-        which are pooled if equaltime wrote them.
+        Otherwise they come from the picture's standard errors, which are means over 7x7 pixels if equaltime wrote them.
+        The result is None if the picture has no standard errors that are finite.
         """
         theirs = pixels is not None and np.array_equal(pixels.mean.astype(np.float32), picture.image)
         if pixels is not None and theirs and np.isfinite(pixels.variance).all():
@@ -80,7 +83,10 @@ class Noise:
         return cls(np.square(errors.astype(np.float64)), bool(picture.record))
 
     def shared_out(self, square: Floats) -> Floats:
-        """Return variances of single pixels: a pooled one is distributed in proportion to ``square``."""
+        """Return the variance of each single pixel, (H, W, 3).
+
+        A pooled variance is distributed over its neighbourhood in proportion to ``square``, the squared differences.
+        """
         return divided(self.variance * square, _local(square)) if self.pooled else self.variance
 
 
@@ -107,7 +113,7 @@ class _Filtered:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """Differences of an image from a noisy reference, all float64 (H, W, 3)."""
+    """Differences between an image and a noisy reference; arrays are float64 (H, W, 3)."""
 
     squares: Floats
     """Squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
@@ -120,7 +126,10 @@ class Difference:
 
     @classmethod
     def of(cls, image: Floats, reference: Floats, noise: Noise, relative: bool = True) -> Difference:
-        """Compare an image with a reference and its noise, in squares relative to the truth's or absolute ones."""
+        """Return the differences of an image from a reference with this noise.
+
+        Squares are divided by the truth's squares if ``relative`` (relMSE), and are absolute otherwise (MSE).
+        """
         difference = image - reference
         square = np.square(difference)
         variance = noise.shared_out(square)
@@ -141,15 +150,15 @@ class Difference:
 
     @property
     def value(self) -> float:
-        """The relMSE, or the MSE."""
+        """Mean of the squares: the relMSE, or the MSE if squares are absolute. The reference's noise is subtracted."""
         return float(self.squares.mean())
 
     @property
     def measured(self) -> Measured:
-        """The value with its interval; the value is NaN if the interval reaches down to 0.
+        """The relMSE or MSE with its 95 % interval; the value is NaN if the interval reaches down to 0.
 
-        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. Without a value, the
-        upper limit continues as a multiple of the half-width, without a jump.
+        The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. If the value is NaN,
+        the upper limit continues without a jump as a multiple of the half-width.
         """
         value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
         if not value > half:
@@ -158,9 +167,10 @@ class Difference:
 
 
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
-    """Return the logarithm of the ratio of two values against one reference, and half the width of its interval.
+    """Return the logarithm of the ratio of the first value to the second, and half the width of its 95 % interval.
 
-    Both values are positive. The noise of the reference moves both, which the interval takes into account.
+    Both images were compared with one reference, and both values are positive. The interval takes into account that the
+    reference's noise moves both values.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")
@@ -187,7 +197,7 @@ def _half_width(squares: Floats, slopes: Floats, variance: Floats, share: float)
 
 
 def block_means(values: Floats) -> Floats:
-    """Return means (blocks,) over blocks of 4x4 pixels of (H, W); over single pixels if a side is below 16."""
+    """Return the means over 4x4 blocks of (H, W) values, (blocks,). If a side is below 16, each pixel is a block."""
     block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
     rows, columns = (n // block for n in values.shape)
     cut = values[: rows * block, : columns * block]

@@ -23,7 +23,10 @@ _WORTH_KEEPING: Final = 60.0
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` for an output that would replace one of the files, by whatever name or link."""
+    """Raise `ImageError` if one of the outputs ``places`` is one of the ``files``, by whatever name or link.
+
+    ``why`` stands in the error after the output's name.
+    """
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):
         if any(place.samefile(file) for file in there):
@@ -31,7 +34,7 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
 
 
 def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | None = None) -> None:
-    """Raise `ImageError` for an output that would replace another program's file, or a render of another scene.
+    """Raise `ImageError` if an output would replace a file of another program, or a render of another scene.
 
     Renders of the same scene file may be replaced, even if the file has changed since.
 
@@ -75,10 +78,10 @@ def _attributes(path: Path) -> Mapping[str, str]:
 
 
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
-    """Keep the existing render as ``path~`` if more than a minute of rendering would be lost.
+    """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
 
-    Nothing is lost if the new render, of this ``record``, holds the samples of the old one. One render is kept: an
-    older ``path~`` is replaced.
+    Nothing is lost if the new render, described by ``record``, holds the samples of the old one. Only one render is
+    kept: an earlier ``path~`` is replaced.
 
     Returns
     -------

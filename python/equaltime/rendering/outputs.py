@@ -46,7 +46,7 @@ def outputs(
     seconds: float,
     asked: tuple[tuple[str, str], ...] | None = None,
 ) -> Planes:
-    """Return the channels (H, W) that the scene asks for, by their full names, in its order.
+    """Return the outputs beside the image that a scene asks for: channels (H, W) by their full names.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def outputs(
     seconds
         Seconds of work of all threads of the render together.
     asked
-        The outputs, if not all that the scene asks for.
+        Pairs (name, kind) of the outputs to make; None for all that the scene asks for.
     """
     asked = asked_for(scene) if asked is None else asked
     kinds = {kind for _, kind in asked}

@@ -27,7 +27,7 @@ _ROOM = 2.0
 
 
 class Saving:
-    """Saves checkpoints and schedules them.
+    """Saves checkpoints of a render, and schedules them.
 
     All times are seconds since the first pass began.
 
@@ -40,7 +40,7 @@ class Saving:
     takes
         Expected seconds of the first save.
     failed
-        Called with the reason when saving fails; again only after a save has worked: a full disk may have room later.
+        Called with the reason when saving fails. Further failures are not reported until a save has worked again.
     """
 
     def __init__(
@@ -52,12 +52,15 @@ class Saving:
         self._failed, self._fails = failed, False
 
     def left(self, now: float, limit: float | None) -> float | None:
-        """Return the seconds until the next save, 0 if it is due; None if it would not end before the time limit."""
+        """Return the seconds from ``now`` until the next save, 0 if it is due.
+
+        The result is None if the save would not end well before ``limit``, the time limit.
+        """
         due = max(self._due, now)
         return None if limit is not None and due + _ROOM * self._takes > limit else due - now
 
     def run(self, clock: Callable[[], float]) -> float:
-        """Save; return the seconds that saving took."""
+        """Save a checkpoint, and return the seconds that saving took. ``clock`` returns the present time."""
         begin = clock()
         self._try()
         end = clock()
@@ -93,7 +96,7 @@ _LONGEST = 3.0
 
 
 class PassRenderer(Renders, Protocol):
-    """The parts of `equaltime._core.Renderer` that the loop needs."""
+    """The part of `equaltime._core.Renderer` that `Passes` needs."""
 
     def advance(
         self,
@@ -106,11 +109,11 @@ class PassRenderer(Renders, Protocol):
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
-        """(x, y, sample index) of samples that were NaN or infinite."""
+        """Samples that were NaN or infinite, as (x, y, sample index)."""
 
     @property
     def faulty(self) -> list[tuple[int, int, int, str]]:
-        """(x, y, sample index, what) of samples that raised floating-point faults, if faults are looked for."""
+        """Samples that raised floating-point faults, as (x, y, sample index, fault), if faults are looked for."""
 
 
 def pass_end(samples: int, pixels: int) -> int:
@@ -118,7 +121,7 @@ def pass_end(samples: int, pixels: int) -> int:
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
     so a limit that cuts a pass leaves the image nearly even. Steps stop growing at the size of a short pass for the
-    image. Every step is a power of two, so both replicates grow alike.
+    image. Every step is a power of two, so replicates with a net each grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
@@ -126,10 +129,10 @@ def pass_end(samples: int, pixels: int) -> int:
 
 
 class Passes:
-    """The passes of one render: iterating runs them, and yields the samples per pixel at the end of each.
+    """Loop over the passes of one render. Iterating runs the passes, and yields the samples per pixel after each.
 
     A bad sample ends the loop only after its pass has finished. Ctrl-C (or a `KeyboardInterrupt` raised by the progress
-    callback) ends the loop at the blocks done.
+    callback) ends the loop, and the finished blocks of the pass are kept.
 
     Parameters
     ----------
@@ -176,17 +179,17 @@ class Passes:
 
     @property
     def looks(self) -> Looks:
-        """The looks at the error, if the limits ask for any."""
+        """Looks of the render so far: estimates of its error at which it may stop."""
         return self._looks
 
     @property
     def seconds(self) -> float:
-        """Seconds since the first pass of the loop began."""
+        """Seconds since the first pass of the latest loop began."""
         return self._clock() - self._start
 
     @property
     def total_seconds(self) -> float:
-        """Seconds of all loops, each up to its end."""
+        """Seconds of all loops together, each from its start to its end."""
         return self._ended + (self.seconds if self._runs else 0.0)
 
     def __iter__(self) -> Iterator[int]:
@@ -251,12 +254,12 @@ class Passes:
         return not self._cancelled
 
     def cancel(self) -> None:
-        """End the running loop at the blocks done; may be called from any thread."""
+        """End the running loop, with the finished blocks of its pass kept; may be called from any thread."""
         self._cancelled = True
 
     @property
     def time_left(self) -> float | None:
-        """Estimated seconds in passes to the nearest limit; None if nothing is known yet, or no limit is set."""
+        """Estimated seconds until the nearest limit is met; None if nothing is known yet, or no limit is set."""
         if self._met_limits is self.limits:
             return 0.0
         seconds = self.seconds
@@ -268,11 +271,11 @@ class Passes:
 
     @property
     def targets(self) -> list[float]:
-        """Samples per pixel at the sample limit, and the predicted ones at the error limit."""
+        """Samples per pixel at which each limit is met: the sample limit, and the error limit by prediction."""
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
     def samples_for(self, error: float | None) -> float | None:
-        """Return the predicted samples per pixel to reach an error; None before the first look."""
+        """Return the predicted samples per pixel to reach an error (a fraction); None before the first look."""
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high):
             return None
@@ -280,7 +283,7 @@ class Passes:
         return max(looks.made[-1].samples * growth, self.samples + 1.0)
 
     def run(self) -> StoppedBy:
-        """Run passes until a limit is met; return the reason of the end."""
+        """Run passes until a limit is met, and return the reason why the loop ended."""
         for _ in self:
             pass
         assert self.stopped_by is not None
@@ -301,7 +304,7 @@ class Passes:
         return "time" if limits.seconds is not None and self.seconds >= limits.seconds else None
 
     def has_time_for(self, seconds: float) -> bool:
-        """Tell whether work between two passes, expected to take ``seconds``, will end before the time limit."""
+        """Tell whether work expected to take ``seconds`` between two passes would end before the time limit."""
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
     def error(self) -> Estimate:

@@ -22,7 +22,7 @@ ESTIMATE_SECONDS_A_PIXEL = 3e-7
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a render."""
+    """Progress of a render: samples, seconds, the fraction done, the time left and the error."""
 
     samples: int
     """Samples that every pixel has."""
@@ -42,7 +42,7 @@ ProgressCallback = Callable[[Progress], object]
 
 
 class Reporter:
-    """Calls the progress callback at the end of every pass, and every 0.1 s within passes."""
+    """Caller of the progress callback: at the end of every pass, and every 0.1 s within passes."""
 
     def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
         self._passes, self._callback = passes, callback
@@ -52,13 +52,13 @@ class Reporter:
         self._estimated_at = 0
 
     def tick(self) -> bool:
-        """Report if 0.1 s have passed since the last report; always return True, to go on."""
+        """Report if 0.1 s have passed since the last report. Always returns True, so that the pass goes on."""
         if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
             self._report()
         return True
 
     def pass_ended(self) -> None:
-        """Report the end of a pass, with a new error if the estimate is cheap by now."""
+        """Report the end of a pass, with a new error if estimates take at most 0.3 % of the time."""
         begin = self._passes.seconds
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
             self._error = self._passes.error()

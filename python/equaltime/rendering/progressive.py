@@ -45,20 +45,23 @@ class Progressive:
 
     @property
     def result(self) -> Result:
-        """The result so far; its `stopped_by` is the limit that was met, or ``unfinished``."""
+        """The result so far. Its `stopped_by` is the reason why the last loop ended, or ``unfinished``."""
         return self._session.result(self._session.passes.stopped_by or "unfinished")
 
     @property
     def time_left(self) -> float | None:
-        """Estimated seconds of rendering to the nearest limit; adapts within a pass when the load changes."""
+        """Estimated seconds until the nearest limit is met, updated within passes; None if nothing is known yet."""
         return self._session.passes.time_left
 
     def cancel(self) -> None:
-        """End the running loop within a pass, from any thread. Finished work stays, and a new loop goes on."""
+        """End the running loop within its pass; may be called from any thread.
+
+        Finished work stays, and a new loop continues the render.
+        """
         self._session.passes.cancel()
 
     def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
-        """Change the limits from the next pass on; ``time`` counts from the start of the loop.
+        """Replace the limits from the next pass on; ``time`` counts in seconds from the start of the loop.
 
         Raises
         ------
@@ -82,10 +85,10 @@ def progressive(
     threads: int = 0,
     resume: Render | None = None,
 ) -> Progressive:
-    """Begin a render whose passes the caller runs.
+    """Return a render whose passes the caller runs, by iterating.
 
-    Arguments as for `equaltime.render`. Without a limit, passes go on while the caller iterates. There are no callbacks
-    and no checkpoints (use the yielded results and `Result.save`), and effects cannot be left out.
+    Arguments are as for `equaltime.render`. Without a limit, passes go on while the caller iterates. There are no
+    callbacks and no checkpoints (use the yielded results and `Result.save`), and effects cannot be left out.
 
     Raises
     ------

@@ -136,7 +136,9 @@ class RenderFile:
     """Second nets of some pixels; None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
-        """Write the file, whole or not at all; with ``small``, only the parts that viewers need, rounded.
+        """Write the file, whole or not at all. With ``small``, write only rounded images, errors and sample counts.
+
+        ``description`` is the image's description in the file.
 
         Raises
         ------
@@ -185,7 +187,7 @@ class RenderFile:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> RenderFile:
-        """Read all that resuming and merging need; the outputs beside the image are not read.
+        """Return the content of a file, without the outputs beside the image except alpha.
 
         Raises
         ------
@@ -226,19 +228,22 @@ _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """Read any image, with record, ``stderr.R/G/B`` and ``samples`` if equaltime wrote it; raises `ImageError`."""
+    """Return any image file's picture; a render of equaltime has its record, ``stderr.R/G/B`` and ``samples`` too.
+
+    Raises `ImageError` if the file cannot be read.
+    """
     return _guarded_picture(path)[0]
 
 
 def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the record in a file's header, unchecked; empty if there is none."""
+    """Return the record in a file's header, without checks; empty if the file has none or cannot be read."""
     with suppress(ImageError):
         return _json(images.read_attributes(path).get(_RECORD, "{}"), _RECORD, path)
     return {}
 
 
 def read_outputs(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
-    """Read the outputs beside the image, (H, W) by the name of the channel; none if the file has none."""
+    """Return the outputs beside the image in a file: (H, W) by the name of the channel; empty if there are none."""
     found = read_part(path, "aovs", "float")
     return {} if found is None else {name: found[1][..., i].copy() for i, name in enumerate(found[0])}
 
@@ -253,12 +258,12 @@ class SavedFilm(NamedTuple):
 
 
 def read_film(path: str | os.PathLike[str]) -> SavedFilm:
-    """Read the samples of a saved render; raises `ImageError`."""
+    """Return the samples in the file of a saved render; raises `ImageError` if it cannot be read."""
     return _film(path, *_guarded_picture(path))
 
 
 def holds_film(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a saved render has the moments that resuming and merging need; raises `ImageError`."""
+    """Tell whether a file has the moments that resuming and merging need; raises `ImageError` if it is damaged."""
     return read_part(path, "moments", "uint") is not None
 
 

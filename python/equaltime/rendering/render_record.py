@@ -154,7 +154,10 @@ def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return a file's record, complete; raises `ImageError` with all problems found."""
+    """Return the record of the file ``path`` after checking it, with missing optional keys filled in.
+
+    Raises `ImageError` with all problems found.
+    """
     try:
         return _Record.model_validate(_in_todays_words(record)).model_dump()
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""One sample of a render again, vertex by vertex, with every factor that contributes to it.
+"""One sample of a render, traced again vertex by vertex, with every factor that contributes to it.
 
 The path goes through the same estimator as in a render, so its radiance is the render's sample, bit by bit. The
 contributions of its vertices sum up to that radiance.
@@ -30,7 +30,10 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True, repr=False)
 class Replay(Shown):
-    """The path of one sample. Lengths and radiance are in the scene's units, densities per solid angle."""
+    """The path of one sample, vertex by vertex.
+
+    Lengths and radiance are in the scene's units. Probability densities of directions are per solid angle.
+    """
 
     pixel: tuple[int, int]
     """Position in the whole film, from the left and from the top, in pixels."""
@@ -71,14 +74,14 @@ class Replay(Shown):
 
     @property
     def first_nonfinite(self) -> tuple[int, str] | None:
-        """First number of the path that is NaN or infinite: index of its vertex, and its name there; else None."""
+        """First number of the path that is NaN or infinite, as (index of its vertex, its name); else None."""
         for index, vertex in enumerate(self.vertices):
             if name := _nonfinite(vertex):
                 return index, name
         return None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the replay as JSON data; numbers that JSON lacks are words: nan, inf, -inf."""
+        """Return the replay as JSON data. Numbers that JSON lacks are the words nan, inf and -inf."""
         data = {name: getattr(self, name) for name in self.__dataclass_fields__}
         record: dict[str, Any] = _as_json({**data, "sum": self.sum})
         return record
@@ -93,9 +96,9 @@ def replay(
     seed: int = 0,
     without: Sequence[str] = (),
 ) -> Replay:
-    """Trace the path of sample number ``sample`` of a pixel, counted from 0, as a render with this seed does.
+    """Return the path of sample number ``sample`` (from 0) of a pixel, exactly as a render with this seed traces it.
 
-    Effects named in ``without`` are left out, as in `equaltime.render`.
+    ``pixel`` is (x, y) in the whole film. Effects named in ``without`` are left out, as in `equaltime.render`.
 
     Raises
     ------

@@ -36,7 +36,10 @@ _EXTENSIONS = (".exr", ".png")
 
 
 def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
-    """Return the path of the picture of a result saved as ``path``; raise `ImageError` if either cannot be written."""
+    """Return the path of the PNG file that a result saved as ``path`` writes.
+
+    Raises `ImageError` if that file or ``path`` cannot be written, or if ``path`` has none of the ``extensions``.
+    """
     images.check_writable(path, extensions)
     picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
     images.check_writable(picture, _EXTENSIONS)
@@ -52,7 +55,7 @@ def uninterrupted(result: Result) -> Result:
 
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
-    """Cost of a render, and the code that rendered it."""
+    """Cost of a render: time, rays and paths, and the code that rendered it."""
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot`` if
@@ -85,7 +88,7 @@ class Stats(Shown):
 
     @property
     def rays_per_second(self) -> float:
-        """All rays, shadow rays included, per second of rendering."""
+        """Rays traced per second of rendering, shadow rays included."""
         return (self.rays + self.shadow_rays) / self.seconds if self.seconds > 0 else 0.0
 
 
@@ -124,7 +127,7 @@ class Origin:
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Origin:
-        """Return the origin that a checked record (`equaltime.rendering.render_record.checked`) tells of."""
+        """Return the origin of a render from its record, as `equaltime.rendering.render_record.checked` returns it."""
         return cls(
             scene=record["scene"],
             digest=record["digest"],
@@ -146,7 +149,7 @@ class Origin:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The origin as JSON data, as in the record of a result."""
+        """The origin as JSON data: a part of the record of a result."""
         return {
             "scene": self.scene,
             "digest": self.digest,
@@ -227,17 +230,17 @@ class Result:
 
     @property
     def spp(self) -> float:
-        """Samples per pixel; the mean, if a limit cut a pass."""
+        """Mean number of samples per pixel."""
         return float(self.samples.mean())
 
     @property
     def alpha(self) -> NDArray[np.float32] | None:
-        """(H, W): opacity of each pixel (`equaltime.rendering.outputs`); None unless the film asks for it."""
+        """Opacity of each pixel, (H, W), in [0, 1] (`equaltime.rendering.outputs`); None if the film asks for none."""
         return self.aovs.get(ALPHA)
 
     @property
     def radiance_range(self) -> float:
-        """Ratio of the largest radiance in the image to the smallest above 0, of all channels; 1 if the image is black.
+        """Ratio of the largest radiance in the image to the smallest above 0, over all channels; 1 for a black image.
 
         The ratio is large in ordinary scenes too, such as one lamp in thick fog. Light of dim emitters may be missing
         only if `lint` finds emitters that are more than 1e12 apart (``radiance-range``).
@@ -247,7 +250,7 @@ class Result:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The provenance as JSON data: the record that `save` stores in the EXR and ``--json`` prints."""
+        """Record of the render as JSON data: how it was made. `save` stores it in the EXR, and ``--json`` prints it."""
         height, width = self.samples.shape
         window = self.origin.window
         return {
@@ -287,10 +290,10 @@ class Result:
         ----------
         path
             ``NAME.exr`` gets the image, its standard error, the sample counts, the record, and the moments needed to
-            resume or merge the render (`equaltime.rendering.render_file`). A preview ``NAME.png`` is written beside it.
-            Its first part has the channels that the film asks for (`FilmPicture`), as has the preview. ``NAME.png``
-            gets the preview alone. An existing render that took more than a minute is kept as ``NAME.exr~``, unless
-            this one has all of its samples.
+            resume or merge the render (`equaltime.rendering.render_file`). Its first part has the channels that the
+            film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
+            film asks for alpha. A path ``NAME.png`` gets the preview alone. An existing render that took more than a
+            minute is kept as ``NAME.exr~``, unless this render has all of its samples.
         small
             Leave out of the EXR the parts for resuming and merging, and the outputs beside the image. Round the image
             to 11 significant bits (0.02 %).
@@ -314,7 +317,7 @@ class Result:
 
     @property
     def file(self) -> RenderFile:
-        """The content of the file that `save` writes."""
+        """Content of the EXR file that `save` writes."""
         return RenderFile(
             self.image,
             self.standard_error,
@@ -359,7 +362,7 @@ def make_result(
     second: SecondNets | None = None,
     decision: Decision | None = None,
 ) -> Result:
-    """Make the result of a render: add the image, its errors, and the time that these took to compute.
+    """Return the result of a render: its image, its errors and its cost, with the time that the errors took.
 
     The result shares ``moments`` and the moments of ``second`` with the caller.
 

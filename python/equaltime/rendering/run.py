@@ -20,7 +20,7 @@ __all__ = ["Checkpoints", "run"]
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Path and interval of the checkpoints."""
+    """Path of the checkpoints, the interval between them, and a callback for failures to write one."""
 
     path: Path
     every: float = 60.0
@@ -36,7 +36,7 @@ def run(
     pass_ended: Sequence[Callable[[], object]] = (),
     ended: Sequence[Callable[[Result], object]] = (),
 ) -> Result:
-    """Run a session to its end, with the outputs that the scene ``asking`` asks for beside the image.
+    """Run a session to its end, and return its result with the outputs that the scene ``asking`` asks for.
 
     Parameters
     ----------

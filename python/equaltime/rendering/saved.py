@@ -1,4 +1,4 @@
-"""Saved renders as results: `read` gives back what `Result.save` wrote, and results serve wherever files do."""
+"""Saved renders as results. `read` returns what `Result.save` wrote, and results may stand wherever files may."""
 
 from __future__ import annotations
 
@@ -31,10 +31,11 @@ Render = Result | str | os.PathLike[str]
 
 
 def read(path: str | os.PathLike[str]) -> Result:
-    """Read a render that `Result.save` wrote.
+    """Return a render that `Result.save` wrote.
 
-    The result can be shown, compared, merged, saved again and, as ``resume=`` of `equaltime.render`, go on. A file that
-    was saved with ``small=True`` has the rounded image and no moments: it can be shown and compared.
+    The result can be shown, compared, merged and saved again. It can be continued with ``resume=`` of
+    `equaltime.render`. A file that was saved with ``small=True`` has the rounded image and no moments: it can be shown
+    and compared.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def _stats(record: Mapping[str, Any]) -> Stats:
 
 
 def as_checkpoint(render: Render) -> Checkpoint:
-    """Return what resuming and merging need; raises `ImageError` if the render does not have it."""
+    """Return the content of a render that resuming and merging need; raises `ImageError` if moments are missing."""
     if not isinstance(render, Result):
         return Checkpoint.read(render)
     file, name = render.file, name_of(render)
@@ -101,7 +102,10 @@ def as_checkpoint(render: Render) -> Checkpoint:
 
 
 def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
-    """Return the image with its standard errors and counts, and the samples behind it, each None if there are none."""
+    """Return a render's picture, with standard errors and sample counts, and the moments behind it.
+
+    Each part is None if the render lacks it, such as an image of another renderer.
+    """
     if not isinstance(render, Result):
         picture = read_picture(render)
         return picture, read_film(render) if picture.record else SavedFilm(None, None, None)
@@ -114,5 +118,5 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
 
 
 def name_of(render: Render) -> Path:
-    """Return the path of a file, or the words that stand in its place for a result."""
+    """Return the path of a file; for a result, the words ``the render with seed N`` instead."""
     return Path(f"the render with seed {render.origin.seed}") if isinstance(render, Result) else Path(render)

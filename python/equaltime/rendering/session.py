@@ -1,4 +1,4 @@
-"""One render in the core: its renderer, its passes, and the result so far at any moment."""
+"""One render in the core, with its renderer and its passes. It can tell its result so far between passes."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ class Session:
 
         If ``path`` is given, the render so far is saved there every ``every`` seconds, within passes too. If saving
         fails, ``unsaved`` is called with the reason, and again only after a save has worked. After Ctrl-C the result
-        holds the finished part. Raises `KeyboardInterrupt` if nothing is finished, and `SampleError` or `BrightImage`
-        with the result so far.
+        holds the finished part. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
+        `BrightImage`, which hold the result so far.
         """
         if path is not None:
             takes = _SECONDS_A_PIXEL * self.passes.pixels
@@ -149,16 +149,19 @@ class Session:
                 raise
 
     def error(self, lasting: bool = False) -> Estimate:
-        """Estimate the error so far. With `lasting`, leave out the widening that a few more samples remove."""
+        """Return the estimate of the error so far.
+
+        With ``lasting``, limits are not widened for effects that a few more samples undo.
+        """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
 
     def statistics(self) -> PixelStatistics:
-        """Return the image so far with its variance."""
+        """Return mean, variance and sample count of every pixel so far."""
         return statistics_so_far(self._renderer)
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's sample count over the mean count ``samples``, (H, W): 1 everywhere for even counts."""
+        """Return each pixel's sample count over ``samples``, the mean count, (H, W): 1 everywhere for even counts."""
         renderer = self._renderer
         if isinstance(renderer, AdaptiveRenderer):
             return renderer.rates(samples)
@@ -166,12 +169,12 @@ class Session:
 
     @property
     def lamps(self) -> Lamps:
-        """Lamps in sight that are smaller than a pixel."""
+        """Lamps that the camera sees, with the light of small ones, which samples may miss."""
         return self._unseen.lamps
 
     @property
     def decided(self) -> Strategy:
-        """The strategy with the decisions so far."""
+        """The job's strategy, with the decisions so far put in (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -186,14 +189,16 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render stops at an error, or was to stop; None if no error was asked for."""
+        """Rule by which the render stops or was to stop at an error; None if no error was asked for."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return the result so far; raises `SampleError` or `BrightImage` with it if something went wrong.
+        """Return the result so far, with ``stopped_by`` as the reason why it ended.
 
-        The result shares no memory with the film, which may go on changing, and does not keep the renderer in memory.
+        Raises `SampleError` or `BrightImage`, which hold the result, if a sample went wrong or float32 cannot hold the
+        image. The result shares no memory with the film, which may go on changing, and does not keep the renderer in
+        memory.
         """
         shared = self._snapshot(stopped_by)
         second = None if shared.second is None else shared.second.copy()
@@ -243,7 +248,7 @@ class Session:
             raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
-        """Raise `SampleError` if a sample went wrong, with ``result`` as the result so far."""
+        """Raise `SampleError` if a sample was not finite or faulty. The error holds ``result``, the result so far."""
         if self._renderer.nonfinite or self._renderer.faulty:
             origin = self._origin
             raise bad_sample(self.job.scene, self.job.strategy, origin.seed, self._renderer, result, origin.without)
@@ -258,7 +263,7 @@ def origin_of(
     backend: str,
     without: tuple[str, ...] = (),
 ) -> Origin:
-    """Return everything that decides the bits of a render of the scene."""
+    """Return the origin of a render of the scene: everything that decides its bits except the sample counts."""
     film = scene.model.sensor.film
     return Origin(
         scene=None if scene.source is None else os.path.abspath(scene.source),

@@ -1,4 +1,4 @@
-"""The words around the number that a render states: the number is the image's error, or only its noise.
+"""The words around the number that a render states, which is the image's whole error or only its noise.
 
 ``max_depth`` belongs to the problem. If the scene asks for longer paths than the image has, the number does not contain
 the difference. Nor does it contain the bias of a strategy, unless a pilot has measured that bias.
@@ -23,7 +23,7 @@ _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `
 
 @dataclass(frozen=True)
 class Stated:
-    """The words around the number that a render states."""
+    """Words to say what the number stated by a render contains: its name, the paths, and the missing errors."""
 
     noun: Literal["error", "noise", "noise and measured bias"]
     """Name of the number; ``error`` if nothing is missing in it."""
@@ -36,12 +36,12 @@ class Stated:
 
     @property
     def of_paths(self) -> str:
-        """The paths in words that follow the number."""
+        """Words that follow the number, such as ``of paths up to depth 2``; empty if there is nothing to say."""
         return f" of {self.paths}" if self.paths else ""
 
 
 def paths_up_to(depth: int) -> str:
-    """Return ``all paths``, or ``paths up to depth 2``."""
+    """Return ``all paths`` for a negative depth, else words such as ``paths up to depth 2``."""
     return "all paths" if depth < 0 else f"paths up to depth {depth}"
 
 
@@ -53,12 +53,18 @@ def shorter(depth: int, other: int | None) -> int:
 
 
 def other_depth(depth: int, asked: int) -> str:
-    """Return ``paths up to depth 2; the scene asks for all paths``; empty if both depths are the same."""
+    """Return words such as ``paths up to depth 2; the scene asks for all paths``.
+
+    They are empty if ``depth`` and ``asked``, the depth that the scene asks for, are equal.
+    """
     return "" if depth == asked else f"{paths_up_to(depth)}; the scene asks for {paths_up_to(asked)}"
 
 
 def different_problems(records: Sequence[tuple[Path, Mapping[str, Any]]]) -> Iterator[str]:
-    """Yield notes on images, with their records, of different problems, or of other depths than their scenes."""
+    """Yield notes if images show different scenes or depths, or another depth than their scene asks for.
+
+    ``records`` holds (path, record) of each image.
+    """
     depths = {path: depth for path, said in records if _is_depth(depth := said.get("max_depth"))}
     shown = set(depths.values())
     if len(shown) > 1:
@@ -77,7 +83,7 @@ def _is_depth(value: object) -> TypeGuard[int]:
 
 
 def stated(origin: Origin) -> Stated:
-    """Return the words for a render of this origin."""
+    """Return the words for the number that a render of this origin states."""
     strategy = Strategy.parse(origin.strategy) if origin.backend == "core" else Strategy()
     longest = shorter(origin.max_depth, strategy.truncate)
     if any(name.startswith("long_paths") for name in origin.without):  # the number contains the measured cut

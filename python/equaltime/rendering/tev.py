@@ -1,8 +1,8 @@
-"""A render's passes in tev, the viewer (https://github.com/Tom94/tev), over its network protocol.
+"""Display of a render's passes in the viewer tev (https://github.com/Tom94/tev), over its network protocol.
 
-A message is its length in bytes (all of it, uint32), a byte for its kind, and its fields. Numbers are little endian, a
-bool is a byte, a text ends with a zero byte. Two kinds are sent: 4 creates an image of some channels, 6 updates a
-rectangle of one, whose channels may be interleaved.
+A message is its length in bytes (uint32, this number included), a byte for its kind, and its fields. Numbers are little
+endian, a bool is a byte, a text ends with a zero byte. Two kinds are sent: 4 creates an image of some channels, 6
+updates a rectangle of an image, whose channels may be interleaved.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _MOST_BYTES = 1 << 24
 
 
 class Viewer:
-    """An image in tev that follows a render: pass it to `equaltime.render` as ``show``.
+    """An image in tev that follows a render; it is passed to `equaltime.render` as ``show``.
 
-    If the viewer cannot be reached, or closes, `problem` says so, and nothing more is sent. The render goes on in any
-    case.
+    If the viewer cannot be reached, or closes, `problem` holds the reason, and nothing more is sent. The render goes on
+    in any case.
 
     Parameters
     ----------
@@ -69,16 +69,19 @@ class Viewer:
 
     @property
     def due(self) -> bool:
-        """Whether it is time for another picture: at most every 0.2 s, and for at most 2 % of the time."""
+        """Whether another image should be sent now; always False after a problem.
+
+        Images are sent at most every 0.2 s, and take at most 2 % of the time.
+        """
         under_way = self._sent is not None and not self._sent.done()
         return self.problem is None and not under_way and time.monotonic() >= self._next
 
     def offer(self, image: NDArray[Any]) -> None:
-        """Send an image (H, W, 3), linear, in the background; nobody may change it. Viewers may read slowly."""
+        """Send a linear image (H, W, 3) in the background, since viewers may be slow. The array must not change."""
         self._sent = self._sender.submit(self._show, image)
 
     def show(self, image: NDArray[Any]) -> None:
-        """Send an image (H, W, 3), linear, after all images offered; return when it was sent."""
+        """Send a linear image (H, W, 3) after all images offered; return once it was sent, or sending has failed."""
         self._sender.submit(self._show, image).result()
 
     def _show(self, image: NDArray[Any]) -> None:
@@ -95,7 +98,7 @@ class Viewer:
         self._next = end + max(_INTERVAL, (end - begin) / _MOST_SHARE)
 
     def connect(self) -> None:
-        """Connect to the viewer if needed; `show` would too, but connecting may take a while."""
+        """Connect to the viewer unless connected. `show` connects too, but connecting may take a while."""
         if self._socket is not None or self.problem is not None:
             return
         try:
@@ -109,7 +112,7 @@ class Viewer:
         self._hang_up()
 
     def close(self) -> None:
-        """Disconnect from the viewer once it has received everything; it keeps the image."""
+        """Disconnect from the viewer once it has received all images; the viewer keeps the last one."""
         self._sender.submit(self._hang_up).result()
 
     def _hang_up(self) -> None:

@@ -1,8 +1,8 @@
-"""Test whether two renderers have the same expected image: the protocol of every such comparison here.
+"""Tests of whether two renderers have the same expected image.
 
 Both render the same scene with a box filter, many times with independent seeds (64 for a full comparison). The means of
 square blocks of pixels are compared, which are near enough to normal. Each block and channel gives a Welch statistic,
-which is converted to a normal deviate z. Four looks at the z's share the false alarms:
+which is converted to a normal deviate z. Four tests of the z's, called looks, share the false-alarm rate:
 
 - *worst*: the largest |z| of all blocks and channels, which sees a mistake in one place;
 - *mean*: the mean z of a channel, which sees a small bias with one sign everywhere;
@@ -50,17 +50,20 @@ as often as they should."""
 
 
 def sidak(p: float, looks: int) -> float:
-    """Return the probability that the least of ``looks`` independent p-values is at most `p`."""
+    """Return the probability that the smallest of ``looks`` independent p-values is at most `p`."""
     return -math.expm1(looks * math.log1p(-p)) if p < 1.0 else 1.0
 
 
 def share(level: float, parts: int) -> float:
-    """Return the level of each part for which all parts together have `level`."""
+    """Return the false-alarm rate of each of ``parts`` tests for which all together have the rate ``level``."""
     return -math.expm1(math.log1p(-level) / parts)
 
 
 def block_means(image: ArrayLike, block: int) -> Array:
-    """Return the means (rows, columns, channels) of blocks of pixels; incomplete blocks at the ends are dropped."""
+    """Return the means of an image (H, W, C) over square blocks of ``block`` pixels a side: (rows, columns, channels).
+
+    Incomplete blocks at the right and bottom edges are dropped.
+    """
     pixels = np.asarray(image, dtype=np.float64)
     rows, columns = pixels.shape[0] // block, pixels.shape[1] // block
     cut = pixels[: rows * block, : columns * block]
@@ -70,7 +73,7 @@ def block_means(image: ArrayLike, block: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class BlockMeans:
-    """Block means of an image and their variances, all (rows, columns, channels)."""
+    """Means of an image over square blocks of pixels, and their variances. Arrays are (rows, columns, channels)."""
 
     mean: Array
     variance: Array
@@ -80,19 +83,26 @@ class BlockMeans:
 
     @classmethod
     def of_seeds(cls, images: Iterable[ArrayLike], block: int = 8) -> BlockMeans:
-        """Return the block means of images (height, width, channels) with independent seeds, held one at a time."""
+        """Return the block means of images (H, W, C) with independent seeds, averaged over the images.
+
+        The images are read one at a time.
+        """
         means = np.stack([block_means(image, block) for image in images])
         return cls(means.mean(axis=0), means.var(axis=0, ddof=1) / len(means), len(means) - 1.0)
 
     @classmethod
     def of_pixels(cls, mean: ArrayLike, variance: ArrayLike, block: int = 8, degrees: float = math.inf) -> BlockMeans:
-        """Return the block means of an image of independent pixels, given the variances of its pixels' means."""
+        """Return the block means of one image (H, W, C) with independent pixels.
+
+        ``variance`` holds the variances of the pixels, and ``degrees`` is the number of degrees of freedom behind each
+        block's variance.
+        """
         return cls(block_means(mean, block), block_means(variance, block) / block**2, degrees)
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Outcome of a comparison: small p-values speak against equal expectations."""
+    """Outcome of a comparison of two images. Small p-values speak against equal expectations."""
 
     z: Array
     """(rows, columns, channels): excess of the first image as a normal deviate; NaN where there is no noise."""
@@ -103,12 +113,12 @@ class Agreement:
 
     @property
     def p(self) -> float:
-        """P-value of all looks together."""
+        """P-value of all looks (tests) together; 0 if blocks without noise differ."""
         return 0.0 if self.unequal else sidak(min(self.looks.values()), len(self.looks))
 
     @property
     def worst_block(self) -> tuple[int, int, int]:
-        """Row, column and channel of the largest |z|."""
+        """Row, column and channel of the block with the largest |z|."""
         row, column, channel = np.unravel_index(np.nanargmax(np.abs(self.z)), self.z.shape)
         return int(row), int(column), int(channel)
 
@@ -126,9 +136,9 @@ class Agreement:
 
 
 def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
-    """Compare two images block by block; see the top of this file.
+    """Return the outcome of a comparison of two images block by block, by the tests that this module describes.
 
-    If neither image has noise beyond rounding in a block, the images must be equal there; such blocks are left out of
+    If neither image has noise beyond rounding in a block, the images must be equal there. Such blocks are left out of
     the statistics.
     """
     if first.mean.shape != second.mean.shape:
@@ -176,8 +186,8 @@ def _look(channels: list[Array]) -> dict[str, float]:
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
     """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal for a test.
 
-    They are not if few pixels make a block's noise, or if one set has no noise where the other has some. Then the
-    spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
+    They are not near enough if few pixels make a block's noise, or if one set has no noise where the other has some.
+    Then the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):
@@ -201,8 +211,8 @@ def anderson_darling(z: Array) -> float:
     """Return the p-value of the hypothesis that the numbers in `z` are independent and standard normal.
 
     It uses the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3) erfc(sqrt(a)). That term
-    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). It is 5 % too small at p =
-    0.001, 15 % at p = 0.1.
+    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). The p-value is 5 % too small at
+    p = 0.001, 15 % at p = 0.1.
     """
     ordered = np.sort(z)
     from scipy import special  # late: slow to import

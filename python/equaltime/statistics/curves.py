@@ -82,7 +82,7 @@ _FEWEST_POINTS = 3
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """All repeats of one strategy on one scene, at the same checkpoints."""
+    """All repeats of one strategy on one scene, at the same checkpoints (sample counts)."""
 
     seconds: Floats
     """(K, C): seconds since the first sample; increasing."""
@@ -108,7 +108,10 @@ class Runs:
 
     @property
     def tail(self) -> str:
-        """Reason why the mean is not that of typical runs: ``doubt``, or one repeat that stands out; else empty."""
+        """Reason why the mean is not the error of typical runs; empty if there is none.
+
+        The reason is ``doubt``, or that one repeat makes more than half of the squared error.
+        """
         sums = self.relmse.sum(axis=0)
         clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)
         share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
@@ -118,17 +121,24 @@ class Runs:
 
     @property
     def law(self) -> bool:
-        """Whether errors fall as 1 / sqrt(time) for ever."""
+        """Whether errors are known to fall as 1 / sqrt(time) for ever, beyond the runs too."""
         return self.independent and not self.biased and not self.tail
 
     def typical(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return the medians of log seconds and log error over the kept repeats, while above the reference's noise."""
+        """Return the medians of log seconds and log error over some repeats, at each checkpoint.
+
+        ``kept`` (K,) is 1 for repeats that count, else 0. Checkpoints end where the error sinks into the reference's
+        noise.
+        """
         chosen = kept > 0.0
         seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
         return self._clear(seconds, square)
 
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return log seconds and log error of the mean over the kept repeats, while above the reference's noise."""
+        """Return log seconds and log error of the means over some repeats, at each checkpoint.
+
+        ``kept`` (K,) is the weight of each repeat. Checkpoints end where the error sinks into the reference's noise.
+        """
         return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
 
     def _clear(self, seconds: Floats, square: Floats) -> tuple[Floats, Floats]:
@@ -137,14 +147,14 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return the runs as seen with a reference that is off by ``errors`` of its standard errors."""
+        """Return the runs with all relMSE moved by ``errors`` standard errors of the reference."""
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
         """Return an error's interval, corrected for rare events.
 
-        Where few events make the error, or light is missing, only the lower end is trusted. Else the interval grows
-        by the error that is not yet seen.
+        If few events make the error, or light is missing, only the lower end stays valid. Otherwise the upper end is
+        raised by the error that is not yet seen.
         """
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
@@ -153,16 +163,16 @@ class Runs:
     def judged_time(self, time: Interval) -> Interval:
         """Return a time's interval, corrected for rare events as `judged` corrects an error.
 
-        A time grows at most as relMSE does, because errors fall at least as 1 / sqrt(time).
+        The upper end is raised by the same factor as relMSE, because errors fall at least as 1 / sqrt(time).
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
-    """Return the jackknife's interval of a statistic, widened by the uncertainty of the reference.
+    """Return the jackknife's interval of a statistic over repeats, widened by the uncertainty of the reference.
 
-    ``statistic`` takes the weights of the repeats, and the reference's error in its standard errors.
+    ``statistic`` is a function of the weights of the repeats, (K,), and of the reference's error in standard errors.
     """
     found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
     everything = np.ones(repeats)
@@ -176,7 +186,10 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the block means of the decreasing regression of y on x, by pooling adjacent violators (Ayer 1955)."""
+    """Return the block means (x, y) of the decreasing regression of y on x, by pooling adjacent violators (Ayer 1955).
+
+    ``x`` is in ascending order.
+    """
     blocks: list[tuple[float, float, int]] = []
     for point in zip(x.tolist(), y.tolist(), strict=True):
         at, level, count = *point, 1
@@ -206,13 +219,19 @@ def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
 
 
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
-    """Return the log of the seconds at which the curve falls to the target; ``inf`` if it never does."""
+    """Return the logarithm of the seconds at which the mean curve of the kept repeats falls to the error ``target``.
+
+    The result is ``inf`` if the curve never falls so far, and NaN if the curve is too short to tell.
+    """
     curve = runs.points(kept)
     return _crossing(runs, target, curve, curve)
 
 
 def log_times(runs: Runs, target: float) -> Floats:
-    """Return the log of the seconds for the curve of each repeat, extrapolated by the slope of the median curve."""
+    """Return the logarithm of the seconds at which the curve of each repeat falls to the error ``target``, (K,).
+
+    Curves are extrapolated by the slope of the median curve.
+    """
     typical = runs.typical(np.ones(runs.repeats))
     return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
 
@@ -237,7 +256,7 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
 
 
 def time_to_error(runs: Runs, target: float) -> Interval:
-    """Return the seconds to a relative error (0.02 is 2 %).
+    """Return the seconds until a relative error is reached (0.02 is 2 %).
 
     Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
     the slope of its last three octaves. A fitted slope is used up to 100 times the longest run, and a biased strategy
@@ -270,8 +289,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
     """Return the median of logarithms over repeats, with an interval that includes the reference's uncertainty.
 
-    ``logs`` takes the reference's error in its standard errors. ``more`` is the half width of another uncertainty,
-    independent of both.
+    ``logs`` maps the reference's error, in standard errors, to the logarithms of all repeats. ``more`` is the half
+    width of a further independent uncertainty.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):
@@ -285,9 +304,10 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 
 
 def slope_doubt(runs: Runs, value: float) -> float:
-    """Return the half width of the log of a time due to the slope of the median curve; 0 between its ends.
+    """Return the half width of the interval of a log time, ``value``, due to the slope of the median curve.
 
-    The jackknife's variance of a median is too large on average, and never tends to the right one.
+    It is 0 between the curve's ends. The jackknife's variance of a median is too large on average, and never tends to
+    the right one.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)
@@ -326,7 +346,10 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
-    """Return the relative error at a time; up to twice outside the runs, by the slope there."""
+    """Return the relative error at a time, in seconds.
+
+    Up to twice outside the runs, the error is extrapolated by the slope there; farther outside it is unknown.
+    """
     wanted = math.log(seconds)
 
     def log_error(kept: Floats, off: float) -> float:
@@ -357,13 +380,13 @@ def _no_less(mean: Interval, median: Interval) -> Interval:
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
-    """Return the relative error at a time; 0 if it is below the reference's noise, NaN if unknown."""
+    """Return the relative error at a time, in seconds; 0 if it is below the reference's noise, NaN if unknown."""
     found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
     return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 
 
 def slope(runs: Runs) -> Interval:
-    """Return the slope of log error against log time over all checkpoints: -0.5 for independent samples."""
+    """Return the slope of log error against log time over all checkpoints; it is -0.5 for independent samples."""
 
     def steepness(kept: Floats, off: float) -> float:
         return _steepness(*runs.moved(off).points(kept))
@@ -376,7 +399,7 @@ def slope(runs: Runs) -> Interval:
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the relative error at each checkpoint: the root of the mean of relMSE over repeats."""
+    """Return the relative error at each checkpoint, with its interval: the root of the mean of relMSE over repeats."""
     errors = [_root_mean(column, runs.shared) for column in runs.relmse.T]
     if runs.tail:
         medians = (median_interval(column).map(signed_root) for column in runs.relmse.T)
@@ -385,7 +408,7 @@ def error_curve(runs: Runs) -> tuple[Interval, ...]:
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the mean time of each checkpoint."""
+    """Return the mean seconds over repeats at each checkpoint, with the interval."""
     return tuple(mean_interval(column) for column in runs.seconds.T)
 
 

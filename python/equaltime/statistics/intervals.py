@@ -47,7 +47,7 @@ FEWEST_FOR_MEDIAN = 6
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval."""
+    """A number with its 95 % interval, and notes on whether the interval can be trusted."""
 
     value: float
     """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
@@ -64,20 +64,23 @@ class Interval:
 
     @property
     def known(self) -> bool:
-        """Whether there is a finite number."""
+        """Whether the value is a finite number."""
         return math.isfinite(self.value)
 
     def doubted(self, reason: str) -> Interval:
-        """Return the same numbers, not trusted for this reason in addition to others."""
+        """Return the same numbers, marked as not trusted, with this reason added to the note."""
         return replace(self, trusted=False, bound="", note=join((self.note, reason)))
 
     def bounded(self, end: Literal["low", "high"], reason: str) -> Interval:
-        """Return the same numbers, of which for this reason at most one end is still valid."""
+        """Return the same numbers, marked as not trusted, with at most one end that still holds by itself.
+
+        ``end`` is that end, if it held before; ``reason`` is added to the note.
+        """
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
     def telling(self, within: float) -> Interval:
-        """Return the same numbers without the valid end, if it is more than ``within`` times off the value.
+        """Return the same numbers; a valid lower end no longer counts if it is ``within`` times below the value.
 
         An end that far off says nothing. If the value is infinite, every lower end above 0 says something.
         """
@@ -86,7 +89,10 @@ class Interval:
         return replace(self, bound="")
 
     def deciding(self) -> Interval:
-        """Return the same ratio without the valid end, if that does not decide which of the two numbers is larger."""
+        """Return the same ratio; a single valid end no longer counts if it does not exclude 1.
+
+        Such an end does not decide which of the two numbers is larger.
+        """
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
 
@@ -101,7 +107,7 @@ class Interval:
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of a monotonic function of the number."""
+        """Return the interval of ``function`` of the number; the function is monotonic."""
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
@@ -113,7 +119,10 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
 
 @lru_cache
 def student(degrees: float, level: float = 0.95) -> float:
-    """Return the two-sided quantile of Student's t: 95 % of deviates are within plus and minus this."""
+    """Return the two-sided quantile of Student's t with these degrees of freedom.
+
+    The deviate is between minus and plus this quantile with a probability of ``level``.
+    """
     from scipy import stats  # late: slow to import
 
     return float(stats.t.ppf(0.5 + 0.5 * level, degrees))
@@ -122,7 +131,7 @@ def student(degrees: float, level: float = 0.95) -> float:
 def mean_interval(values: ArrayLike) -> Interval:
     """Return the mean of independent values with Student's interval.
 
-    One value has no interval (``low`` and ``high`` are infinite); fewer than `FEWEST_REPEATS` are not trusted.
+    A single value has an interval without limits. With fewer than `FEWEST_REPEATS` values the interval is not trusted.
     """
     numbers = np.asarray(values, np.float64)
     if numbers.size == 0 or not np.isfinite(numbers).all():
@@ -135,7 +144,7 @@ def mean_interval(values: ArrayLike) -> Interval:
 
 
 def few(interval: Interval, repeats: int) -> Interval:
-    """Doubt an interval from too few repeats."""
+    """Return the interval, marked as not trusted if it comes from fewer than `FEWEST_REPEATS` repeats."""
     if repeats >= FEWEST_REPEATS:
         return interval
     return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
@@ -154,7 +163,7 @@ def median_interval(values: ArrayLike) -> Interval:
 
     The sign test's intervals reach from one of the ordered values to another. The result is interpolated between the
     narrowest interval with more than 95 % and the next narrower one (Hettmansperger & Sheather 1986). With fewer than
-    six values even the least and the largest do not have 95 % between them, and are not trusted. Values and ends may be
+    six values the range of all is returned, which holds less than 95 % and is not trusted. Values and ends may be
     infinite.
     """
     numbers = np.sort(np.asarray(values, np.float64))
@@ -186,10 +195,11 @@ def _between(outer: float, inner: float, weight: float) -> float:
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
-    """Return the ratio of the means of two paired sets of positive values, formed on the logarithm.
+    """Return the ratio of the means of two paired sets of positive values, with its interval.
 
-    The pairs (one per repeat) may be correlated, which the jackknife over pairs takes into account. The ratio of means
-    is used, since the mean of ratios is biased by the noise of the denominators.
+    The interval is formed on the logarithm. The pairs (one per repeat) may be correlated, which the jackknife over
+    pairs takes into account. The ratio of means is used, since the mean of ratios is biased by the noise of the
+    denominators.
     """
     top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
 
@@ -201,10 +211,11 @@ def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
 
 
 def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
-    """Return the interval of a smooth function of the means over repeats (Tukey 1958; Efron & Tibshirani 1993, ch. 11).
+    """Return the value and interval of a smooth function of means over repeats, by the jackknife.
 
-    Pseudo-values ``K s - (K - 1) s_r``, with s_r the statistic without repeat r, are treated as K independent values.
-    Their mean is the value returned: to first order it is free of the bias from the function's curvature.
+    Pseudo-values ``K s - (K - 1) s_r``, with s_r the statistic without repeat r, are treated as K independent values
+    (Tukey 1958; Efron & Tibshirani 1993, ch. 11). The value returned is their mean. To first order it is free of the
+    bias from the function's curvature.
 
     Parameters
     ----------
@@ -227,7 +238,7 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
 
 
 def join(reasons: Iterable[str]) -> str:
-    """Join notes, each once."""
+    """Return the notes in one text, separated by semicolons, each once."""
     return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
 
 
@@ -236,24 +247,24 @@ def _chosen(kept: Floats) -> NDArray[np.bool_]:
 
 
 def exp(value: float) -> float:
-    """Return e to this power; infinity where float64 would overflow, and NaN for NaN."""
+    """Return e to the power ``value``: infinity where float64 would overflow, and NaN for NaN."""
     return math.inf if value >= 700.0 else math.exp(value)
 
 
 def sound(interval: Interval) -> bool:
-    """Tell whether an interval of a positive number can be trusted, and is finite and above 0."""
+    """Tell whether an interval of a positive number is trusted, with value and ends finite and above 0."""
     return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
 
 
 def sound_below(interval: Interval) -> bool:
-    """Tell whether at least the lower end of an interval can be trusted."""
+    """Tell whether at least the lower end of an interval of a positive number is valid, and is above 0."""
     return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
 
 
 def product_mean(intervals: Sequence[Interval]) -> Interval:
-    """Return the geometric mean of independently measured positive numbers, with the interval from theirs.
+    """Return the geometric mean of independently measured positive numbers, with the interval that follows from theirs.
 
-    If only the lower end of some of them can be trusted, only the lower end of the mean can be.
+    If only the lower end of some of the numbers is valid, only the lower end of the mean is.
     """
     logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
     mean = sum(value for value, _, _ in logs) / len(logs)
