@@ -1,4 +1,4 @@
-"""``equaltime compare``."""
+"""The command ``equaltime compare``: measures how far images are from each other or from a reference."""
 
 from __future__ import annotations
 

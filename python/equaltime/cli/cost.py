@@ -1,4 +1,4 @@
-"""``equaltime cost``."""
+"""The command ``equaltime cost``: measures the time that strategies take to a given error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``equaltime merge``."""
+"""The command ``equaltime merge``: joins renders of one scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``equaltime selftest``."""
+"""The command ``equaltime selftest``: runs the hard cases on this machine."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def selftest(
 ) -> int:
     """Run the hard cases on this machine: small scenes whose images are known in closed form, or to the bit.
 
-    The exit code is 1 if a case fails here; a peer's results are printed beside and do not count. Seeds are fixed. With
-    other seeds, a correct renderer would fail at least one case once in a thousand runs.
+    The exit code is 1 if equaltime fails a case. Results of another renderer are printed beside, and do not affect the
+    exit code. Seeds are fixed. With random seeds, a correct renderer would fail a case in one run of a thousand.
 
 
     For instance: `equaltime selftest --only G3 --peer mitsuba`

@@ -54,7 +54,10 @@ class Lights:
         return len(self._surfaces) + len(self._points) + (self.environment is not None)
 
     def emitted(self, hits: Hits, directions: Array) -> Array:
-        """Return the radiance (N, 3) that hit surfaces emit against the ray `directions` (N, 3); only front sides emit."""
+        """Return the radiance (N, 3) that surfaces emit towards ray origins; only front sides emit.
+
+        `directions` (N, 3) are the unit directions of the rays.
+        """
         front = dot(hits.normal, directions) < 0.0
         emission: Array = np.where(front[:, None], self._emission[self._world.shape[hits.patch]], 0.0)
         return emission

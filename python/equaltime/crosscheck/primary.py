@@ -31,7 +31,10 @@ class PrimaryHits:
 
 
 def primary_hits(scene: Scene) -> PrimaryHits:
-    """Return the first surface behind each pixel's middle, between the clip planes, at the middle of the shutter time."""
+    """Return the first surface behind each pixel's middle, between the clip planes.
+
+    A moving scene is taken at the middle of the shutter time.
+    """
     model = still(scene.model)
     camera, world = Camera(camera_of(model)), World(model, scene.assets)
     directions, near, far = camera.rays(camera.pixels() + 0.5)
