@@ -127,8 +127,8 @@ def cost(
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
       { label = "any", peer = { command = "render {scene} {spp} {seed} {out}", limit = "5min" } }]`;
-      without `limit`, a peer's render is ended after 60 s plus 20 times the budget (or plus `reference.seconds`, if
-      that is more)
+      without `limit`, a peer's render is ended after 60 s plus 20 times the budget (one hour if `spp` is given), but
+      never before 60 s plus `reference.seconds`
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;

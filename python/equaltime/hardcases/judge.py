@@ -51,7 +51,7 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Smallest relative bias that fails on average; None without noise, or without an expected value above 0."""
+        """Smallest relative bias that fails on average; None without noise or without a nonzero expected value."""
         if not self.expected or self.kind != "z":
             return None
         return self.limit * self.error / abs(self.expected) + ROUNDING
