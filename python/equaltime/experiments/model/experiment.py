@@ -105,7 +105,7 @@ class _Origin:
 
 
 class StrategyEntry(Value):
-    """Entry of an experiment's ``strategies``: a strategy of equaltime, another renderer, or a Python class of yours."""
+    """Entry of an experiment's ``strategies``: a strategy of equaltime, another renderer, or your own Python code."""
 
     label: str = ""
     """Name in records and reports; by default the strategy's own text."""

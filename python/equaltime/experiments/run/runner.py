@@ -38,7 +38,7 @@ Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Progress of an experiment."""
+    """Progress of an experiment, as given to a progress callback."""
 
     phase: Phase
     scene: str
