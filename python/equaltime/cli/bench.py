@@ -75,9 +75,9 @@ def bench(
 ) -> int:
     """Measure how fast scenes render.
 
-    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays, over
-    the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are medians with
-    their 95 % intervals.
+    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays,
+    divided by the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are
+    medians with their 95 % intervals.
 
 
     For instance: `equaltime bench cornell-box.toml veach-mis.toml --threads 1,2`

@@ -99,9 +99,9 @@ def cost(
 ) -> int:
     """Measure the time to a given accuracy: how the error of each strategy falls, with error bars.
 
-    Every strategy renders the scene several times, in turn with the others. Errors are measured against a reference,
-    which is rendered first and kept for other experiments. The report has the curves, the times to a wanted error, the
-    images at equal time and the provenance of all numbers. The last line is the verdict.
+    Every strategy renders the scene several times, in turn with the other strategies. Errors are measured against a
+    reference, which is rendered first and kept for other experiments. The report has the curves, the times to a wanted
+    error, the images at equal time and the provenance of all numbers. The last line is the verdict.
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.

@@ -18,7 +18,7 @@ __all__ = ["over", "ready", "runs_the_command"]
 
 
 def runs_the_command(arguments: list[str]) -> bool:
-    """Tell whether ``arguments``, a ``sys.orig_argv``, start the command: its script, or ``-m equaltime``."""
+    """Tell whether a process with these arguments (``sys.orig_argv``) runs the command: script or ``-m equaltime``."""
     before, after = arguments[1:2], arguments[2:3]
     while before and before[0].startswith("-") and before[0] != "-m":  # Python's own options
         arguments = arguments[1:]

@@ -77,7 +77,7 @@ class ImageEnvironment:
 
     @property
     def total(self) -> float:
-        """Sum of the cells' weights, 0 for a black image."""
+        """Sum of the sampling weights of all cells; 0 for a black image."""
         return float(self._running[-1])
 
     def radiance(self, directions: Array) -> Array:

@@ -50,7 +50,7 @@ class Lights:
 
     @property
     def count(self) -> int:
-        """Number of lights to choose from."""
+        """Number of lights to choose from: emitting shapes, point lights, and the environment."""
         return len(self._surfaces) + len(self._points) + (self.environment is not None)
 
     def emitted(self, hits: Hits, directions: Array) -> Array:

@@ -41,7 +41,7 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
 
 
 def main_facets(bsdf: Principled) -> RoughConductor:
-    """Return a rough conductor whose GGX facets are those that the main lobe has."""
+    """Return the GGX facets of the main lobe, as a rough conductor."""
     rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
     u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
     return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)

@@ -1,6 +1,6 @@
 """The list of hard cases: scene, parameters and known image of each.
 
-Scenes are in ``scenes/`` of the sources, and in the package's folder if it is installed.
+Scene files are in ``scenes/`` of the source tree, or in the installed package.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ class StrategyEntry(Value):
 
     @property
     def place(self) -> str:
-        """``FILE:LINE: strategies[N]`` if the entry was read from a file, else empty."""
+        """Place of the entry in its file, ``FILE:LINE: strategies[N]``; empty if the entry was not read from a file."""
         return self._origin.place
 
     def at(self, place: str) -> Self:

@@ -94,7 +94,7 @@ def check(
     progress
         Called with the completed share of the work, in [0, 1].
     ours
-        Block means of equaltime's renders, if known from the gate of another peer on the same scene at the same size.
+        Block means of equaltime's renders, if known from the test of another peer on the same scene at the same size.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Uses any command that writes an image as a subject of an experiment: the way to add your own renderer.
+"""Uses any command that writes an image as a renderer in an experiment: the way to add your own renderer.
 
 ::
 
@@ -6,7 +6,7 @@
     label = "mine"
     peer.command = "./mine {scene} --samples {spp} --seed {seed} --output {out}"
 
-The command is split as by a shell (quotes work) and run without a shell. These words are filled in:
+The command is split as by a shell (quotes work) and run without a shell. Words in braces are replaced:
 
 - ``{out}``     image file to write: linear RGB, row 0 at the top, in any format that OpenImageIO reads. The name ends
   in ``.exr`` or in the suffix that follows, as in ``{out}.pfm``
@@ -20,12 +20,12 @@ The command is split as by a shell (quotes work) and run without a shell. These 
   that was asked for also confines the command to that many processors
 
 The pixel filter must be a box. The command's stdout may end in a JSON object like that of ``equaltime render --json``.
-Then its ``seconds`` and ``cpu_seconds`` count as the times of rendering, and its ``spp`` as the samples taken. Without
-the object, the time is that of the whole process, loading included.
+Then the object's ``seconds`` and ``cpu_seconds`` count as the times of rendering, and ``spp`` as the samples taken.
+Without the object, the time is that of the whole process, loading included.
 
 A command that exceeds its time limit is ended with its process group, and the experiment stops with an error. The limit
-is 20 times the experiment's budget plus 60 seconds, or one hour if the experiment gives sample counts. It is never less
-than ``reference.seconds`` plus 60 seconds. ``peer.limit = "30min"`` sets another limit.
+is 20 times the experiment's budget plus 60 seconds, or one hour if the experiment gives sample counts. The limit is
+never less than ``reference.seconds`` plus 60 seconds. ``peer.limit = "30min"`` sets another limit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Films of how each strategy's image becomes clean, side by side at equal time.
+"""Films of how each strategy's image converges, side by side at equal time.
 
 The page plays the films, and an animated file shows them in real time.
 """
@@ -67,7 +67,7 @@ class FilmView:
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
-    """Return the films of a scene for a page, all exposed by ``stops`` (a power of 2); None if there are no films."""
+    """Return the films of a scene for a page, all exposed by ``stops``, a power of 2; None without films."""
     films = _films(scene)
     if not films:
         return None

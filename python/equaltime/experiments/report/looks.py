@@ -33,7 +33,7 @@ class Look:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
-    """Return the colour, marker and line style of each label; the baseline always gets the first ones, in grey."""
+    """Return the colour, marker and line style of each label; the baseline always gets index 0, which is grey."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 

@@ -70,7 +70,7 @@ class Losses:
     """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
-        """Return an image (H, W) with ``shape`` (H, W, …): each pixel has the value of its block in ``flags``."""
+        """Return an image of the height and width in ``shape``: each pixel has the value of its block in ``flags``."""
         return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
 
 

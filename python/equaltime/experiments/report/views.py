@@ -77,7 +77,7 @@ class LossView:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table."""
+    """A row of a table: a label with tags, and the cells of each column."""
 
     label: str
     look: Look | None

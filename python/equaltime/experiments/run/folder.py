@@ -10,7 +10,7 @@
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
                      sample counts (H, W) if they differ between pixels; on request SCENE/STRATEGY-film.npz (`forming`)
                      and directions.npz (`directions`)
-    failure.txt      traceback of an unexpected error that ended the last try of one of many experiments
+    failure.txt      traceback of an unexpected error, if one ended this experiment in a run of many experiments
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Folder:
         return image.with_name(f"{image.stem}-samples.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
-        """Return the path of the film that shows how a strategy's image becomes clean."""
+        """Return the path of the film that shows how a strategy's image converges."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
 
     @property

@@ -1,4 +1,4 @@
-"""Films of how an image becomes clean: pictures from one run of a strategy, at moments chosen for viewing.
+"""Films of how an image converges: pictures from one run of a strategy, at moments chosen for viewing.
 
 The checkpoints of an error curve grow geometrically: towards its end, much of a run would pass without a new picture.
 Pictures therefore come from a separate run, and are closer together at the beginning, where the image changes most.

@@ -1,8 +1,8 @@
 """Records: a CSV file with one row for each checkpoint of each run, which survives kill -9 at any moment.
 
-A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst a
-torn last line and the rows of an unfinished run. `load` skips the torn line, and `Recorder` removes both before it
-appends. A run is therefore in the file once and complete, or can be repeated.
+A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst an
+incomplete last line and the rows of an unfinished run. `load` skips the incomplete line. `Recorder` removes the line
+and the rows before it appends. A run is therefore in the file once and complete, or can be repeated.
 """
 
 from __future__ import annotations

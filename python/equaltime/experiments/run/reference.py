@@ -1,8 +1,8 @@
 """References: precise images against which errors are measured, rendered once and cached.
 
-A reference is rendered by a fixed strategy with independent samples, so that the sample variance gives its error. Its
-seeds are used by no run, and it consists of two independent halves. The cache is keyed by the content of the scene, so
-that all experiments on a scene share its reference.
+A reference is rendered by a fixed strategy with independent samples, so that the sample variance gives its error. A
+reference consists of two independent halves, and no run uses their seeds. The cache is keyed by the content of the
+scene, so that all experiments on a scene share one reference.
 """
 
 from __future__ import annotations

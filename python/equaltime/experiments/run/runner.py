@@ -1,6 +1,6 @@
 """Runs experiments: every strategy on every scene in turn, repeat after repeat, and records each checkpoint.
 
-The order of strategies alternates, so that neither a drifting machine nor its momentary speed favours a strategy.
+The order of strategies alternates, so that a change of the machine's speed does not favour a strategy.
 Recorded runs are not repeated. A run's clock is stopped while a checkpoint's image is made, measured and recorded.
 """
 
