@@ -38,9 +38,9 @@ def selftest(
 ) -> int:
     """Run the hard cases on this machine: small scenes whose correct images are known.
 
-    Either the mean value is known in closed form, or a changed scene must give the same bits. The exit code is 1 if
-    equaltime fails a case; results of another renderer do not affect the exit code. Seeds are fixed. With other seeds, a
-    correct renderer would fail at least one case once in a thousand runs.
+    Either the mean value is known in closed form, or a changed scene must give the same bits. Seeds are fixed. With
+    other seeds, a correct renderer would fail at least one case once in a thousand runs. The exit code is 1 if
+    equaltime fails a case; results of another renderer do not affect the exit code.
 
 
     For instance: `equaltime selftest --only G3 --peer mitsuba`
