@@ -160,7 +160,7 @@ class Experiment(Value):
     description: str = ""
     """Paragraph for students: the comparison, what to look for, and why."""
     theirs: Theirs | None = None
-    """Published claim that the experiment tests, with its figures; the report shows ours beside them."""
+    """Published claim that the experiment tests, with its figures; the report shows measured numbers beside them."""
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
@@ -179,7 +179,7 @@ class Experiment(Value):
     figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
     """Optional figures of the report; ``directions`` shows where uniform and BSDF sampling send rays on each scene."""
     animate: bool = False
-    """Whether the report shows the images forming, side by side at equal time."""
+    """Whether the report shows films of how the images converge, side by side at equal time."""
     question: Question = "time"
     """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 

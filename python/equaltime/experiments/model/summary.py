@@ -84,7 +84,7 @@ class StrategyResult:
     reference: Path | None = None
     """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None
-    """Film of its image forming, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
+    """Film of how its image converges, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
 
 
 @dataclass(frozen=True)

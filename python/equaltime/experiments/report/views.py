@@ -164,7 +164,7 @@ class SceneView:
     """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` likewise."""
+    """An ``<svg>`` element that needs no escaping, as ``narrow_chart`` is."""
     narrow_chart: str
     legend: tuple[Row, ...]
     tables: tuple[tuple[str, Table], ...]

@@ -49,7 +49,7 @@ class RunProgress:
     """Number of recorded runs."""
     total: int
     fraction: float
-    """Completed share of the phase, in [0, 1]: of this agreement or reference, or of all runs."""
+    """Completed share of the phase, in [0, 1]: of the present test of agreement or reference, or of all runs."""
     time_left: float | None
     """Estimated seconds to the end of the last run; None if unknown."""
 
