@@ -89,7 +89,10 @@ def equaltime_command(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code; the console script passes it to the shell."""
+    """Run the command line and return the exit code, for the shell.
+
+    ``arguments`` are the words after ``equaltime``; by default those in ``sys.argv``.
+    """
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names that the terminal cannot show are escaped
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])

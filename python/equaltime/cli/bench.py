@@ -1,4 +1,4 @@
-"""``equaltime bench``."""
+"""The command ``equaltime bench``: measures how fast scenes render."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["bench", "share_bar"]
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
-    """Return the numbers of threads of a text such as ``1,2``; 0 stands for one thread per processor."""
+    """Parse thread counts separated by commas, such as ``1,2``; 0 stands for one thread per processor."""
     words = text.replace(" ", "").split(",")
     if not all(word.isascii() and word.isdigit() and int(word) <= MOST_THREADS for word in words):
         raise typer.BadParameter(f"'{text}' is no list of numbers of threads up to {MOST_THREADS}; write 1,2")
@@ -75,9 +75,9 @@ def bench(
 ) -> int:
     """Measure how fast scenes render.
 
-    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays, over
-    the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are medians with
-    their 95 % intervals.
+    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays,
+    divided by the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are
+    medians with their 95 % intervals.
 
 
     For instance: `equaltime bench cornell-box.toml veach-mis.toml --threads 1,2`
@@ -100,7 +100,10 @@ def bench(
 
 @contextmanager
 def share_bar() -> Iterator[Callable[[float], object] | None]:
-    """Show a bar during the context, and yield its callback; yield None if stderr is no terminal."""
+    """Show a progress bar on stderr during the context, and yield the function that updates the bar.
+
+    The function takes the completed share of the work, in [0, 1]. Yields None if stderr is no terminal.
+    """
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None

@@ -1,4 +1,4 @@
-"""``equaltime compare``."""
+"""The command ``equaltime compare``: measures how far images are from each other or from a reference."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def compare(
 ) -> int:
     """Measure how far images are from each other, or from a reference.
 
-    Works on any renderer's files. If they have standard errors (channels stderr.R, stderr.G, stderr.B), the reference's
-    noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and their ratio
-    describe these two images, not the strategies in general.
+    Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
+    reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
+    their ratio describe these two images, not the strategies in general.
 
 
     For instance: `equaltime compare naive.exr best.exr reference.exr`

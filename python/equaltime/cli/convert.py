@@ -1,4 +1,4 @@
-"""``equaltime convert`` and ``equaltime schema``."""
+"""The commands ``equaltime convert`` (scene to another format) and ``equaltime schema`` (JSON schema of scenes)."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def convert(
 ) -> int:
     """Write a scene to a file of another format.
 
-    The new file gives the same scene: every image has the same bits. No file is overwritten. Variables are replaced by
-    their values, spectra by colours in linear sRGB, and outdated names by today's.
+    Renders of the new file equal renders of the old one bit by bit. No file is overwritten. Variables are replaced by
+    their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)

@@ -1,4 +1,4 @@
-"""``equaltime cost``."""
+"""The command ``equaltime cost``: measures the time that strategies take to a given error."""
 
 from __future__ import annotations
 
@@ -99,9 +99,9 @@ def cost(
 ) -> int:
     """Measure the time to a given accuracy: how the error of each strategy falls, with error bars.
 
-    Every strategy renders the scene several times, in turn with the others. Errors are measured against a reference,
-    which is rendered first and kept for other experiments. The report has the curves, the times to a wanted error, the
-    images at equal time and the provenance of all numbers. The last line is the verdict.
+    Every strategy renders the scene several times, in turn with the other strategies. Errors are measured against a
+    reference, which is rendered first and kept for other experiments. The report has the curves, the times to a wanted
+    error, the images at equal time and the provenance of all numbers. The last line is the verdict.
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.
@@ -127,8 +127,8 @@ def cost(
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },
       { label = "any", peer = { command = "render {scene} {spp} {seed} {out}", limit = "5min" } }]`;
-      without `limit`, a peer's render is ended after 60 s plus 20 times the budget (or plus `reference.seconds`, if
-      that is more)
+      without `limit`, a peer's render is ended after 60 s plus 20 times the budget (one hour if `spp` is given), but
+      never before 60 s plus `reference.seconds`
 
     * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;

@@ -1,4 +1,4 @@
-"""``equaltime cost FOLDER``: runs all experiments of a folder, and writes the page that shows them."""
+"""The command ``equaltime cost FOLDER``: runs all experiments of a folder, and writes a page on all of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ __all__ = ["cost_folder"]
 
 
 def cost_folder(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
-    """Run or continue every experiment in ``source``; return the exit code, 1 if an experiment failed."""
+    """Run or continue every experiment file in the folder ``source``, with results in ``output``.
+
+    Returns the exit code: 0 if all ran, 1 if an experiment failed, 130 after Ctrl-C. The reports show ``command``, the
+    command line.
+    """
     check_installed()
 
     def tell(card: Card) -> None:

@@ -22,7 +22,10 @@ _REFRESHES_PER_SECOND = 1
 
 @contextmanager
 def cost_progress(quiet: bool = False) -> Iterator[ProgressCallback | None]:
-    """Show a line during the context, and yield its callback; yield None if quiet or if stderr is no terminal."""
+    """Show a progress line on stderr during the context, and yield the function that updates the line.
+
+    The function takes a `RunProgress`. Yields None if ``quiet`` or if stderr is no terminal.
+    """
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield None
@@ -41,7 +44,7 @@ def cost_progress(quiet: bool = False) -> Iterator[ProgressCallback | None]:
 
 
 def describe(progress: RunProgress) -> str:
-    """Return the present activity as text, such as ``run 5 of 25: best on cornell-box``."""
+    """Return the current step of an experiment as text, such as ``run 5 of 25: best on cornell-box``."""
     if progress.phase == "setup":
         return f"setting up {progress.strategy} on {progress.scene}"
     if progress.phase == "agreement":

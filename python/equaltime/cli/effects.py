@@ -1,4 +1,4 @@
-"""``equaltime effects``."""
+"""The command ``equaltime effects``: lists the effects that a scene uses, with their costs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``equaltime info``."""
+"""The command ``equaltime info``: prints the contents of a scene or of a saved render."""
 
 from __future__ import annotations
 

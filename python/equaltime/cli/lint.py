@@ -1,4 +1,4 @@
-"""``equaltime lint``."""
+"""The command ``equaltime lint``: lists hazards of a scene."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def lint(
 
 
 def print_hazards(scene: Scene) -> tuple[Finding, ...]:
-    """Print a line on the findings of the fast checks, if there are any; return these findings."""
+    """Run the fast checks of a scene, and return their findings; print one line if there are findings."""
     try:
         findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != "mended-files")
     except ValueError:
@@ -52,7 +52,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Return one line with the number of findings and their checks; empty if there are none."""
+    """Return one line with the numbers of warnings and notes and the names of their checks; empty if none."""
     told = []
     for severity in ("warning", "note"):
         checks = [finding.check for finding in findings if finding.severity == severity]

@@ -1,4 +1,4 @@
-"""``equaltime merge``."""
+"""The command ``equaltime merge``: joins renders of one scene."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def merge(
 ) -> int:
     """Join renders of one scene that were made with different seeds, on any machines.
 
-    The image equals one render with all samples. Its error bar comes from the spread of all parts, and is the more
-    reliable the more parts there are. Adaptive renders cannot be merged.
+    The image equals one render with all samples. The error bar comes from the spread of all parts: more parts make the
+    error bar more reliable. Adaptive renders cannot be merged.
 
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`

@@ -43,7 +43,10 @@ __all__ = [
 
 
 def headline(result: Result) -> str:
-    """Return a line with size, samples, error or noise, bias, and the part of the error that the number lacks."""
+    """Return a line on a render: size, samples per pixel, error or noise, and bias.
+
+    The line also names errors that the number does not include, such as paths left out.
+    """
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
@@ -69,7 +72,10 @@ def _bias(result: Result, number: Stated) -> str:
 
 
 def stopped(result: Result) -> list[str]:
-    """Return a line on what ended the render; a second line warns if such a stop selects images."""
+    """Return a line on why the render ended.
+
+    A second line warns if the stop favours images that missed rare light (see `selects_images`).
+    """
     fewest, most = int(result.samples.min()), int(result.samples.max())
     reasons = {
         "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
@@ -107,19 +113,25 @@ def _count_missed(stop: Stop | None) -> str:
 
 
 def selects_images(result: Result) -> bool:
-    """Tell whether a stop that looked at the image's own error favours images that missed rare light."""
+    """Tell whether the render's stop rule favours images that missed rare light.
+
+    True if the rule compares the image's own error with a target, and pixels may have missed rare light.
+    """
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
 
 
 def wrote(files: Sequence[Path]) -> str:
-    """Return a line that names the written files, and the file in which an earlier render is kept."""
+    """Return a line that names the written files, and the backup (``~``) of an earlier render if there is one."""
     kept = [file for file in files if file.name.endswith("~")]
     written = f"wrote {', '.join(str(file) for file in files if file not in kept)}"
     return f"{written}; the render that was there is kept as {kept[0]}" if kept else written
 
 
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
-    """Return one line for each reason to doubt the image or its error; ``findings`` are lint's, if known."""
+    """Return one line for each reason to doubt the image or its error.
+
+    ``findings`` are the hazards that `equaltime.cli.lint` found in the scene, if known.
+    """
     lines = []
     if not result.error.trusted:
         lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
@@ -136,7 +148,7 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
 
 
 def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
-    """Return a line if Ctrl-C came before the outputs beside the image that the scene asks for, else no line."""
+    """Return a line if Ctrl-C ended the render before the scene's other outputs (AOVs) were made, else no line."""
     if result.stopped_by != "interrupt" or result.aovs or not asked_for(scene):
         return []
     return ["the outputs beside the image were not rendered; --resume renders them when the image is finished"]
@@ -166,24 +178,24 @@ def plain_console() -> Console:
 
 
 def print_error(text: str) -> None:
-    """Print one line ``error: …`` for each line of the text."""
+    """Print each line of the text to stderr as ``error: …``."""
     for line in text.split("\n"):
         print(f"error: {_visible(line)}", file=sys.stderr)
 
 
 def print_warnings(scene: Scene) -> None:
-    """Print one line ``warning: …`` for each warning of the scene."""
+    """Print each warning of the scene to stderr as ``warning: …``."""
     for warning in scene.warnings:
         print_warning(warning)
 
 
 def print_warning(text: str) -> None:
-    """Print one line ``warning: …``."""
+    """Print the text to stderr as ``warning: …``."""
     print(f"warning: {_visible(text)}", file=sys.stderr)
 
 
 def print_lines(lines: Sequence[str]) -> None:
-    """Print lines, and flush each."""
+    """Print lines to stdout, and flush after each."""
     for line in lines:
         print(_visible(line), flush=True)
 
@@ -206,7 +218,10 @@ def print_no_quote(why: str) -> None:
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
-    """Return a callback that is silent after its first OSError: a closed pipe or a full disk must not end a render."""
+    """Return a function that calls ``say``, but stops calling it after the first OSError.
+
+    A closed pipe or a full disk then does not end a render.
+    """
     heard = True
 
     def said(what: T) -> None:

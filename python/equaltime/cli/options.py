@@ -40,7 +40,10 @@ __all__ = [
 
 
 def parse_duration(text: str) -> float:
-    """Return the seconds of ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds."""
+    """Parse a duration such as ``10s``, ``500ms``, ``2.5m``, ``1h30m`` or ``2d``, and return it in seconds.
+
+    A number without a unit is in seconds. Raises typer.BadParameter for any other text and for a duration of 0.
+    """
     try:
         seconds = seconds_of(text)
     except ValueError as error:
@@ -57,7 +60,10 @@ _LEAST_WITHOUT_SIGN = 0.5
 
 
 def parse_percent(text: str) -> float:
-    """Return ``2%`` or ``0.02`` as a fraction in (0, 1)."""
+    """Parse an error such as ``2%`` or ``0.02``, and return it as a fraction in (0, 1).
+
+    Raises typer.BadParameter for other texts, and for numbers of 0.5 or more without a per cent sign.
+    """
     number, percent, rest = text.strip().partition("%")
     try:
         value = float(number) / (100.0 if percent else 1.0)
@@ -74,7 +80,10 @@ def parse_percent(text: str) -> float:
 
 
 def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
-    """Return a parser of whole numbers in [least, most]; it also accepts a number, an option's default."""
+    """Return a parser of texts for whole numbers in [least, most].
+
+    The parser also accepts an int, because typer passes an option's default through its parser.
+    """
 
     def parse(value: str | int) -> int:
         text = str(value)
@@ -86,7 +95,7 @@ def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """Return width and height of ``WxH``."""
+    """Parse a size such as ``640x480``, and return width and height in pixels."""
     match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
     if not match or 0 in (int(match[1]), int(match[2])):
         raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
@@ -94,21 +103,21 @@ def parse_size(text: str) -> tuple[int, int]:
 
 
 def parse_pixel(text: str) -> tuple[int, int]:
-    """Return column and row of ``x,y``."""
+    """Parse a pixel ``x,y``, and return its column and row, counted from 0 at the upper left."""
     if not (match := re.fullmatch(r"(\d+),(\d+)", text.replace(" ", ""))):
         raise typer.BadParameter(f"'{text}' is no pixel; write x,y, counted from the left and from the top")
     return int(match[1]), int(match[2])
 
 
 def parse_crop(text: str) -> tuple[int, int, int, int]:
-    """Return the window ``x,y,w,h``."""
+    """Parse a crop window ``x,y,w,h``, and return column and row of its upper left corner, width and height."""
     if not (match := re.fullmatch(r"(\d+),(\d+),(\d+),(\d+)", text.replace(" ", ""))):
         raise typer.BadParameter(f"'{text}' is no crop window; write x,y,width,height in pixels, such as 0,0,64,64")
     return int(match[1]), int(match[2]), int(match[3]), int(match[4])
 
 
 def parse_definitions(pairs: Sequence[str]) -> dict[str, str]:
-    """Return the values of ``name=value`` pairs; the last pair of a name wins."""
+    """Parse texts ``name=value``, and return the values by name; the last text with a name wins."""
     definitions = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")

@@ -17,7 +17,10 @@ __all__ = ["progress_bar"]
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[ProgressCallback | None]:
-    """Show a bar during the context, and yield its callback; yield None if quiet or if stderr is no terminal."""
+    """Show a progress bar on stderr during the context, and yield the function that updates the bar.
+
+    The function takes a `Progress`. Yields None if ``quiet`` or if stderr is no terminal.
+    """
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield None

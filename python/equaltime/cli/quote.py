@@ -1,4 +1,4 @@
-"""``equaltime quote``."""
+"""The command ``equaltime quote``: predicts time or error of a render."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def quote(
 ) -> int:
     """Predict the time to an error, or the error after a time, before rendering.
 
-    Renders a pilot of 8 samples a pixel, or of a twentieth of the work up to ten seconds, whichever is more. Reports
-    how fast the error falls, where in the image it is, and which light causes it. Some pixels are rendered to the end
-    for this.
+    First renders a pilot: a twentieth of the work, at most ten seconds, but at least 8 samples per pixel. Also
+    renders some pixels with all their samples. Reports how fast the error falls, where in the image it is, and which
+    light causes it.
 
 
     For instance:

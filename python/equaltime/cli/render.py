@@ -1,4 +1,4 @@
-"""``equaltime render``."""
+"""The command ``equaltime render``: renders a scene to an EXR with its error bar."""
 
 from __future__ import annotations
 

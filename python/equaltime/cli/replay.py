@@ -1,4 +1,4 @@
-"""``equaltime replay``."""
+"""The command ``equaltime replay``: shows the path of one sample of a render."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``equaltime selftest``."""
+"""The command ``equaltime selftest``: runs the hard cases on this machine."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ def selftest(
     threads: Threads = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """Run the hard cases on this machine: small scenes whose images are known in closed form, or to the bit.
+    """Run the hard cases on this machine: small scenes whose correct images are known.
 
-    The exit code is 1 if a case fails here; a peer's results are printed beside and do not count. Seeds are fixed. With
-    other seeds, a correct renderer would fail at least one case once in a thousand runs.
+    Either the mean value is known in closed form, or a changed scene must give the same bits. Seeds are fixed. With
+    other seeds, a correct renderer would fail at least one case once in a thousand runs. The exit code is 1 if
+    equaltime fails a case; results of another renderer do not affect the exit code.
 
 
     For instance: `equaltime selftest --only G3 --peer mitsuba`

@@ -25,7 +25,7 @@ A signal that was held back while a command ended counts as a first one, too.
 def interruptible() -> Iterator[None]:
     """Let SIGINT and SIGTERM raise `KeyboardInterrupt`, once for all signals within a second.
 
-    While a command ends, they raise nothing.
+    Signals that arrive while the context ends raise nothing.
     """
     raised = -_ONE_PRESS
 

@@ -1,4 +1,4 @@
-"""Gives errors of standard output their own type, because other OSErrors may lack a file name, too."""
+"""Errors of standard output, with their own exception type: a plain OSError does not tell which file failed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["OutputError", "named_output", "tell_os_error"]
 
 
 class OutputError(OSError):
-    """Writing to standard output failed: the disk is full, or the reader has closed the pipe (``| head``)."""
+    """Failure to write to standard output: the disk is full, or the reader has closed the pipe (``| head``)."""
 
     def __init__(self, reason: OSError) -> None:
         super().__init__(reason.errno, reason.strerror or str(reason), "standard output")
@@ -50,7 +50,10 @@ class _Named:
 
 @contextmanager
 def named_output() -> Iterator[None]:
-    """Raise `OutputError` if writing to standard output fails; print nothing if it is closed (``>&-``)."""
+    """Raise `OutputError` if writing to standard output fails in this context.
+
+    If standard output is closed (``>&-``), nothing is printed and no error is raised.
+    """
     if sys.stdout is None:
         yield
         return
@@ -60,9 +63,10 @@ def named_output() -> Iterator[None]:
 
 
 def tell_os_error(error: OSError) -> int:
-    """Print a system error with its file, and return the exit code; after an `OutputError`, redirect stdout to null.
+    """Print an operating-system error with its file, and return the exit code 1.
 
-    A pipe closed by its reader prints no message.
+    After an `OutputError`, standard output is redirected to the null device. If the reader closed the pipe, no message
+    is printed.
     """
     if isinstance(error, OutputError):
         # otherwise Python's flush of stdout at exit would fail again

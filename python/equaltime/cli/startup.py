@@ -18,7 +18,7 @@ __all__ = ["over", "ready", "runs_the_command"]
 
 
 def runs_the_command(arguments: list[str]) -> bool:
-    """Tell whether ``sys.orig_argv`` starts the command: by its script, or by ``-m equaltime``."""
+    """Tell whether a process with these arguments (``sys.orig_argv``) runs the command: script or ``-m equaltime``."""
     before, after = arguments[1:2], arguments[2:3]
     while before and before[0].startswith("-") and before[0] != "-m":  # Python's own options
         arguments = arguments[1:]
@@ -27,7 +27,7 @@ def runs_the_command(arguments: list[str]) -> bool:
 
 
 def ready() -> None:
-    """Let Ctrl-C raise `KeyboardInterrupt` again."""
+    """Let Ctrl-C raise `KeyboardInterrupt` again, once the imports are done."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

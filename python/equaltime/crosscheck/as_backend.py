@@ -16,7 +16,7 @@ __all__ = ["render_result"]
 
 
 def render_result(scene: Scene, spp: int, seed: int) -> Result:
-    """Render a scene with ``spp`` samples per pixel by the cross-check's own strategy."""
+    """Render a scene by the cross-check, and return image and error bar; ``spp`` counts samples per pixel."""
     begin = clock.perf_counter()
     mean, variance = render(scene, spp=spp, seed=seed)
     seconds = clock.perf_counter() - begin

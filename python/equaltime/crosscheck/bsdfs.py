@@ -1,4 +1,4 @@
-"""The simplest BSDFs, by Mitsuba 3's formulas, in local coordinates; `scattering` covers all BSDFs.
+"""Diffuse, metal and glass BSDFs by Mitsuba 3's formulas, in local coordinates; `scattering` covers all BSDFs.
 
 The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` returns
 f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and glass
@@ -31,7 +31,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scattered:
-    """Sampled directions."""
+    """Directions that a BSDF sampled, with weights and densities: one row per path."""
 
     wi: Array
     """Unit directions to the light (N, 3)."""
@@ -42,7 +42,10 @@ class Scattered:
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return f times the cosine of wi (N, 3), and the density of sampling wi (N,)."""
+    """Return f times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
+
+    `wo` and `wi` are unit local directions (N, 3).
+    """
     value, pdf = np.zeros_like(wi), np.zeros(len(wi))
     up = np.flatnonzero(wi[:, 2] > 0.0)
     if isinstance(bsdf, Diffuse):
@@ -54,7 +57,10 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
-    """Draw a direction for each row; `front` says whether the viewer is on the front side."""
+    """Draw a direction wi for each local direction wo (N, 3), and return wi with weight and density.
+
+    `front` (N,) is True where the viewer is on the front side.
+    """
     if isinstance(bsdf, Dielectric):
         return _glass(bsdf, wo, front, rng)
     mirrored = wo * (-1.0, -1.0, 1.0)
@@ -72,7 +78,7 @@ def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scat
 
 
 def draw_cosine(count: int, rng: np.random.Generator) -> Array:
-    """Return directions with density cos / pi: points of the unit disk, lifted to the hemisphere (Malley)."""
+    """Return local directions (count, 3) with density cos / pi, by Malley's method: points of the unit disk, lifted."""
     square, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(square)
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1.0 - square)], axis=1)
@@ -82,7 +88,10 @@ def draw_cosine(count: int, rng: np.random.Generator) -> Array:
 
 
 def microfacets(bsdf: RoughConductor, m: Array) -> Array:
-    """Return the density D of microfacet normals m (N,), per solid angle of m and projected area of the surface."""
+    """Return the microfacet distribution D (N,) at normals m (N, 3).
+
+    D is an area of facets per solid angle of m and per area of the surface.
+    """
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     across, z2 = (m[:, 0] / alpha_u) ** 2 + (m[:, 1] / alpha_v) ** 2, m[:, 2] ** 2
     if bsdf.distribution == "ggx":
@@ -92,9 +101,10 @@ def microfacets(bsdf: RoughConductor, m: Array) -> Array:
 
 
 def smith(bsdf: RoughConductor, v: Array) -> Array:
-    """Return the share of microfacets visible from v (N,): Smith's G1, for Beckmann in the usual rational form.
+    """Return Smith's masking function G1 (N,): the share of microfacets visible from unit directions v (N, 3).
 
-    See Walter et al. 2007, eq. 27 and 34. Both directions are assumed independent: G = G1(wo) G1(wi).
+    For Beckmann facets G1 is the usual rational approximation. See Walter et al. 2007, eq. 27 and 34. Callers take both
+    directions as independent: G = G1(wo) G1(wi).
     """
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     slope = np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]) / v[:, 2]  # roughness times the tangent of the angle
@@ -116,7 +126,10 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
-    """Return normals with density D times their cosine: isotropic slopes, scaled by the roughness along u and v."""
+    """Return microfacet normals (count, 3), drawn with the density D times the normal's cosine.
+
+    Slopes are drawn for an isotropic surface, then scaled by the roughness along u and v.
+    """
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))
     alpha_u, alpha_v = map(constant, bsdf.alphas)
@@ -124,7 +137,10 @@ def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator)
 
 
 def fresnel_conductor(cosine: Array, metal: Conductor | RoughConductor) -> Array:
-    """Return the reflectance (N, 3) of a metal for unpolarised light, from Fresnel's equations with a complex index."""
+    """Return the reflectance (N, 3) of a metal for unpolarised light at cosines of incidence (N,).
+
+    The formulas are Fresnel's equations with a complex index of refraction.
+    """
     eta, k = map(constant, metal.ior)
     index = np.array(eta) + 1j * np.array(k)
     c = cosine[:, None]
@@ -140,9 +156,10 @@ def fresnel_conductor(cosine: Array, metal: Conductor | RoughConductor) -> Array
 
 
 def fresnel_dielectric(cosine: Array, eta: Array) -> tuple[Array, Array]:
-    """Return the reflectance and the cosine of refraction (0 under total reflection), each (N,).
+    """Return the Fresnel reflectance and the cosine of refraction (0 under total reflection), each (N,).
 
-    `eta` is the index of refraction behind the surface over that before it.
+    `cosine` is the cosine of incidence (N,). `eta` is the index of refraction behind the surface, divided by the index
+    on the side of incidence.
     """
     refracted = np.sqrt(np.maximum(0.0, 1.0 - (1.0 - cosine**2) / eta**2))
     s = (cosine - eta * refracted) / (cosine + eta * refracted)

@@ -45,7 +45,7 @@ class Camera:
     def rays(self, places: Array) -> tuple[Array, Array, Array]:
         """Return unit directions (N, 3) of rays from `origin` through `places` (N, 2), and their near and far ends.
 
-        The ends are the distances (N,) of the near plane and of the far plane from the pinhole.
+        The ends are distances (N,) along the ray, from the pinhole to the near plane and to the far plane.
         """
         width, height = self._film.size
         x, y = (1.0 - 2.0 * (places / (width, height) + self._principal_point)).T
@@ -58,8 +58,8 @@ class Camera:
 def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Array:
     """Return random offsets (count, 2) from the middle of a pixel, with the pixel filter as density.
 
-    With such places, a pixel is the plain mean of its samples. The coordinates are independent, since all the filters
-    are products.
+    The pixel value is then the unweighted mean of its samples. Both coordinates are drawn independently, since each
+    filter is a product of a function of x and a function of y.
     """
     if isinstance(rfilter, Box):
         return rng.uniform(-0.5, 0.5, (count, 2))

@@ -28,7 +28,7 @@ class Environment(Protocol):
 
 
 def make_environment(emitter: Constant | EnvMap, assets: Assets) -> Environment | None:
-    """Return the environment of the scene, or None if it is black."""
+    """Return the environment of an emitter, or None if the environment is black."""
     if isinstance(emitter, Constant):
         return ConstantEnvironment(np.array(emitter.radiance)) if any(emitter.radiance) else None
     image = ImageEnvironment(assets.image(emitter).astype(np.float64) * emitter.scale, as_array(emitter.to_world))
@@ -42,15 +42,15 @@ class ConstantEnvironment:
         self._radiance = radiance
 
     def radiance(self, directions: Array) -> Array:
-        """See `Environment`."""
+        """Return the constant radiance (N, 3) for each direction (N, 3)."""
         return np.tile(self._radiance, (len(directions), 1))
 
     def pdf(self, directions: Array) -> Array:
-        """See `Environment`."""
+        """Return the density per solid angle (N,) of each direction: 1 / (4 pi)."""
         return np.full(len(directions), 0.25 / math.pi)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """See `Environment`."""
+        """Draw unit world directions (count, 3), uniformly over the sphere."""
         z, phi = rng.uniform(-1.0, 1.0, count), rng.uniform(0.0, 2.0 * math.pi, count)
         r = np.sqrt(1.0 - z**2)
         return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
@@ -61,8 +61,8 @@ class ImageEnvironment:
 
     Row i is centred at the polar angle pi i / (H - 1) from the local +y axis. Column j is centred at the angle
     2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap around. The image thus has W (H - 1)
-    cells, each between four texel centres. A cell is picked by its mean brightness times its solid angle, then a place
-    in it uniformly.
+    cells, each between four texel centres. `sample` picks a cell with a probability proportional to its mean brightness
+    times its solid angle, then a place in the cell uniformly.
     """
 
     def __init__(self, pixels: Array, to_world: Array) -> None:
@@ -77,11 +77,11 @@ class ImageEnvironment:
 
     @property
     def total(self) -> float:
-        """Sum of the cells' weights, 0 for a black image."""
+        """Sum of the sampling weights of all cells; 0 for a black image."""
         return float(self._running[-1])
 
     def radiance(self, directions: Array) -> Array:
-        """See `Environment`."""
+        """Return the radiance (N, 3) from unit world directions (N, 3), interpolated between texels."""
         x, y = self._place(directions)
         column, row = x.astype(np.int64), y.astype(np.int64)
         right, down = (x - column)[:, None], (y - row)[:, None]
@@ -91,7 +91,7 @@ class ImageEnvironment:
         return interpolated
 
     def pdf(self, directions: Array) -> Array:
-        """See `Environment`."""
+        """Return the density per solid angle (N,) with which `sample` draws unit world directions (N, 3)."""
         x, y = self._place(directions)
         cell = y.astype(np.int64) * self._columns + x.astype(np.int64)
         sine = np.sin(math.pi * y / self._rows)
@@ -101,7 +101,7 @@ class ImageEnvironment:
         return density
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """See `Environment`."""
+        """Draw unit world directions (count, 3), by cell weight and then uniformly in the cell."""
         cell = np.searchsorted(self._running, rng.uniform(0.0, self.total, count), side="right")
         row, column = np.divmod(np.minimum(cell, self._running.size - 1), self._columns)
         theta = math.pi * (row + rng.random(count)) / self._rows

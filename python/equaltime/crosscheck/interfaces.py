@@ -1,7 +1,8 @@
-"""Value and density of dielectric surfaces, bare or over a diffuse body, by Mitsuba 3's formulas.
+"""BSDF values and densities of dielectric surfaces, bare or over a diffuse body, by Mitsuba 3's formulas.
 
-As in `equaltime.crosscheck.bsdfs`, the normal is +z on the side of the viewer, and values include the cosine of wi. The
-densities are of visible normals, as the core draws them: tests compare them, and the cross-check does not sample them.
+As in `equaltime.crosscheck.bsdfs`, the normal is +z on the side of the viewer, and values include the cosine of wi.
+Directions are local unit vectors (N, 3). Densities of rough surfaces are for visible normals, as the core draws them.
+Tests compare these densities with the core's; the cross-check itself samples by other densities.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
 
 
 def mirror_share(bsdf: Plastic, wo: Array) -> Array:
-    """Return the share (N,) of the samples that take the mirror rather than the diffuse body below."""
+    """Return the probability (N,) in [0, 1] of sampling the mirror reflection rather than the diffuse body below."""
     ior = bsdf.int_ior / bsdf.ext_ior
     seen, _ = fresnel_dielectric(np.maximum(wo[:, 2], 0.0), np.full(len(wo), ior))
     mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
@@ -38,7 +39,11 @@ def mirror_share(bsdf: Plastic, wo: Array) -> Array:
 
 
 def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return value (N, 3) and density (N,) of the diffuse body; the mirror above has discrete directions."""
+    """Return BSDF value (N, 3) and density per solid angle (N,) of the diffuse body under a smooth interface.
+
+    The mirror reflection is left out, since its direction is discrete. The density includes the probability of sampling
+    the body.
+    """
     ior = bsdf.int_ior / bsdf.ext_ior
     index = np.full(len(wo), ior)
     seen, lit = (fresnel_dielectric(np.maximum(v[:, 2], 0.0), index)[0] for v in (wo, wi))
@@ -48,7 +53,7 @@ def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return value (N, 3) and density (N,) of microfacets over a diffuse body."""
+    """Return BSDF value (N, 3) and density per solid angle (N,) of a rough interface over a diffuse body."""
     ior = bsdf.int_ior / bsdf.ext_ior
     facets = RoughConductor(distribution=bsdf.distribution, alpha=bsdf.alpha)
     outside, entering, internal = _interface(facets, ior)
@@ -66,7 +71,11 @@ def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Arra
 
 
 def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = True) -> tuple[Array, Array]:
-    """Return value (N, 3), for radiance, and density (N,) of reflecting and refracting facets (Walter et al. 2007)."""
+    """Return BSDF value (N, 3) and density per solid angle (N,) of reflecting and refracting facets.
+
+    The formulas are from Walter et al. 2007. The value is for radiance: refraction scales it by 1/eta^2. `front` tells
+    whether the viewer is on the front side.
+    """
     ior = bsdf.int_ior / bsdf.ext_ior
     eta = ior if front else 1.0 / ior
     alpha_u, alpha_v = map(constant, bsdf.alphas)
@@ -88,7 +97,10 @@ def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = 
 
 
 def visible(facets: RoughConductor, v: Array) -> Array:
-    """Return the exact share of facets visible from v (N,), which normalises the density of visible normals."""
+    """Return the exact share (N,) of facets visible from unit directions v (N, 3).
+
+    The share normalises the density of visible normals. `smith` only approximates the share for Beckmann facets.
+    """
     if facets.distribution == "ggx":
         return smith(facets, v)
     alpha_u, alpha_v = map(constant, facets.alphas)

@@ -1,4 +1,4 @@
-"""Lights, sampled without importance: one light at random, a point on it uniformly by area."""
+"""Light sampling without importance: one light with equal probability, then a point uniform over the light's area."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["LightSamples", "Lights"]
 
 @dataclass(slots=True, eq=False)
 class LightSamples:
-    """Sampled light for points, one row per point: direction, distance, radiance and density."""
+    """One light sample for each shaded point, a row per point: direction, distance, radiance and density."""
 
     wi: Array
     """Unit directions towards the light (N, 3)."""
@@ -50,11 +50,14 @@ class Lights:
 
     @property
     def count(self) -> int:
-        """Number of lights to choose from."""
+        """Number of lights to choose from: emitting shapes, point lights, and the environment."""
         return len(self._surfaces) + len(self._points) + (self.environment is not None)
 
     def emitted(self, hits: Hits, directions: Array) -> Array:
-        """Return the radiance (N, 3) that surfaces emit towards the origins of rays; only front sides emit."""
+        """Return the radiance (N, 3) that surfaces emit towards ray origins; only front sides emit.
+
+        `directions` (N, 3) are the unit directions of the rays.
+        """
         front = dot(hits.normal, directions) < 0.0
         emission: Array = np.where(front[:, None], self._emission[self._world.shape[hits.patch]], 0.0)
         return emission
@@ -73,7 +76,7 @@ class Lights:
         return self.environment.pdf(directions) / self.count
 
     def sample(self, points: Array, rng: np.random.Generator) -> LightSamples:
-        """Choose a light for each point, and a place on the light."""
+        """Choose a light for each of `points` (N, 3), and a place on the light; visibility is not tested."""
         n = len(points)
         samples = LightSamples(np.zeros((n, 3)), np.full(n, np.inf), np.zeros((n, 3)), np.ones(n), np.zeros(n))
         samples.wi[:, 2] = 1.0

@@ -1,6 +1,6 @@
-"""The scene's surfaces as patches: triangles, spheres and disks in one numbering, each with its shape's index.
+"""The scene's surfaces as patches; a patch is one triangle, sphere or disk, with the index of its shape.
 
-Patches are numbered with all triangles first, then the spheres, then the disks.
+Patches are numbered from 0: all triangles first, then the spheres, then the disks.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangles:
-    """All triangles of the scene, counter-clockwise from the front."""
+    """All triangles of the scene, with corners counter-clockwise as seen from the front."""
 
     corners: Array
     """Corner positions (T, 3, 3)."""
@@ -56,7 +56,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Disk:
-    """The unit disk under `to_world`; `normal` is the unit normal on the front side."""
+    """The unit disk in the plane z = 0, transformed by `to_world`; `normal` is the unit normal on the front side."""
 
     shape: int
     to_world: Array
@@ -65,7 +65,7 @@ class Disk:
 
 
 def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere], list[Disk]]:
-    """Return the triangles, spheres and disks of all shapes."""
+    """Return the triangles, spheres and disks of all shapes of a scene; meshes lose triangles without area."""
     meshes: list[Triangles] = []
     spheres: list[Sphere] = []
     disks: list[Disk] = []

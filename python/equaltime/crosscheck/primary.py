@@ -18,7 +18,7 @@ __all__ = ["PrimaryHits", "primary_hits"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrimaryHits:
-    """The first surfaces, one for each pixel of the crop window."""
+    """First surface hit by the ray through each pixel's middle, for the pixels of the crop window."""
 
     shape: Index
     """Index in the scene's shapes (H, W); -1 without a hit."""
@@ -31,7 +31,10 @@ class PrimaryHits:
 
 
 def primary_hits(scene: Scene) -> PrimaryHits:
-    """Return the first surfaces behind the pixels' middles, between the clip planes, at the shutter's centre."""
+    """Return the first surface behind each pixel's middle, between the clip planes.
+
+    A moving scene is taken at the middle of the shutter time.
+    """
     model = still(scene.model)
     camera, world = Camera(camera_of(model)), World(model, scene.assets)
     directions, near, far = camera.rays(camera.pixels() + 0.5)

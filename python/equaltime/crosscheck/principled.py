@@ -21,7 +21,10 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 
 
 def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Array:
-    """Return the value (N, 3), for radiance: refraction scales it by 1/eta^2."""
+    """Return the BSDF value (N, 3) times the cosine of wi, for local unit directions (N, 3).
+
+    The value is for radiance: refraction scales it by 1/eta^2. `front` tells whether the viewer is on the front side.
+    """
     front = front or not bsdf.transmits
     eta = bsdf.ior if front else 1.0 / bsdf.ior
     above = wi[:, 2] > 0.0
@@ -38,20 +41,20 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
 
 
 def main_facets(bsdf: Principled) -> RoughConductor:
-    """Return a rough conductor with the facets of the main lobe."""
+    """Return the GGX facets of the main lobe, as a rough conductor."""
     rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
     u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
     return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)
 
 
 def coat_alpha2(bsdf: Principled) -> float:
-    """Return the squared roughness of the clear coat."""
+    """Return the squared roughness alpha^2 of the clear coat, from the parameter ``clearcoat_gloss``."""
     gloss = float(constant(bsdf.clearcoat_gloss))
     return (0.1 * (1.0 - gloss) + 0.001 * gloss) ** 2
 
 
 def coat_facets(bsdf: Principled, m: Array) -> Array:
-    """Return the density (N,) of the coat's facets with normals m: Burley's GTR1."""
+    """Return the microfacet distribution D (N,) of the clear coat at normals m (N, 3): Burley's GTR1."""
     alpha2 = coat_alpha2(bsdf)
     return np.asarray((alpha2 - 1.0) / (math.pi * math.log(alpha2) * (1.0 + (alpha2 - 1.0) * m[:, 2] ** 2)))
 

@@ -31,13 +31,13 @@ def check(model: SceneModel) -> None:
 
 
 def camera_of(model: SceneModel) -> Perspective:
-    """Return the pinhole camera; raises RenderError for another sensor."""
+    """Return the scene's pinhole camera; raises RenderError for any other sensor."""
     if not isinstance(model.sensor, Perspective):
         raise RenderError(f"the cross-check cannot trace '{model.sensor.type}'")
     return model.sensor
 
 
 def constant(value: Texture | T) -> T:
-    """Return a parameter without a texture; `check` refuses textures."""
+    """Return the parameter's value, which must not be a texture: `check` has refused textures."""
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value

@@ -1,4 +1,4 @@
-"""All BSDFs of the cross-check: values and samples, in local coordinates.
+"""All BSDFs of the cross-check: evaluation and sampling, in local coordinates.
 
 As in `bsdfs`, the normal is +z on the side of the viewer; wo points to the viewer (z > 0), wi to the light. BSDFs that
 `bsdfs` does not have are sampled by a mixture of lobes with textbook densities: cosines, and facets by D.
@@ -35,12 +35,15 @@ Generator = np.random.Generator
 
 
 def is_single(bsdf: Bsdf) -> bool:
-    """Tell whether the BSDF scatters into discrete directions only, which light sampling never finds."""
+    """Tell whether the BSDF scatters into discrete directions only, so that light sampling contributes zero."""
     return bsdf.type in ("conductor", "dielectric", "thindielectric")
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Array]:
-    """Return f times the cosine of wi (N, 3), and the density of sampling wi (N,); `front`: viewer on the front."""
+    """Return f times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
+
+    `wo` and `wi` are unit local directions (N, 3). `front` (N,) is True where the viewer is on the front side.
+    """
     if not isinstance(bsdf, Mixed):
         return bsdfs.evaluate(bsdf, wo, wi)
     value, pdf = np.zeros_like(wi), np.zeros(len(wi))
@@ -53,7 +56,10 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Arra
 
 
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: Generator) -> Scattered:
-    """Draw a direction for each row; `front` says whether the viewer is on the front side."""
+    """Draw a direction wi for each local direction wo (N, 3), and return wi with weight and density.
+
+    `front` (N,) is True where the viewer is on the front side.
+    """
     if isinstance(bsdf, ThinDielectric):
         return _pane(bsdf, wo, rng)
     if not isinstance(bsdf, Mixed):

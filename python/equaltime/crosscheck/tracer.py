@@ -102,7 +102,7 @@ class _Rays:
 
 
 class Tracer:
-    """A scene prepared for sampling."""
+    """A scene prepared for tracing paths: camera, surfaces, lights and BSDFs."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model
@@ -120,7 +120,10 @@ class Tracer:
         self._bsdf_of = np.array([[-1 if b is None else number[b] for b in pair] for pair in sides]).reshape(-1, 2)
 
     def sample(self, pixels: Array, rng: np.random.Generator) -> Array:
-        """Return one sample of radiance (N, 3) for each pixel, given by its upper left corner (N, 2)."""
+        """Trace one path per row of `pixels`, and return the radiance of each (N, 3).
+
+        `pixels` (N, 2) are the upper left corners of pixels; a pixel may occur in several rows.
+        """
         radiance = np.zeros((len(pixels), 3))
         rays, far = self._camera_rays(pixels, rng)
         depth = 0

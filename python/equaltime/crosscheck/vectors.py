@@ -15,7 +15,7 @@ Mask = NDArray[np.bool_]
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the scalar products of rows (N,)."""
+    """Return the scalar products (N,) of the rows of two arrays (N, 3)."""
     product: Array = np.einsum("...i,...i->...", a, b)
     return product
 
@@ -27,7 +27,7 @@ def normalize(a: Array) -> Array:
 
 
 def perpendicular(n: Array) -> Array:
-    """Return a unit vector perpendicular to each row, as Mitsuba does if there is no tangent.
+    """Return a unit vector perpendicular to each unit row (N, 3), as Mitsuba does if there is no tangent.
 
     See Duff et al. 2017, "Building an orthonormal basis, revisited".
     """
@@ -38,7 +38,10 @@ def perpendicular(n: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """Orthonormal frames, one per row; z of a local direction is its cosine to the normal."""
+    """Orthonormal frames, one per row: axes s, t and the normal n, each (N, 3).
+
+    A local direction has z equal to the cosine of its angle with n.
+    """
 
     s: Array
     t: Array
@@ -46,7 +49,7 @@ class Frames:
 
     @classmethod
     def from_normals(cls, n: Array, tangents: Array) -> Frames:
-        """Return frames with the given unit normals and s along the projected tangents."""
+        """Return frames with unit normals ``n`` (N, 3) and s along the tangents (N, 3), projected onto the surface."""
         s = tangents - n * dot(n, tangents)[:, None]
         useless = ~(dot(s, s) > 1e-24 * dot(tangents, tangents))
         s[useless] = perpendicular(n[useless])
@@ -54,10 +57,10 @@ class Frames:
         return cls(s, np.cross(n, s), n)
 
     def to_local(self, v: Array) -> Array:
-        """Return the local coordinates of world directions."""
+        """Return world directions (N, 3) in local coordinates."""
         return np.stack([dot(v, self.s), dot(v, self.t), dot(v, self.n)], axis=1)
 
     def to_world(self, v: Array) -> Array:
-        """Return the world directions of local coordinates."""
+        """Return local directions (N, 3) in world coordinates."""
         world: Array = v[:, :1] * self.s + v[:, 1:2] * self.t + v[:, 2:] * self.n
         return world

@@ -1,4 +1,7 @@
-"""Ray intersection: embreex finds triangles, float64 formulas give the points; spheres and disks are tried in turn."""
+"""Ray intersection: embreex finds triangles, and float64 formulas give the hit points.
+
+Each ray is also tested against every sphere and disk.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ ATTEMPTS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """Nearest surfaces that rays hit, one per row; without a hit `patch` is -1 and `t` infinite."""
+    """Nearest surface that each ray hits, one row per ray; without a hit `patch` is -1 and `t` infinite."""
 
     t: Array
     """Distances along unit directions (N,)."""
@@ -43,7 +46,10 @@ class Hits:
 
 
 class World:
-    """All surfaces of a scene; ``shape`` and ``primitive`` are the indices of each patch's shape and primitive."""
+    """All surfaces of a scene, ready for ray intersection.
+
+    For each patch, ``shape`` is the index of its shape, and ``primitive`` the index of the triangle in that shape.
+    """
 
     def __init__(self, model: SceneModel, assets: Assets) -> None:
         self.triangles, self.spheres, self.disks = collect(model, assets)
@@ -70,10 +76,10 @@ class World:
         return self.first_sphere + len(self.spheres)
 
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
-        """Return distance and patch of the first surface that each ray hits; infinity and -1 without a hit.
+        """Return distance (N,) and patch number (N,) of each ray's first hit; infinity and -1 without a hit.
 
-        `directions` are unit. `start` is the patch that a ray leaves (-1: none). A ray can hit its start patch again
-        only if the patch is a sphere, and then at the far side. So no ray hits its own origin, without any tolerance.
+        `directions` (N, 3) are unit. `start` (N,) is the number of the patch that a ray leaves, or -1. A ray can hit
+        its start patch again only on a sphere's far side. No ray therefore hits its own origin, without any tolerance.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -84,7 +90,7 @@ class World:
         return best, patch
 
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
-        """Return points, normals and tangents at the hits that `intersect` found."""
+        """Return points, normals and tangents at the distances ``t`` and patches that `intersect` returned."""
         there = patch >= 0
         point = origins + np.where(there, t, 0.0)[:, None] * directions
         normal, tangent = np.zeros_like(point), np.zeros_like(point)

@@ -1,6 +1,6 @@
 """Experiments that measure the time to a given accuracy, their statistics and their reports.
 
-Every number shown comes from a record and has an interval or the reason why no interval can be trusted.
+Every number in a report comes from a record, with an interval or the reason why no interval can be trusted.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def cost(
 ) -> Summary:
     """Measure how long several strategies take to reach an error, and write a report.
 
-    Every strategy renders every scene several times, in turn, and its error is measured at rising sample counts. Call
-    again with the same folder to continue an experiment that was stopped.
+    Every strategy renders every scene several times, in turn with the other strategies. The error of each render is
+    measured at rising sample counts. Call again with the same folder to continue an experiment that was stopped.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def cost(
     budget
         Seconds of each run, or text such as ``"10s"``.
     repeats, threads
-        Renders of each strategy on each scene; worker threads, 0 for one per processor.
+        Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
     strategies
         Strategies to compare instead: labels of the experiment's strategies, or texts for `Strategy.parse`.
     define

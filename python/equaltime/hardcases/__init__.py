@@ -1,7 +1,10 @@
-"""The hard cases, run on the user's own machine: small scenes whose images are known in closed form, or to the bit.
+"""The hard cases: small scenes that test a renderer on the user's own machine.
 
-`cases` has the list, `judge` the criteria of passing, `subjects` the renderers. All value cases together fail a correct
-renderer with the probability `equaltime.hardcases.judge.LEVEL`. A case's limit does not depend on the choice of cases.
+Either the mean of a case's image is known in closed form, or a change of the scene must not change a bit of the image.
+
+`cases` has the list, `judge` the criteria of passing, `subjects` the renderers. With random seeds, a correct renderer
+fails at least one case of known mean with the probability `equaltime.hardcases.judge.LEVEL`. The limit of a case is the
+same if only some cases are run.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
 
 @dataclass(frozen=True)
 class CaseReport:
-    """Outcome of one case."""
+    """Outcome of one case, for equaltime and for the peer (another renderer)."""
 
     case: Case
     ours: Outcome
@@ -56,7 +59,7 @@ class SelfTest(Shown):
 
     @property
     def passed(self) -> bool:
-        """Whether equaltime passed every case; a peer's failures do not count."""
+        """Whether equaltime passed every case; failures of the peer are ignored."""
         return all(case.ours.passed for case in self.cases)
 
     def as_dict(self) -> dict[str, Any]:
@@ -79,7 +82,7 @@ def selftest(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> SelfTest:
-    """Run the hard cases, and compare rendered with known images.
+    """Run the hard cases, and compare each rendered image with its known image.
 
     Parameters
     ----------

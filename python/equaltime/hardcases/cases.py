@@ -1,6 +1,6 @@
-"""The list of cases: scene, parameters and the known property of its image.
+"""The list of hard cases: scene, parameters and known image of each.
 
-Scenes are in ``scenes/`` of the sources, and in the package's folder if it is installed.
+Scene files are in ``scenes/`` of the source tree, or in the installed package.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ __all__ = ["CASES", "Case", "chosen", "load_case", "scenes_folder"]
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with a known image: the mean of its pixels is known, or a change must give the same bits."""
+    """A scene with a known image: the mean of its pixels is known, or a changed scene must give the same image.
+
+    Changes are units of length or light, number of threads, and crop.
+    """
 
     id: str
     """Id in the catalogue of hard cases; several cases may share one."""
@@ -51,7 +54,10 @@ class Case:
 
     @property
     def for_peers(self) -> bool:
-        """Whether a peer is tested too; cases of threads and crops need equal bits, which peers do not guarantee."""
+        """Whether other renderers run the case too.
+
+        False for changes of threads or crop: these need equal bits, which other renderers do not guarantee.
+        """
         return self.threads == 0 and self.crop is None
 
 
@@ -159,13 +165,13 @@ CASES: Final = (
 
 
 def scenes_folder() -> Path:
-    """Return the folder of the scenes: installed with the package, else in the sources."""
+    """Return the folder of the scenes: in the installed package if it exists there, else in the source tree."""
     installed = Path(__file__).parents[1] / "scenes"
     return installed if installed.is_dir() else Path(__file__).parents[3] / "scenes"
 
 
 def load_case(case: Case) -> Scene:
-    """Return the scene of a case with a box filter, for which all renderers have the same expected image."""
+    """Read the scene of a case, and set a box filter, for which all renderers have the same expected image."""
     scene = load_file(scenes_folder() / case.scene, case.define)
     return with_box_filter(scene if case.size is None else scene.with_(size=case.size))
 

@@ -1,7 +1,8 @@
-"""Criteria of passing: z-tests with one family-wise level for noisy images, units in the last place for others.
+"""Criteria of passing a hard case: a t-test for noisy images, units in the last place for images without noise.
 
-A renderer makes one image for each of several seeds. The images' means are nearly normal, so that a t-test judges them
-by their own spread, without the renderer's error bars. Without noise, every pixel is compared.
+A renderer makes one image for each of several seeds. The mean values of these images are nearly normal. The t-test
+uses the spread of the mean values, not the renderer's error bars. All t-tests share one family-wise level, `LEVEL`.
+Without noise, every pixel is compared.
 """
 
 from __future__ import annotations
@@ -50,13 +51,13 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Relative bias that would just fail, on average; None without noise or if the expected value is 0."""
+        """Smallest relative bias that fails on average; None without noise or without a nonzero expected value."""
         if not self.expected or self.kind != "z":
             return None
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return JSON data; numbers that are not finite become None."""
+        """Return the outcome as JSON data; numbers that are not finite become None."""
         data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -65,14 +66,18 @@ class Outcome:
 
 
 def limit_of(cases: int) -> float:
-    """Return the largest |z| that passes one of ``cases`` cases, for `LEVEL` over all of them."""
+    """Return the largest |z| that passes one case, if ``cases`` cases share the false-alarm rate `LEVEL`."""
     from scipy import stats  # late: slow to import
 
     return float(stats.norm.isf(share(LEVEL, cases) / 2.0))
 
 
 def judge_value(images: Images, expected: float, limit: float) -> Outcome:
-    """Judge images of independent seeds by the known mean; without noise every pixel must have that value."""
+    """Compare the mean of images of independent seeds with the known mean ``expected``, by a t-test.
+
+    Instead, every pixel is compared with ``expected`` if the images have no noise, there is only one image, or
+    ``expected`` is 0. ``limit`` is the largest |z| that passes.
+    """
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
     if not expected or len(stack) == 1 or np.ptp(stack, axis=0).max() <= MOST_ULP * unit:
@@ -84,7 +89,10 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 
 
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
-    """Judge whether two sets of images have the same expectation, by Welch's t-test of their means."""
+    """Test whether two sets of images have the same expected mean, by Welch's t-test.
+
+    ``limit`` is the largest |z| that passes.
+    """
     a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
     expected, got = float(a.mean()), float(b.mean())
     errors = _standard_error(a), _standard_error(b)
@@ -95,7 +103,7 @@ def judge_same(first: Images, second: Images, limit: float) -> Outcome:
 
 
 def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outcome:
-    """Judge whether two images are equal bit by bit."""
+    """Compare two images bit by bit; the outcome passes only if they are equal."""
     a, b = first.astype(np.float64), second.astype(np.float64)
     apart = np.abs(a - b) / np.spacing(np.maximum(np.abs(first), np.abs(second)))
     ulp = float(apart.max())

@@ -1,4 +1,7 @@
-"""Renderers of the cases: the core, and Mitsuba 3 as a peer, which must have the same means but not the same bits."""
+"""The renderers that run the hard cases: equaltime's core, and Mitsuba 3 for comparison.
+
+Mitsuba's images must have the same means, but not the same bits.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +33,16 @@ _FIRST_SEED = 1
 
 
 class OurSubject:
-    """The core, by default with the default strategy of `equaltime.render`."""
+    """Equaltime's core as a renderer of hard cases, with the strategy that the case names."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads
 
     def outcome(self, case: Case) -> Outcome:
-        """Render a case and judge it; an error of the renderer is a failed outcome."""
+        """Render a case, and return how its image compares with the known image.
+
+        An error while rendering gives a failed outcome.
+        """
         return _timed(case, self._judged)
 
     def _judged(self, case: Case) -> Outcome:
@@ -76,10 +82,10 @@ class OurSubject:
 
 
 class MitsubaSubject:
-    """Mitsuba 3 in its scalar variant, which needs no compilation for each small scene.
+    """Mitsuba 3 as a renderer of hard cases, in its scalar variant, which needs no compilation per scene.
 
-    The known images are the reference for Mitsuba too. A reference by Mitsuba itself would be no better than 0.2 %: see
-    `equaltime.images.mitsuba_reference`.
+    Mitsuba's images are compared with the known images, too. A reference rendered by Mitsuba would be no better than
+    0.2 %: see `equaltime.images.mitsuba_reference`.
     """
 
     def __init__(self, threads: int = 0) -> None:
@@ -96,7 +102,10 @@ class MitsubaSubject:
         self._peer.close()
 
     def outcome(self, case: Case) -> Outcome:
-        """Render a case and judge it; an error of the renderer is a failed outcome."""
+        """Render a case, and return how its image compares with the known image.
+
+        An error while rendering gives a failed outcome.
+        """
         return _timed(case, self._judged)
 
     def _judged(self, case: Case) -> Outcome:

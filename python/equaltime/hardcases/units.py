@@ -1,6 +1,7 @@
-"""Changes of a scene's unit of length and of its lights' brightness: the image is scaled by the brightness only.
+"""Scaling of a scene's lengths and of its lights' brightness.
 
-A point light's intensity is scaled by the square of lengths. Scaling by powers of two is exact in floating point.
+Scaling all lengths does not change the image. Scaling the brightness multiplies the image by the same factor. A point
+light's intensity is also multiplied by the square of the factor of lengths. Powers of two are exact in floating point.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ __all__ = ["in_units"]
 
 
 def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
-    """Return the scene with every length multiplied by `length`, and every light by `light`.
+    """Return the scene with every length multiplied by `length`, and every light's brightness by `light`.
 
     Raises ValueError for lights whose radiance is a texture.
     """

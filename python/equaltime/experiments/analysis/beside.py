@@ -1,4 +1,4 @@
-"""Measured numbers beside the published ones."""
+"""Comparison of published numbers with the numbers that an experiment measured."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ __all__ = ["beside"]
 
 
 def beside(theirs: Theirs, summary: Summary) -> tuple[Beside, ...]:
-    """Return the measured number for each published one; a missing number has a note."""
+    """Return one measured number for each number published in the claim ``theirs``, in order.
+
+    If a number was not measured, its interval is unknown and has a note with the reason.
+    """
     return tuple(_beside(number, summary) for number in theirs.numbers)
 
 

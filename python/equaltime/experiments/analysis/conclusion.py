@@ -17,7 +17,7 @@ __all__ = ["conclude"]
 
 
 def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary:
-    """Summarise the records in ``folder`` and write the report beside them.
+    """Summarise the records in ``folder``, write the report to the same folder, and return the summary.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Verdicts for the questions other than time: bias, samples to an error, or squared error times time."""
+"""Verdicts of experiments that do not ask for time, but for bias, samples to an error, or squared error x time."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Return a sentence that lists which strategies differ in expectation from the standard, and which do not.
+    """Return a sentence that lists the strategies found biased, those not found biased, and those not tested.
 
-    ``level`` is the false-alarm rate of all tests together; each scene and strategy had its share (see `agreement`).
+    A strategy is biased if its expected image differs from that of the scene's standard strategy. ``level`` is the
+    false-alarm rate of all these tests together.
     """
     found, right, open_ = [], [], []
     for scene, strategy in _others(scenes):
@@ -37,7 +38,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
 
 
 def samples_verdict(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on how many times fewer samples than the baseline each strategy needs for the same error."""
+    """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error."""
     baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
     said = []
     for scene, strategy in _others(scenes, baseline=True):
@@ -47,10 +48,10 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
 
 
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on how many times smaller each strategy's squared error x time is than the baseline's.
+    """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
 
-    Gains are geometric means over scenes, with the scenes of the smallest and the largest gain. The standard strategy
-    comes first.
+    With several scenes, each gain is a geometric mean, with its smallest and largest value. The standard strategy comes
+    first.
     """
     baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
     found: dict[str, list[tuple[str, Interval]]] = {}

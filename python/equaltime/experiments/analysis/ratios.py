@@ -1,4 +1,4 @@
-"""Ratios of a baseline to another strategy, paired over repeats: time to an error, efficiency, samples."""
+"""Ratios between a baseline and another strategy, from paired repeats: time to an error, efficiency, samples."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ Floats = NDArray[np.float64]
 
 
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
-    """Return the baseline's time to an error over the other's, paired over repeats: above 1 the other is faster.
+    """Return the baseline's time to the error ``target``, divided by the time that ``runs`` need.
 
-    Repeat r of both must have run side by side; surplus repeats of one are left out. If few events make the error of
-    either, the ratio is the median over pairs of repeats. If a time is not reached, or only one of its ends is known,
-    the ratio is a bound, provided that the bound tells which is faster.
+    Above 1, ``runs`` are faster than the baseline. Repeat r of both must have run side by side; surplus repeats are
+    left out. If few events make most of an error (a heavy tail), the ratio is the median over pairs of repeats. If the
+    target is not reached, or a time has only one valid limit, the ratio is a bound. The bound is kept only if it tells
+    which is faster.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))
@@ -76,10 +77,10 @@ def _typical_ratio(first: Runs, second: Runs, target: float) -> Interval:
 
 
 def efficiency(baseline: Runs, runs: Runs) -> Interval:
-    """Return the baseline's squared error x time over the other's, at the end of runs: median over pairs of repeats.
+    """Return the baseline's squared error x time at the end of runs, divided by the value of ``runs``.
 
-    For independent samples this equals the ratio of times to equal error. The median describes typical runs, however
-    heavy the tails, and ignores the rare runs in the tail. It needs no extrapolation.
+    The ratio is the median over pairs of repeats. For independent samples it equals the ratio of times to equal error.
+    The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is extrapolated.
     """
     repeats = min(baseline.repeats, runs.repeats)
     costs = [(r.relmse * r.seconds)[:repeats, -1] for r in (baseline, runs)]
@@ -89,10 +90,10 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
 
 
 def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
-    """Return the baseline's squared error over the other's at the largest sample count that both have.
+    """Return the baseline's squared error divided by the other's, at the largest sample count that both have.
 
-    For independent samples this is how many times fewer samples the other needs for the same error. If few events make
-    the error of either, the ratio is the median over pairs of repeats.
+    For independent samples, the ratio is the factor by which the other strategy needs fewer samples for equal error. If
+    few events make most of an error (a heavy tail), the ratio is the median over pairs of repeats.
     """
     common = sorted(set(baseline.spp) & set(other.spp))
     if not common or baseline.runs.biased or other.runs.biased:

@@ -1,4 +1,4 @@
-"""All runs of one strategy on one scene: turns rows and images into the inputs of intervals."""
+"""All runs of one strategy on one scene: joins records and images into the data that intervals are computed from."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The rows of one strategy on one scene, and the runs joined from them."""
+    """The records (rows) of one strategy on one scene, and the times and errors of runs, joined from the records."""
 
     label: str
     rows: tuple[Row, ...]
@@ -50,7 +50,10 @@ class StrategyRuns:
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
-        """Join the rows of a strategy, and derive from its final images how far its intervals can be trusted."""
+        """Join the records of a strategy, and check its final images for heavy tails and for light that runs missed.
+
+        Images are read from ``folder``. Without images or without a reference of their size, the checks are left out.
+        """
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
         images = plain.images() if spp else None
@@ -63,16 +66,21 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """The last row of each repeat, in order."""
+        """Record of the last checkpoint of each repeat, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
-        """Tell whether all its runs began before, or all after, the other's: one strategy was added later."""
+        """Tell whether this strategy's runs all began before the other strategy's runs, or all after.
+
+        True means that one of the strategies was added to the experiment later.
+        """
         own, others = ([row.started for row in runs.last] for runs in (self, other))
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
 
     def images(self) -> Floats | None:
-        """Return the first final images that fit into memory (K, H, W, 3); None if one is missing or not finite.
+        """Return the final images (K, H, W, 3) of the first K repeats, with K limited by memory.
+
+        Returns None if one of these images is missing or not finite.
 
         Raises
         ------
@@ -92,7 +100,7 @@ class StrategyRuns:
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts at which every repeat of a strategy was measured, with the times and errors there."""
+    """Return the sample counts that every repeat of a strategy has, and the times and errors at these counts."""
     table: dict[int, dict[int, Row]] = defaultdict(dict)
     for row in rows:
         table[row.repeat][row.spp] = row

@@ -1,4 +1,7 @@
-"""Turns records into a `Summary`; the only inputs are rows, the images they name, references and provenance."""
+"""Turns records into a `Summary`.
+
+The only inputs are the rows, the images that the rows name, the references and the provenance.
+"""
 
 from __future__ import annotations
 
@@ -34,9 +37,10 @@ _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they can
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
-    """Return the summary of an experiment's records; unfinished runs are left out.
+    """Return the summary of an experiment's records (``rows``); unfinished runs are left out.
 
-    Images and references are read from ``folder`` if they exist. Without them bias, equality and tails are unknown.
+    Images and references are read from ``folder`` if they exist. Without images or references, the summary lacks three
+    checks: bias, equality of expected images, and heavy tails.
     """
     by_scene: dict[str, list[Row]] = defaultdict(list)
     for row in complete(rows):

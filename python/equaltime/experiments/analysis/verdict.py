@@ -1,4 +1,4 @@
-"""The verdict of an experiment in one sentence; every number in it is trusted."""
+"""The verdict of an experiment: one sentence, only with numbers whose intervals can be trusted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequence[float]) -> str | None:
-    """Return the label of the strategy to test others against: unbiased ``best``, else the least unbiased error."""
+    """Return the label of the standard strategy, against which other strategies are tested for bias.
+
+    The standard is ``best`` if it is unbiased, else the unbiased strategy with the smallest of ``errors``. Returns None
+    if all strategies are biased.
+    """
     unbiased = [(e, label) for label, b, e in zip(labels, biased, errors, strict=True) if not b]
     if any(label == "best" for _, label in unbiased):
         return "best"
@@ -25,11 +29,12 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 
 
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
-    """Answer an experiment's question: how fast the standard strategy is, and how much faster than the baseline.
+    """Return the sentence that answers an experiment's question.
 
-    Both numbers are given at the smallest target for which their intervals are trusted, on all scenes if possible.
-    Numbers within the runs come first, then numbers for which only the baseline is extrapolated, then all others.
-    Without a trusted ratio, a ratio with a trusted lower end is used. `questions` answers the other questions.
+    For the question ``time`` the answer has two numbers: the standard strategy's time to an error, and its speed-up
+    over the baseline. Both are given at the smallest target for which their intervals are trusted, on all scenes if
+    possible. Numbers within the runs are preferred, then numbers for which only the baseline is extrapolated. Without a
+    trusted speed-up, one with a trusted lower limit is used. `questions` answers the other questions.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)

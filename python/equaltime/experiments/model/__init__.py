@@ -1,1 +1,1 @@
-"""An experiment as a value, and the summary of what it found."""
+"""Data classes of an experiment: its settings, and the summary of its results."""

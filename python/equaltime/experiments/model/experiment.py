@@ -1,7 +1,7 @@
-"""An experiment as a value: scenes x strategies x repeats, the budget of each run, and the results wanted.
+"""The settings of an experiment: scenes, strategies, number of repeats, budget of each run, and the results wanted.
 
-`equaltime.experiments.model.reader` reads one from TOML; in Python the same keys are keyword arguments. All values are
-checked on construction, and one error lists every problem by its path of keys.
+`equaltime.experiments.model.reader` reads an experiment from TOML. In Python the same keys are keyword arguments. All
+values are checked on construction, and one error lists every problem by its path of keys.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ File = Annotated[Path, Field(strict=False)]
 
 
 class SceneEntry(Value):
-    """A scene and the settings that override its file."""
+    """A scene of an experiment, and the settings that override the scene's file."""
 
     path: File | None = None
     """A scene file; in an experiment file, relative to its folder."""
@@ -78,7 +78,7 @@ class SceneEntry(Value):
 
 
 class Peer(Value):
-    """Another renderer: Mitsuba 3, or any command that writes an EXR file."""
+    """Another renderer (a peer): Mitsuba 3, or any command that writes an image file."""
 
     renderer: Literal["mitsuba"] | None = None
     variant: str | None = None
@@ -105,7 +105,7 @@ class _Origin:
 
 
 class StrategyEntry(Value):
-    """A contestant of the comparison: a strategy of equaltime, a peer, or a subject of your own."""
+    """Entry of an experiment's ``strategies``: a strategy of equaltime, another renderer, or your own Python code."""
 
     label: str = ""
     """Name in records and reports; by default the strategy's own text."""
@@ -117,11 +117,11 @@ class StrategyEntry(Value):
 
     @property
     def place(self) -> str:
-        """``FILE:LINE: strategies[N]`` if the entry was read from a file, else empty."""
+        """Place of the entry in its file, ``FILE:LINE: strategies[N]``; empty if the entry was not read from a file."""
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return a copy of the entry that knows its place in its file."""
+        """Return a copy of the entry with ``place``, such as ``FILE:LINE: strategies[N]``, for error messages."""
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry
@@ -141,7 +141,7 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """Accuracy wanted of the references."""
+    """Wanted accuracy of the references against which errors are measured."""
 
     error: Error = 0.005
     """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
@@ -160,7 +160,7 @@ class Experiment(Value):
     description: str = ""
     """Paragraph for students: the comparison, what to look for, and why."""
     theirs: Theirs | None = None
-    """Published claim that the experiment tests, with its figures; the report shows ours beside them."""
+    """Published claim that the experiment tests, with its figures; the report shows measured numbers beside them."""
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
@@ -179,7 +179,7 @@ class Experiment(Value):
     figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
     """Optional figures of the report; ``directions`` shows where uniform and BSDF sampling send rays on each scene."""
     animate: bool = False
-    """Whether the report shows the images forming, side by side at equal time."""
+    """Whether the report shows films of how the images converge, side by side at equal time."""
     question: Question = "time"
     """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 

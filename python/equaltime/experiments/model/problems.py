@@ -1,4 +1,4 @@
-"""Messages about invalid experiments."""
+"""Problems of invalid experiments: finds contradictions, and words the messages."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at mos
 
 
 def name_of_scene(entry: object, number: int) -> str:
-    """Return the scene's given name, else its file's name without suffix, else ``scene-N``."""
+    """Return the name of a scene: as given, else its file's name without suffix, else ``scene-N``, N from 1."""
     source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
     path = _get(entry, "path") or source
     given = _get(entry, "name")
@@ -51,7 +51,7 @@ def name_of_scene(entry: object, number: int) -> str:
 
 
 def name_of_strategy(entry: object) -> str:
-    """Return the strategy's label, else its own text."""
+    """Return the label of a strategy; without a label the strategy's text, or the name of its renderer."""
     if isinstance(entry, str):
         return entry
     peer = _get(entry, "peer")
@@ -62,12 +62,12 @@ def name_of_strategy(entry: object) -> str:
 
 
 def file_name(text: str) -> str:
-    """Return the name with characters replaced that some file systems do not allow."""
+    """Return the text as a file name: characters that some file systems do not allow become ``-``."""
     return re.sub(r"[^\w.+=-]+", "-", text).strip("-.") or "_"
 
 
 def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
-    """Return pydantic's errors as problems, each with its path of keys."""
+    """Return the errors of pydantic's validation as problems, each with its path of keys and a message."""
     problems: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
         location = _without_union(details["loc"])
@@ -82,7 +82,7 @@ def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, 
 
 
 def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """Return contradictions between values; missing values are skipped."""
+    """Return the contradictions between an experiment's values; missing values are ignored."""
     return tuple(
         Problem(place, message)
         for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems)
@@ -166,9 +166,10 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character that a one-line record cannot hold, such as ``U+000A``; empty if there is none.
+    """Return the first character of a name that cannot be stored in a one-line record, as text such as ``U+000A``.
 
-    Unfit are control characters, line and paragraph separators, and unpaired surrogates.
+    Returns an empty text if there is none. Such characters are control characters, line and paragraph separators, and
+    unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)
     if found is None:

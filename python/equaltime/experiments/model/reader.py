@@ -1,6 +1,6 @@
-"""Reads experiments from TOML, and makes them from a scene and options.
+"""Reads experiments from TOML, and makes experiments from a scene and options.
 
-Two experiments with the same identity may continue each other's records.
+An experiment can continue the records in a folder only if both have the same identity (see `identity_of`).
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ __all__ = [
 def identity_of(
     experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
 ) -> dict[str, Any]:
-    """Return, as JSON data, every setting that affects a record.
+    """Return every setting that affects a record, as JSON data.
 
-    Titles, targets, crops, the baseline and the number of repeats are left out: they may change between calls.
+    Titles, targets, crops, the baseline and the number of repeats do not affect records, and may change between calls.
     """
     wish = experiment.reference
     return {
@@ -70,10 +70,10 @@ def identity_of(
 
 
 def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
-    """Return the seeds of a strategy's repeats on a scene: distinct 31-bit numbers, which every renderer accepts.
+    """Return one seed for each repeat of a strategy on a scene.
 
-    Seeds are hashes of names, so that adding strategies or repeats does not change them. A repeat whose hash is already
-    taken is hashed again.
+    Seeds are distinct 31-bit numbers, which every renderer accepts. A seed is a hash of the two names and the number of
+    the repeat. Adding strategies or repeats therefore changes no seed.
     """
     seeds: dict[int, None] = {}
     for repeat in range(repeats):
@@ -86,7 +86,7 @@ def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
 
 
 def film_seed(scene: str, strategy: str) -> int:
-    """Return the seed of the run from which a strategy's film is made."""
+    """Return the 31-bit seed of the run from which the film of a strategy on a scene is made."""
     return _hashed(scene, strategy, "-1")
 
 
@@ -120,7 +120,7 @@ _QUICK_REFERENCES_SECONDS: Final = 10.0
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
-    """Tell whether the file is an experiment (it lists scenes or strategies) rather than a scene.
+    """Tell whether a file is an experiment: a TOML file with a list of scenes or of strategies.
 
     Returns ``unreadable`` for a TOML file that cannot be read.
     """
@@ -134,7 +134,7 @@ def is_experiment(path: Path, unreadable: bool = False) -> bool:
 
 
 def read_experiment(path: Path) -> Experiment:
-    """Read an experiment file; paths in it are relative to its folder.
+    """Read an experiment from a TOML file; paths in the file are relative to its folder.
 
     Raises
     ------
@@ -232,17 +232,20 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 
 
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
-    """Return the strategy, with (unbiased) roulette added if max_depth is unlimited or above 64."""
+    """Return the strategy, with Russian roulette added if the scene's max_depth is unlimited or above 64.
+
+    A strategy that has roulette is returned unchanged.
+    """
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
     return strategy
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return the experiment shrunk to end in under a minute, for a first look.
+    """Return a smaller experiment for a first look, which ends in under a minute if it has a time budget.
 
-    Films shrink to at most 96 pixels in either direction, unless a file with its fixed size is the reference. Runs get
-    fewer, and budgets shorter.
+    Films shrink to at most 96 pixels a side, unless the reference is a file, whose size is fixed. There are at most 6
+    repeats, and budgets shrink to about 18 s for all runs. Sample counts (``spp``) are kept.
     """
     repeats = min(experiment.repeats, _QUICK_REPEATS)
     runs = repeats * len(experiment.scenes) * len(experiment.strategies)
@@ -285,7 +288,7 @@ def make_experiment(
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
 ) -> Experiment:
-    """Return the experiment; options given here override the file's.
+    """Return the experiment that ``source`` describes; the options override values of the file.
 
     Parameters
     ----------
@@ -318,14 +321,17 @@ def make_experiment(
 
 
 def check_installed() -> None:
-    """Raise EqualtimeError if the report needs a missing package, before the first run."""
+    """Raise EqualtimeError if a package is missing that the report will need after the runs."""
     missing = [name for name in ("flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
         raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
 
 
 def split_strategies(text: str) -> tuple[str, ...]:
-    """Split ``naive,best,heuristic=balance,mis`` into strategies; a part with ``=`` belongs to the one before it."""
+    """Split text such as ``naive,best,heuristic=balance,mis`` into the texts of strategies.
+
+    A part with ``=`` belongs to the strategy before it: here ``naive``, ``best,heuristic=balance`` and ``mis``.
+    """
     strategies: list[str] = []
     for part in text.split(","):
         if "=" in part and strategies:

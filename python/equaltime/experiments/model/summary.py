@@ -1,7 +1,7 @@
-"""Results of an experiment, as the only input of reports, figures and verdicts.
+"""Results of an experiment: the only input of reports, figures and verdicts.
 
-`analysis.summarise` computes them from records. Errors are relative (0.02 is 2 %, see `metrics`). Times are seconds of
-wall clock from a run's first sample. Every estimated number is an `Interval`.
+`analysis.summarise` computes the results from records. Errors are relative (0.02 is 2 %, see `metrics`). Times are
+seconds of wall clock from a run's first sample. Every estimated number is an `Interval`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ error times time."""
 
 @dataclass(frozen=True)
 class Curve:
-    """Error of a strategy over time; each tuple has one entry per checkpoint."""
+    """Error of a strategy as a function of time; each tuple has one entry per checkpoint, in order of time."""
 
     spp: tuple[int, ...]
     seconds: tuple[Interval, ...]
@@ -84,7 +84,7 @@ class StrategyResult:
     reference: Path | None = None
     """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None
-    """Film of its image forming, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
+    """Film of how its image converges, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +118,13 @@ class SceneResult:
 
     @property
     def other_depth(self) -> str:
-        """Sentence about a ``max_depth`` that differs from the scene file's; empty if equal or unknown."""
+        """Sentence that the experiment's ``max_depth`` differs from the scene file's; empty if equal or unknown."""
         return "" if self.scene_max_depth is None else other_depth(self.max_depth, self.scene_max_depth)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """A measured number beside a published one."""
+    """A published number, and the number that the experiment measured for comparison."""
 
     what: str
     theirs: str

@@ -1,4 +1,4 @@
-"""A published claim that an experiment tests, and the measured quantities to show beside its numbers."""
+"""A published claim that an experiment tests, and the quantities to measure for comparison with its numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Words = Annotated[str, Field(min_length=1)]
 
 
 class TheirNumber(Value):
-    """One published number and the measured quantity that corresponds to it."""
+    """One published number, and the quantity that the experiment measures for comparison."""
 
     what: Words
     """Description, such as ``speed-up of light sampling over none``."""
@@ -46,7 +46,7 @@ class TheirNumber(Value):
 
 
 class Theirs(Value):
-    """A published claim, in our words, with its authors' figures."""
+    """A published claim in equaltime's words, with the figures that its authors published."""
 
     source: Words
     """Author or publication of the claim."""
@@ -56,6 +56,6 @@ class Theirs(Value):
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str]) -> Theirs:
-        """Return the claim with only the numbers of these strategies."""
+        """Return a copy of the claim that keeps only the numbers of strategies with these labels."""
         kept = set(labels)
         return self.model_copy(update={"numbers": tuple(n for n in self.numbers if n.strategy in kept)})

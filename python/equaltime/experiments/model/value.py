@@ -1,4 +1,4 @@
-"""Base class of an experiment's values: frozen and without unknown keys."""
+"""Base class of an experiment's settings."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ __all__ = ["Value"]
 
 
 class Value(BaseModel):
-    """A validated, immutable value."""
+    """Base class of settings: a pydantic model that is immutable and refuses unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)

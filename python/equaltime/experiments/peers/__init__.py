@@ -1,4 +1,4 @@
-"""Other renderers as subjects of an experiment: Mitsuba 3, and any command that writes an image."""
+"""Peers, other renderers that take part in an experiment: Mitsuba 3, and any command that writes an image."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ __all__ = ["CommandPeer", "MitsubaPeer", "peer_subject", "with_box_filter"]
 def peer_subject(
     label: str, peer: Peer, folder: Path = Path(), budget: float | None = None, reference: float = 0.0
 ) -> MitsubaPeer | CommandPeer:
-    """Return the subject that an experiment's entry describes; a command runs in ``folder``.
+    """Return the renderer that an experiment's ``peer`` entry describes; a command runs in ``folder``.
 
-    An entry without a limit gets one from the ``budget`` of a run and the seconds of a ``reference``. Raises PeerError
-    for an invalid command.
+    If the entry has no time limit, `time_limit` gives it, from the ``budget`` of a run and the time of a ``reference``,
+    both in seconds. Raises PeerError for an invalid command.
     """
     limit = time_limit(budget, reference) if peer.limit is None else peer.limit
     if peer.command is not None:

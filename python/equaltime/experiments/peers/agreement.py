@@ -1,7 +1,7 @@
-"""Tests whether a peer and equaltime have the same expected image, before their times are compared.
+"""Tests whether a peer (another renderer) and equaltime have the same expected image, before times are compared.
 
-If the expected images differ, a peer's error against equaltime's reference never falls below the difference. Such a
-peer is measured against `own_reference`, and reports show the note.
+If the expected images differ, the peer's error against equaltime's reference never falls below the difference. Such a
+peer is measured against its `own_reference` instead, and reports show a note.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _FEWEST, _WANTED = 8, 32
 
 @dataclass(frozen=True, eq=False)
 class Gate:
-    """The outcome of comparing a peer with equaltime on one scene."""
+    """Outcome of the test whether a peer and equaltime have the same expected image of one scene."""
 
     agreement: Agreement
     ours: BlockMeans
@@ -57,12 +57,12 @@ class Gate:
 
     @property
     def agrees(self) -> bool:
-        """Whether the test accepts equal expected images."""
+        """Whether the test finds no difference between the expected images: p is above the level."""
         return bool(self.agreement.p > self.level)
 
     @property
     def note(self) -> str:
-        """Sentence for reports; empty if the peer agrees."""
+        """Sentence for reports on the difference and the reference used; empty if the peer agrees."""
         if self.agrees:
             return ""
         width, height = self.size
@@ -82,10 +82,10 @@ def check(
     progress: Callable[[float], object] | None = None,
     ours: BlockMeans | None = None,
 ) -> Gate:
-    """Render a small, box-filtered version of ``scene`` with many seeds on both sides, and compare.
+    """Test whether a peer and equaltime have the same expected image of a scene.
 
-    A peer with a fixed image size (``resizable`` is false) is compared at the scene's size. Afterwards the peer is
-    prepared for the small scene.
+    Both render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image size
+    (``resizable`` is false), both render at the scene's size. Afterwards the peer is still prepared for that version.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def check(
     progress
         Called with the completed share of the work, in [0, 1].
     ours
-        Block means of equaltime's renders, if known from the gate of another peer on the same scene at the same size.
+        Block means of equaltime's renders, if known from the test of another peer on the same scene at the same size.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def check(
 
 
 def resizable(peer: Subject) -> bool:
-    """Tell whether the size of a peer's image can be set."""
+    """Tell whether the peer can render images of any size, rather than of one fixed size."""
     return bool(getattr(peer, "resizable", True))
 
 
@@ -132,8 +132,9 @@ def own_reference(
 ) -> KnownReference:
     """Render a reference with the peer itself: the mean of independent renders, with its noise from their spread.
 
-    Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The halves are the odd
-    and the even renders. If the peer's sampler is biased, a copy of the peer with another sampler renders.
+    Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
+    reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with another sampler
+    renders.
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed)

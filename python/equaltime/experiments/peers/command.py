@@ -1,4 +1,4 @@
-"""Uses any command that writes an image as a subject of an experiment: the way to add your own renderer.
+"""Uses any command that writes an image as a renderer in an experiment: the way to add your own renderer.
 
 ::
 
@@ -6,7 +6,7 @@
     label = "mine"
     peer.command = "./mine {scene} --samples {spp} --seed {seed} --output {out}"
 
-The command is split as by a shell (quotes work) and run without a shell. These words are filled in:
+The command is split as by a shell (quotes work) and run without a shell. Words in braces are replaced:
 
 - ``{out}``     image file to write: linear RGB, row 0 at the top, in any format that OpenImageIO reads. The name ends
   in ``.exr`` or in the suffix that follows, as in ``{out}.pfm``
@@ -20,12 +20,12 @@ The command is split as by a shell (quotes work) and run without a shell. These 
   that was asked for also confines the command to that many processors
 
 The pixel filter must be a box. The command's stdout may end in a JSON object like that of ``equaltime render --json``.
-Then its ``seconds`` and ``cpu_seconds`` count as the times of rendering, and its ``spp`` as the samples taken. Without
-the object, the time is that of the whole process, loading included.
+Then the object's ``seconds`` and ``cpu_seconds`` count as the times of rendering, and ``spp`` as the samples taken.
+Without the object, the time is that of the whole process, loading included.
 
 A command that exceeds its time limit is ended with its process group, and the experiment stops with an error. The limit
-is 20 times the experiment's budget plus 60 seconds, or one hour if the experiment gives sample counts. It is never less
-than ``reference.seconds`` plus 60 seconds. ``peer.limit = "30min"`` sets another limit.
+is 20 times the experiment's budget plus 60 seconds, or one hour if the experiment gives sample counts. The limit is
+never less than ``reference.seconds`` plus 60 seconds. ``peer.limit = "30min"`` sets another limit.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ _OUT = re.compile(r"\{out\}(\.\w+)?")
 
 @dataclass
 class CommandPeer:
-    """Renders by running a command; raises PeerError for an invalid command."""
+    """A renderer that is a command, run once per image; raises PeerError if the command is invalid."""
 
     label: str
     command: str
@@ -96,16 +96,19 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """The command, on one line."""
+        """Command of the renderer on one line, as the name in records."""
         return " ".join(self.command.split())
 
     @property
     def resizable(self) -> bool:
-        """Whether the command receives the size of the image."""
+        """Whether the command is given the image size, by ``{json}`` or by ``{width}`` and ``{height}``."""
         return "{json}" in self.command or ("{width}" in self.command and "{height}" in self.command)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Keep the scene and return 0 seconds, since nothing is run; raises PeerError if the program is missing."""
+        """Keep the scene with a box filter, and return the set-up time: 0 seconds.
+
+        Raises PeerError if the program is missing, or if the command needs a scene file and there is none.
+        """
         if "{scene}" in self.command and scene.source is None:
             raise PeerError(
                 f"{self.label}: {{scene}} needs a scene file, but this scene was made in memory; use {{json}} instead"
@@ -118,7 +121,10 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Run the command for each count of ``ladder``; stop after the first run that took ``seconds`` or longer."""
+        """Run the command for each sample count of ``ladder``, and yield each image with its time.
+
+        The first run that takes ``seconds`` or longer is the last.
+        """
         done = 0
         for spp in ladder:
             checkpoint = self._render(spp, seed)

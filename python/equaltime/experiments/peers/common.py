@@ -1,4 +1,4 @@
-"""Common parts of peers: box-filtered scenes, seeds, and checks of their images."""
+"""Common parts of peers (other renderers): box-filtered scenes, seeds, and checks of images."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ __all__ = ["checked_image", "render_seed", "uneven_samples", "with_box_filter"]
 def with_box_filter(scene: Scene) -> Scene:
     """Return the scene with a box filter, the only filter for which all renderers have the same expected image.
 
-    Some renderers splat wider filters, which correlates pixels, and renderers weight the image border differently.
+    With wider filters, some renderers splat samples, which correlates pixels. Renderers also weight the image border
+    differently.
     """
     sensor = scene.model.sensor
     if isinstance(sensor.film.rfilter, Box):
@@ -48,7 +49,10 @@ def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.flo
 
 
 def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[np.int64] | None:
-    """Return a peer's sample counts, cut like its image; None if all are equal or their size is not the image's."""
+    """Return a peer's sample counts (H, W), cut to the scene's crop window.
+
+    Returns None if there are no counts, if all are equal, or if their size is not that of the image.
+    """
     (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
     if samples is not None and samples.shape == (full_height, full_width):
         samples = samples[y : y + height, x : x + width]
@@ -58,6 +62,6 @@ def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[n
 
 
 def render_seed(seed: int, spp: int) -> int:
-    """Return a 31-bit seed for one render of a run, a hash of the run's seed and the sample count."""
+    """Return the seed of one render of a run: a 31-bit hash of the run's seed and the samples per pixel."""
     content = hashlib.blake2b(f"{seed} {spp}".encode(), digest_size=4)
     return int.from_bytes(content.digest(), "little") >> 1

@@ -1,4 +1,4 @@
-"""Mitsuba 3 as the subject of an experiment."""
+"""Mitsuba 3 as a renderer that takes part in an experiment."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TO_WARM_UP = 4
 
 @dataclass
 class MitsubaPeer:
-    """Renders with Mitsuba 3 in a separate process.
+    """Mitsuba 3 as a renderer, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
     ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint is a separate render with its own seed and time.
@@ -72,25 +72,27 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Text of variant, integrator, sampler and, if given, roulette depth."""
+        """Name in records: variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
     @property
     def reference_note(self) -> str:
-        """Caveat of the reference that `for_reference` renders."""
+        """Sentence on the known limits of a reference that `for_reference` renders."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer that renders references for this one: itself, or a copy with another sampler if needed."""
+        """Return the peer to render references with: itself, or a copy with another sampler if its own is unfit."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Start Mitsuba if necessary, load ``scene`` and warm up; return the total seconds.
+        """Start Mitsuba if necessary, load ``scene`` and compile; return the seconds that this takes.
+
+        For a scene loaded before, the recorded seconds of that first time are returned.
 
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """
@@ -113,7 +115,10 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Render an image for each count of ``ladder``; stop after the first render that took ``seconds`` or longer."""
+        """Render an image for each sample count of ``ladder``, and yield each image with its time.
+
+        The first render that takes ``seconds`` or longer is the last.
+        """
         done = 0
         for asked in ladder:
             spp = self._ask("count", key=self._key, spp=asked)["spp"]
@@ -127,7 +132,7 @@ class MitsubaPeer:
                 return
 
     def close(self) -> None:
-        """End the process."""
+        """End Mitsuba's process, if it runs."""
         if self._worker is not None:
             self._worker.close()
         self._worker = None

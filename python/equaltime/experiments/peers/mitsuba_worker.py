@@ -1,7 +1,7 @@
 """Worker process with Mitsuba 3: ``python -m equaltime.experiments.peers.mitsuba_worker``, for `MitsubaPeer`.
 
-Questions are JSON lines on stdin, answers JSON lines on stdout; output of libraries goes to stderr. Images are float32
-.npy files. Clocks cover the integrator's ``render`` and the wait for its pixels, and exclude all other work.
+A request is a JSON line on stdin, and its answer a JSON line on stdout. Output of libraries goes to stderr. Images are
+float32 .npy files. Clocks cover the integrator's ``render`` and the wait for its pixels, and exclude all other work.
 
 - ``start``   variant, threads → seconds to import and to start up, version
 - ``load``    key, file (scene as JSON), integrator, sampler → seconds; a loaded scene is kept under its key
@@ -37,7 +37,10 @@ NO_LLVM = (
 
 
 def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
-    """Return the largest divisor of ``spp`` for which a pass has at most ``wavefront`` samples, or 1."""
+    """Return the samples per pixel in each of several equal passes that make ``spp``.
+
+    The result is the largest divisor of ``spp`` for which a pass has at most ``wavefront`` samples in all pixels, or 1.
+    """
     fitting = max(wavefront // pixels, 1)
     return next(spp // passes for passes in range(-(-spp // fitting), spp + 1) if spp % passes == 0)
 
@@ -64,10 +67,13 @@ class Loaded:
 
 
 class MitsubaWorker:
-    """Answers the questions that the module's docstring lists."""
+    """Answers requests; the methods are the requests that the module's docstring lists."""
 
     def start(self, variant: str, threads: int) -> Answer:
-        """Import Mitsuba and choose its variant; raises PeerError if Mitsuba, the variant or LLVM is missing."""
+        """Import Mitsuba, choose its variant and start ``threads`` threads; return times and version.
+
+        Raises PeerError if Mitsuba, the variant or LLVM is missing.
+        """
         begin = perf_counter()
         try:
             import drjit
@@ -90,7 +96,10 @@ class MitsubaWorker:
         return {"seconds": perf_counter() - begin, "version": mitsuba.__version__}
 
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
-        """Load a scene once per key, on at least two threads: on one, Mitsuba 3.9 hangs while reading an EXR file."""
+        """Load a scene once per key, and return the seconds.
+
+        Loading uses at least two threads: on one thread, Mitsuba 3.9 hangs while reading an EXR file.
+        """
         if key not in self._scenes:
             begin = perf_counter()
             plain = json.loads(Path(file).read_text())
@@ -107,11 +116,14 @@ class MitsubaWorker:
         return {"seconds": self._scenes[key].seconds}
 
     def count(self, key: str, spp: int) -> Answer:
-        """Return the sample count that the sampler takes, which may be rounded."""
+        """Return the samples per pixel that the sampler takes when asked for ``spp``; some samplers round the count."""
         return {"spp": self._scenes[key].count(spp)}
 
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
-        """Render; if that compiled kernels, count its time as warming up and render again."""
+        """Render to ``file``, and return sample count, seconds of rendering and seconds of warming up.
+
+        If the render compiled kernels, its time counts as warming up, and the image is rendered again.
+        """
         loaded = self._scenes[key]
         count = loaded.count(spp)
         integrator = loaded.integrator(count, wavefront)
@@ -140,7 +152,7 @@ class MitsubaWorker:
 
 
 def serve(worker: MitsubaWorker) -> None:
-    """Answer questions from stdin until its end."""
+    """Answer requests from stdin until stdin ends."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     for line in sys.stdin:

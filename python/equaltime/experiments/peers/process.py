@@ -1,4 +1,4 @@
-"""Processes of peers: a worker that answers line by line, ending of processes, and the tail of their output."""
+"""Processes of other renderers: time limits, ending of processes, and a worker that answers JSON lines."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ _PATIENCE = 2.0
 
 
 def time_limit(budget: float | None, reference: float = 0.0) -> float:
-    """Return the longest time of one render, in seconds.
+    """Return the longest time that one render of a peer may take, in seconds.
 
-    The limit is 20 times the budget plus a minute, or one hour without a budget. It is at least ``reference``, the
-    seconds of a reference render, plus a minute, because a peer may have to render its own reference.
+    The limit is 20 times the budget plus 60 seconds, or one hour without a budget. The limit is never less than
+    ``reference`` plus 60 seconds, because a peer may have to render its own reference.
     """
     run = _WITHOUT_BUDGET if budget is None else _TIMES_BUDGET * budget + _SECONDS_MORE
     return max(run, reference + _SECONDS_MORE)
@@ -49,17 +49,17 @@ DEFAULT_LIMIT = time_limit(None)
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
-    """Send a signal to the process group of a process that leads its own session."""
+    """Send a signal to a process and its children; the process must lead its own session."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, kind)
 
 
 @contextmanager
 def limited(process: subprocess.Popen[Any], seconds: float, who: str) -> Iterator[None]:
-    """End a process with its process group and raise `PeerError` if the block takes longer than ``seconds``.
+    """Context with a time limit for a process: after ``seconds``, end the process group and raise `PeerError`.
 
-    The process must lead its own session. A block that waits for the process goes on when the process has ended. The
-    block must not reap the process: the system could reuse its number, and another process would be ended.
+    The process must lead its own session. Code in the context may wait for the process, but must not reap it. Otherwise
+    the system could reuse the process id, and another process would be ended. ``who`` names the peer in the error.
     """
     late, done, one_at_a_time = threading.Event(), threading.Event(), threading.Lock()
 
@@ -100,7 +100,7 @@ _LINES, _CHARACTERS = 12, 2000
 
 
 def tail(file: IO[bytes]) -> str:
-    """Return the last lines that a process wrote to ``file``, each on a new indented line; empty if there are none."""
+    """Return the last lines of a process's output ``file``, each on a new indented line; empty without output."""
     file.seek(0, os.SEEK_END)
     file.seek(max(file.tell() - _CHARACTERS, 0))
     lines = [line.rstrip() for line in file.read().decode(errors="replace").splitlines() if line.strip()]
@@ -108,7 +108,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process that leads its own session, with its process group."""
+    """End a process and its children; the process must lead its own session."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -117,9 +117,10 @@ def end(process: subprocess.Popen[Any]) -> None:
 
 
 class Worker:
-    """A process that answers each JSON line with a JSON line; its errors become `PeerError`.
+    """A process that answers each JSON line with a JSON line; errors of the process become `PeerError`.
 
-    The process has its own session, so that Ctrl-C reaches it only through `close`. It ends when its input ends.
+    The process has its own session, so that Ctrl-C does not reach the process; `close` ends it. The process also ends
+    when its input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
@@ -140,7 +141,7 @@ class Worker:
         return self._process.poll() is None
 
     def ask(self, do: str, at_least: float = 0.0, **question: Any) -> dict[str, Any]:
-        """Send a question and return its answer.
+        """Send the request ``do`` with its parameters, and return the answer.
 
         The time limit is the worker's, but at least ``at_least`` seconds. Raises PeerError if the answer is an error,
         the process ended, or the time limit passed. A process over its time limit is ended.
@@ -179,5 +180,5 @@ class Worker:
 
 
 def ending(code: int) -> str:
-    """Return a return code in words: ``signal NAME`` or ``code N``."""
+    """Return a process's exit code in words: ``signal NAME`` if a signal ended the process, else ``code N``."""
     return f"signal {signal.Signals(-code).name}" if code < 0 else f"code {code}"

@@ -1,4 +1,4 @@
-"""Figure of error against time on logarithmic axes, with bands of the intervals, for pages and papers."""
+"""Figure of error against time on logarithmic axes, with bands for the intervals, for web pages and papers."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ def draw_curves(
     *,
     legend: bool,
 ) -> Figure:
-    """Draw the curves of all strategies of a scene; ``size`` is in inches.
+    """Draw the error of all strategies of a scene against time, and return the figure.
 
-    Each strategy is a group with the id `curve_gid`, by which a page finds it.
+    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label. ``size``
+    is width and height in inches. In the SVG, each curve is a group with the id `curve_gid`.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -50,12 +51,12 @@ def draw_curves(
 
 
 def curve_gid(order: int) -> str:
-    """Return the group's id of the strategy at index ``order`` of its scene."""
+    """Return the id of the SVG group with the curve of the scene's strategy at index ``order``."""
     return f"curve-{order}"
 
 
 def point_titles(strategy: StrategyResult) -> list[str]:
-    """Return a text for each drawn point of a strategy: error, time and samples per pixel."""
+    """Return a tooltip for each drawn point of a strategy's curve: error, time and samples per pixel."""
     curve = strategy.curve
     return [
         f"{strategy.label}: {error_cell(curve.error[i])} after {seconds(curve.seconds[i].value)}, {curve.spp[i]} spp"
@@ -160,7 +161,10 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
 
 
 def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
-    """Put ticks at 1, 2 and 5 times powers of ten, or only at powers of ten if there would be more than ``most``."""
+    """Put ticks on a logarithmic axis at 1, 2 and 5 times powers of ten.
+
+    With more than ``most`` ticks, only powers of ten get one. ``words`` formats the number of a tick.
+    """
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()
     decades = math.log10(high / low)

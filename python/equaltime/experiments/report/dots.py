@@ -28,12 +28,15 @@ _LETTERS = 6.8
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether any time to this error is trusted."""
+    """Tell whether the figure would have a dot: a trusted time to the error ``target`` on any scene."""
     return _count(summary, target) > 0
 
 
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
-    """Return label → scenes on which the strategy has neither dot nor arrow, for strategies with such scenes."""
+    """Return label → names of the scenes on which the strategy has neither a dot nor an arrow in the figure.
+
+    Strategies with a mark on every scene are left out.
+    """
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:
         for strategy in scene.strategies:
@@ -44,14 +47,17 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the smallest target with the largest number of dots; None if no target has a dot."""
+    """Return the target error whose figure has most dots, the smallest if several do; None if no figure has a dot."""
     counts = {target: _count(summary, target) for target in summary.targets}
     most = max(counts.values(), default=0)
     return min(target for target, count in counts.items() if count == most) if most else None
 
 
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width: float) -> Figure:
-    """Draw the times to an error, ``width`` inches wide; extrapolated dots are hollow, arrows are lower limits."""
+    """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
+
+    Hollow dots are extrapolated. Arrows are lower limits. ``looks`` gives colour, marker and line style by label.
+    """
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(
         figsize=(width, height), layout="constrained", facecolor="none"

@@ -1,4 +1,4 @@
-"""Figures for papers: each scene's curves and its crops at equal time, as PDF and PNG."""
+"""Figures for papers as PDF and PNG: the error curves of each scene, and crops of its images at equal time."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure into a folder, each file atomically; return the files as FOLDER/NAME.KIND."""
+    """Write a figure as PDF and PNG, each file atomically; return the names FOLDER/NAME.pdf and FOLDER/NAME.png."""
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
         with replacing(folder / f"{name}.{kind}") as file:
@@ -53,7 +53,10 @@ def write_figures(
     pictures: Pictures | None,
     crops: Sequence[Window],
 ) -> tuple[str, ...]:
-    """Write a scene's figures to ``folder``; return the names of the files."""
+    """Write the error curves of a scene, and its crops if there are pictures, to ``folder``; return the file names.
+
+    ``slug`` begins the file names. ``crops`` are windows (x, y, width, height) in pixels.
+    """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:
         drawn[f"{slug}-crops"] = draw_comparison(scene, pictures, crops)
@@ -61,7 +64,10 @@ def write_figures(
 
 
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
-    """Draw the reference with marked crops, and beside it each crop of the reference and every strategy's image."""
+    """Return a figure of the reference with marked crops, and beside it the crops of all images.
+
+    The figure has one row per crop, and one column for the reference and for each strategy.
+    """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]
     left = len(crops) * width / height

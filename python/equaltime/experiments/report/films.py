@@ -1,4 +1,7 @@
-"""Films of images forming, side by side at equal time: for the page, and as an animated file in real time."""
+"""Films of how each strategy's image converges, side by side at equal time.
+
+The page plays the films, and an animated file shows them in real time.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ _MARGIN, _TEXT = 12, 15
 
 @dataclass(frozen=True)
 class Reel:
-    """Film of one strategy: a sheet with all pictures, row by row, and the time of each."""
+    """Film of one strategy: one image file with all pictures, row by row, and the time of each picture in seconds."""
 
     label: str
     look: Look
@@ -64,7 +67,7 @@ class FilmView:
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
-    """Return the existing films of a scene, all with the same exposure; None if there is none."""
+    """Return the films of a scene for a page, all exposed by ``stops``, a power of 2; None without films."""
     films = _films(scene)
     if not films:
         return None
@@ -74,7 +77,10 @@ def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> Film
 
 
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> tuple[str, ...]:
-    """Write all films of a scene side by side into one animated WebP file; return its name, or () without films."""
+    """Write all films of a scene side by side into one animated WebP file.
+
+    Returns the name of the file, or () without films. ``stops`` is the exposure, a power of 2.
+    """
     films = _films(scene)
     if not films:
         return ()

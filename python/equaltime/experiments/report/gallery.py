@@ -28,9 +28,10 @@ _COUNTS = "cividis"
 
 
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
-    """Return the series of pictures of a scene; the series of images begins with the reference.
+    """Return the series of pictures of a scene: images, error maps, standard-error maps, sample counts.
 
-    Pictures with a side longer than ``longest`` pixels are reduced by averaging blocks of pixels; crops never are.
+    Each series has one picture per strategy; the images begin with the reference. Pictures with a side longer than
+    ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:
@@ -67,7 +68,7 @@ _COUNT_WORDS = "Samples of each pixel at the end of a run."
 
 
 def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
-    """Return colours of a Matplotlib colour map, evenly spaced, as ``#rrggbb``."""
+    """Return ``steps`` evenly spaced colours of the Matplotlib colour map named ``colours``, as ``#rrggbb``."""
     return tuple(
         optional("matplotlib.colors").to_hex(colour)
         for colour in optional("matplotlib").colormaps[colours](np.linspace(0.0, 1.0, steps))
@@ -75,7 +76,7 @@ def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
-    """Choose square windows in which the strategies' errors differ most; the windows do not overlap.
+    """Return square windows (x, y, width, height) in which the strategies' errors differ most, without overlap.
 
     Parameters
     ----------

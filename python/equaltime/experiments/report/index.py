@@ -1,4 +1,4 @@
-"""The page of many experiments: published numbers beside measured ones, and a link to each report."""
+"""Index page of a folder of experiments: published and measured numbers, and a link to each report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ State = Literal["waiting", "earlier", "done", "left out", "failed"]
 
 @dataclass(frozen=True)
 class Card:
-    """One experiment on the page."""
+    """Entry of one experiment on the index page: its title, state, results or problem."""
 
     name: str
     """Name of the experiment's folder beside the page."""

@@ -20,7 +20,7 @@ _DASHES = ("-", "--", ":", "-.")
 
 @dataclass(frozen=True)
 class Look:
-    """The look of one strategy."""
+    """Colour, marker and line style of one strategy on a page."""
 
     index: int
     """Index of colour and marker; 0 is the baseline's."""
@@ -33,7 +33,7 @@ class Look:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
-    """Return the colour, marker and dashes of each label; the baseline has the first, wherever it stands."""
+    """Return the colour, marker and line style of each label; the baseline always gets index 0, which is grey."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 

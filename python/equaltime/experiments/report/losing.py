@@ -1,4 +1,7 @@
-"""Loss maps of each strategy: the blocks that cause most of its error, and its error relative to the baseline."""
+"""Loss maps of each strategy: the square blocks of pixels that cause half of its squared error.
+
+A second map compares the error with the baseline's, block by block.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +38,10 @@ INTRODUCTION = (
 def losing(
     scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
-    """Return each strategy's loss maps, drawn over the darkened reference, and their colour bar.
+    """Return the loss maps of each strategy, and the colour bar of the comparisons with the baseline.
 
-    No side of a map is longer than ``longest`` pixels. The bar is None if no strategy can be compared.
+    Maps are drawn over the reference in grey, with sides of at most ``longest`` pixels. The bar is None if no strategy
+    can be compared with the baseline.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}

@@ -1,7 +1,6 @@
-"""Maps of one scene: each pixel's error, its standard error, and the blocks that cause most of the error.
+"""Maps of one scene: error and standard error of each pixel, and the blocks of pixels that cause most of the error.
 
-All errors are relative as in `metrics.contributions`, so that the mean of a map's squares is the square of the image's
-error.
+All errors are relative as in `metrics.contributions`: the mean of a map's squared values is the image's squared error.
 """
 
 from __future__ import annotations
@@ -27,17 +26,23 @@ _FEWEST = 3
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel of each run (K, H, W); a value may be negative by chance."""
+    """Return the relative squared errors (K, H, W) of the pixels of K images ``runs`` (K, H, W, 3).
+
+    The reference's own noise is subtracted, so that a value may be negative by chance.
+    """
     return np.stack([contributions(run, reference) for run in runs])
 
 
 def error_map(pixels: Floats) -> Floats:
-    """Return the error of each pixel (H, W), from the `squares` of all runs."""
+    """Return the relative error of each pixel (H, W): the root of the mean of `squares` (K, H, W) over K runs."""
     return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
 
 
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
-    """Return the relative standard error of one run's pixels (H, W), from the spread of the runs (K, H, W, 3)."""
+    """Return the relative standard error of each pixel of one run (H, W), from the spread over K runs (K, H, W, 3).
+
+    Returns None for fewer than two runs.
+    """
     if len(runs) < 2:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -47,7 +52,10 @@ def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """Origin of a strategy's error by square blocks; all maps are (rows of blocks, columns of blocks)."""
+    """Distribution of a strategy's error over square blocks of pixels.
+
+    Each array has one value per block: (rows of blocks, columns of blocks).
+    """
 
     block: int
     """Side of a block in pixels; the last block of a row or column may be smaller."""
@@ -62,12 +70,12 @@ class Losses:
     """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
-        """Give each pixel of an image of this shape the value of its block."""
+        """Return an image of the height and width in ``shape``: each pixel has the value of its block in ``flags``."""
         return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
 
 
 def losses(own: Floats, baseline: Floats | None) -> Losses:
-    """Find the square blocks of pixels that make half of a strategy's squared error, and where it is worse or better.
+    """Find the fewest blocks of pixels that make half of a strategy's squared error, and compare with the baseline.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Writes one self-contained page per experiment, from templates: all its contents are in the file."""
+"""Writes the report of an experiment: one HTML page from templates, which contains all its pictures and scripts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ __all__ = ["OverviewView", "longest_side", "overview_views", "without_marks", "w
 
 @dataclass(frozen=True)
 class OverviewView:
-    """Chart and table of all scenes for one target error."""
+    """Chart and table of the times to one target error on all scenes."""
 
     name: str
     table: Table
@@ -51,7 +51,7 @@ class OverviewView:
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
-    """Return the views of all targets, in order."""
+    """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``."""
     tables = overview_tables(summary, looks)
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
@@ -65,7 +65,10 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Loo
 
 
 def without_marks(summary: Summary, target: float) -> str:
-    """Return a sentence on the strategies without a mark, and their scenes; empty if all have marks."""
+    """Return a sentence that lists the strategies without a mark in the chart of times, and their scenes.
+
+    Empty if every strategy has a mark on every scene.
+    """
     parts = []
     for label, names in unmarked(summary, target).items():
         present = sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)
@@ -78,7 +81,7 @@ _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
 
 
 def write_page(template: str, path: Path, **values: object) -> Path:
-    """Fill in a template and replace ``path`` by it atomically, so that a reader never sees half a page."""
+    """Fill in a template with ``values``, and write the page to ``path`` atomically; return ``path``."""
     jinja: Any = optional("jinja2")
     markup: Any = optional("markupsafe").Markup
     files = resources.files(__package__) / "template"
@@ -116,7 +119,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
     Parameters
     ----------
     summary
-        Results. The page names images whose files are missing.
+        Results of the experiment. If image files are missing, the page says which.
     folder
         Folder to write to; made if it does not exist.
 
@@ -163,7 +166,7 @@ _OWN_IDS = ("content", "overview", "directions", "reading", "provenance")
 
 
 def longest_side(summary: Summary) -> int:
-    """Return the longest side of a picture in pixels, 128 to 640, which keeps a page of many scenes small enough."""
+    """Return the longest side that pictures may have, in pixels, from 128 to 640: more pictures must be smaller."""
     pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
     return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
 

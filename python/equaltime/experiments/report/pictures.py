@@ -1,4 +1,4 @@
-"""Images of a report: read from the files that a summary names, and embedded in the page as PNG."""
+"""Images of a report: reads the files that a summary names, and converts them to PNG for the page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """All readable images of one scene, linear RGB."""
+    """The images of one scene that could be read, in linear RGB."""
 
     reference: Reference
     own: Mapping[str, Reference]
@@ -53,7 +53,7 @@ class Pictures:
 
 
 def load_pictures(scene: SceneResult) -> Pictures | str:
-    """Read the images of a scene; return a sentence with the reason if there are none to show."""
+    """Read the images of a scene; without a readable reference, return a sentence with the reason."""
     if scene.reference is None:
         return "The records name no reference image, so nothing can be shown beside it."
     try:
@@ -77,12 +77,15 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
 
 
 def exposed(image: NDArray[Any], stops: int) -> Bytes:
-    """Return the sRGB bytes of a linear image at an exposure."""
+    """Convert a linear RGB image to sRGB bytes (H, W, 3), after multiplying the values by 2 to the power ``stops``."""
     return preview.srgb_bytes(image.astype(np.float64) * 2.0**stops)
 
 
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
-    """Colour values (H, W) by a Matplotlib colour map, logarithmically from ``low`` to ``high``."""
+    """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return bytes (H, W, 3).
+
+    The scale is logarithmic from ``low`` to ``high``.
+    """
     position = np.log(np.maximum(values, low) / low) / math.log(high / low)
     # 64 colours: noise in full colour compresses badly, and a hundredth of the range is invisible
     steps = np.round(np.clip(np.nan_to_num(position, nan=0.0), 0.0, 1.0) * 63.0) / 63.0
@@ -90,7 +93,7 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
 
 
 def data_uri(pixels: Bytes) -> str:
-    """Return (H, W, 3) bytes as a PNG in a data URI."""
+    """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI."""
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "picture.png"
         images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])

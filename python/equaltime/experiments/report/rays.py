@@ -1,4 +1,4 @@
-"""Pictures of the rays of uniform and BSDF sampling, one column per scene, for pages and papers."""
+"""Pictures of rays that leave a surface, drawn by uniform and by BSDF sampling, one column per scene."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _LIGHT = LIGHT[1]
 
 @dataclass(frozen=True)
 class RaysView:
-    """A page's pictures and table of directions."""
+    """Pictures of sampled rays for a page, and a table of effective sample shares."""
 
     wide: Any
     narrow: Any
@@ -51,7 +51,10 @@ class RaysView:
 
 
 def rays_view(summary: Summary, folder: Path) -> RaysView | None:
-    """Return the pictures of an experiment's directions, and write them as figures; None without directions."""
+    """Return the pictures of an experiment's sampled rays, and write them as PDF and PNG to ``folder/figures``.
+
+    Returns None if the experiment has no file of rays, or the file cannot be read.
+    """
     if summary.directions is None:
         return None
     try:
@@ -69,12 +72,12 @@ def rays_view(summary: Summary, folder: Path) -> RaysView | None:
 
 
 def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
-    """Write the picture as PDF and PNG; return the names of the files."""
+    """Write the picture of all scenes' rays as PDF and PNG to ``folder``; return the names of the files."""
     return write_figure(draw_rays(directions, len(directions)), folder, "directions")
 
 
 def draw_rays(directions: Directions, columns: int) -> Figure:
-    """Draw every scene's rays, uniform above BSDF sampling, with ``columns`` scenes side by side."""
+    """Return a figure of every scene's rays: uniform sampling above BSDF sampling, ``columns`` scenes side by side."""
     bands = math.ceil(len(directions) / columns)
     size = (1.4 * columns, bands * 2.55)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, facecolor="none")

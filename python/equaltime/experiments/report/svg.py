@@ -1,4 +1,4 @@
-"""Charts for pages: Matplotlib's SVG in the colours of the page's theme, with unique ids and text as text."""
+"""Charts for web pages: Matplotlib's SVG, with the page's colours (light or dark), unique ids, and text as text."""
 
 from __future__ import annotations
 
@@ -117,7 +117,10 @@ WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
 def chart(
     scene: SceneResult, prefix: str, targets: Sequence[float], looks: Mapping[str, Look], size: tuple[float, float]
 ) -> Any:
-    """Return a scene's curves as an ``<svg>`` element whose ids begin with ``prefix``."""
+    """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
+
+    `draw_curves` describes ``targets``, ``looks`` and ``size``.
+    """
     titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
     labels = ", ".join(strategy.label for strategy in scene.strategies)
     description = (
@@ -128,7 +131,10 @@ def chart(
 
 
 def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look], width: float) -> Any:
-    """Return the times to an error on all scenes as an ``<svg>`` element whose ids begin with ``prefix``."""
+    """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
+
+    Ids in the element begin with ``prefix``.
+    """
     names = ", ".join(scene.name for scene in summary.scenes)
     description = (
         f"Time to an error of {percent(target)}, logarithmic, one row each for {names}, one dot each for "
@@ -138,7 +144,10 @@ def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look]
 
 
 def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
-    """Return a figure as an ``<svg>`` element in the colours of the page, light or dark."""
+    """Return a figure as an ``<svg>`` element that takes the colours of the page, light or dark.
+
+    `inline_svg` describes the parameters.
+    """
     colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
     colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}
     return optional("markupsafe").Markup(inline_svg(figure, prefix, colours, titles or {}, description))

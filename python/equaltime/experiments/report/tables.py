@@ -1,4 +1,4 @@
-"""Tables of a report: times to an error, checks of each strategy, points of the curves, overview of all scenes."""
+"""Tables of a report: times to an error, checks of each strategy, checkpoints of the curves, overview of all scenes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 
 
 def beside_table(slug: str, summary: Summary) -> Table | None:
-    """Tabulate published and measured numbers; None if the summary compares none."""
+    """Return a table of published and measured numbers; None if the experiment tests no published numbers."""
     if not summary.beside:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)
@@ -73,7 +73,7 @@ def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: S
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
-    """Tabulate the time to each target, and below it the speed-up over the baseline."""
+    """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline."""
     rows = []
     for strategy in scene.strategies:
         cells = []
@@ -89,7 +89,11 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
 
 
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
-    """Tabulate the checks of each strategy: slope, error, own estimate, bias, equality of expectations."""
+    """Return a table with checks of each strategy.
+
+    Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and the
+    p-value of equal expected images.
+    """
     standard = scene.standard or "the standard"
     columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
     rows = []
@@ -108,7 +112,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
-    """Tabulate every checkpoint of every curve."""
+    """Return a table of every checkpoint of every strategy: samples, time, error and own error estimate."""
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve
@@ -127,15 +131,19 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
 
 
 def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
-    """Tabulate all scenes by all strategies, one table per target; the last row is the geometric mean."""
+    """Return one table per target error: times and speed-ups, one row per scene and one column per strategy.
+
+    The last row is the geometric mean of speed-ups over scenes.
+    """
     labels = list(dict.fromkeys(strategy.label for scene in summary.scenes for strategy in scene.strategies))
     return [_overview(summary, labels, target) for target in summary.targets]
 
 
 def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
-    """Return the geometric mean of a strategy's speed-ups over all scenes; None for the baseline.
+    """Return the geometric mean over scenes of a strategy's speed-ups to the error ``target``; None for the baseline.
 
-    The interval combines the scenes' intervals; it holds for these scenes only. A missing mean has the reason as note.
+    The interval combines the intervals of the scenes, and holds for these scenes only. If a speed-up is missing, the
+    mean is unknown and has a note with the reason.
     """
     ratios = []
     for scene in summary.scenes:

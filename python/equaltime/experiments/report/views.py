@@ -1,4 +1,4 @@
-"""Contents of a page, as values ready for its template: pictures with captions, tables, sentences."""
+"""Data classes for the page templates: pictures with captions, tables, sentences."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Bar", "Crop", "Frame", "Kind", "LossView", "Row", "SceneView", "Tabl
 
 @dataclass(frozen=True)
 class Crop:
-    """A window of an image, shown enlarged."""
+    """An enlarged window of an image, as a PNG in a data URI."""
 
     uri: str
     window: tuple[int, int, int, int]
@@ -24,7 +24,7 @@ class Crop:
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture of a series; the page flips through the series."""
+    """One picture of a series; the page shows one picture of a series at a time."""
 
     label: str
     look: Look | None
@@ -42,7 +42,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Bar:
-    """Colour bar of maps: evenly spaced colours, and labels of both ends and the middle."""
+    """Colour bar of maps: evenly spaced colours, and labels of low end, middle and high end."""
 
     colours: tuple[str, ...]
     ticks: tuple[str, ...]
@@ -50,7 +50,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Kind:
-    """A series of pictures of one kind: the images, their errors, their standard errors, their sample counts."""
+    """A series of pictures, one per strategy, of one kind: images, errors, standard errors, or sample counts."""
 
     name: str
     slug: str
@@ -61,7 +61,10 @@ class Kind:
 
 @dataclass(frozen=True)
 class LossView:
-    """One strategy's loss maps (one or two) with sentences."""
+    """Loss maps of one strategy, with sentences: origin of half its squared error, and error ratio to the baseline.
+
+    The ratio map may be missing.
+    """
 
     label: str
     look: Look
@@ -74,7 +77,7 @@ class LossView:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table."""
+    """A row of a table: a label with tags, and the cells of each column."""
 
     label: str
     look: Look | None
@@ -88,7 +91,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of numbers with numbered footnotes below."""
+    """A table of numbers, with numbered footnotes below the table."""
 
     slug: str
     caption: str
@@ -106,7 +109,7 @@ class Table:
         return tuple(_merged(same) for same in self._groups.values())
 
     def marks(self, cell: Cell) -> tuple[int, ...]:
-        """Return the numbers, from 1, of a cell's footnotes."""
+        """Return the numbers of the footnotes that a cell refers to, counted from 1, in rising order."""
         order = list(self._groups)
         return tuple(sorted({order.index(_shape(remark)) + 1 for remark in _remarks(cell)}))
 
@@ -153,7 +156,7 @@ def _spelt(remark: str) -> str:
 
 @dataclass(frozen=True)
 class SceneView:
-    """One scene's part of the page."""
+    """The section of a page about one scene: charts, tables, pictures and sentences."""
 
     slug: str
     name: str
@@ -161,7 +164,7 @@ class SceneView:
     """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` likewise."""
+    """An ``<svg>`` element that needs no escaping, as ``narrow_chart`` is."""
     narrow_chart: str
     legend: tuple[Row, ...]
     tables: tuple[tuple[str, Table], ...]
@@ -187,12 +190,15 @@ class SceneView:
         return f"{self.size[0]} / {self.size[1]}"
 
     def split(self, crops: Sequence[Crop]) -> str:
-        """Return the image's CSS width beside a column of its crops of width 1fr and the image's height."""
+        """Return the image's width for a CSS grid, such as ``2.667fr``, beside a column of crops that is 1fr wide.
+
+        With this width, the image is as high as its crops together.
+        """
         heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
         return f"{heights * self.size[0] / self.size[1]:.3f}fr"
 
     def place(self, window: tuple[int, int, int, int]) -> str:
-        """Return the CSS position of a window on the image, in % of the image's size."""
+        """Return CSS for the position and size of a window (x, y, width, height) on the image, in % of the image."""
         (x, y, w, h), (width, height) = window, self.size
         parts = {"left": x / width, "top": y / height, "width": w / width, "height": h / height}
         return "; ".join(f"{name}: {100.0 * part:.3f}%" for name, part in parts.items())

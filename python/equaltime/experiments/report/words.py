@@ -1,4 +1,4 @@
-"""Formats numbers for people: three digits, a unit by magnitude, and intervals with only significant digits."""
+"""Formats numbers for reports: three digits, a unit that fits the magnitude, intervals with significant digits only."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 @dataclass(frozen=True)
 class Cell:
-    """One number of a table as text."""
+    """Text of one number in a table, with its interval and remarks."""
 
     text: str
     """The number with its unit, or a word instead."""
@@ -69,14 +69,14 @@ _SAMPLES = _Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
-    """Format a relative error in per cent."""
+    """Format a relative error (0.02 is 2 %) and its interval in per cent."""
     return _cell(interval, _ERROR)
 
 
 def factor_cell(interval: Interval) -> Cell:
     """Format a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
 
-    A ratio of 0 or infinity, where one of the errors is not reached, is printed as its known end.
+    A ratio of 0 or infinity means that one strategy does not reach the error. Such a ratio is printed as a bound.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
         end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
@@ -86,7 +86,7 @@ def factor_cell(interval: Interval) -> Cell:
 
 
 def plain_cell(interval: Interval) -> Cell:
-    """Format a number without unit."""
+    """Format a number without unit and its interval."""
     return _cell(interval, _PLAIN)
 
 
@@ -105,7 +105,7 @@ def probability_cell(p: float | None, note: str = "") -> Cell:
 
 
 def seconds_cell(interval: Interval) -> Cell:
-    """Format a duration in a unit of its magnitude; an infinite one is printed as "not reached"."""
+    """Format a duration, given in seconds, in ms, s, min, h or d; an infinite one is printed as "not reached"."""
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
     shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
@@ -131,18 +131,21 @@ def _cell(interval: Interval, unit: _Unit) -> Cell:
 
 
 def percent(value: float) -> str:
-    """Format a relative error in per cent, with up to three digits."""
+    """Format a relative error (0.02 is 2 %) in per cent, with up to three digits."""
     return _short(100.0 * value) + _ERROR.symbol
 
 
 def seconds(value: float) -> str:
-    """Format a duration given in seconds, with up to three digits."""
+    """Format a duration, given in seconds, in ms, s, min, h or d, with up to three digits."""
     unit = _time_unit(value)
     return _short(value * unit.scale) + unit.symbol
 
 
 def slug(name: str, taken: Iterable[str] = ()) -> str:
-    """Return an unused variant of the name that is safe in file names, URLs and ids."""
+    """Return the name in lower case with ``-`` for other characters, safe in file names, URLs and ids.
+
+    If the result is in ``taken``, a number is appended.
+    """
     base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:60] or "scene"
     used, result, count = set(taken), base, 1
     while result in used:
@@ -193,7 +196,7 @@ def _short(value: float) -> str:
 
 
 def facts(scene: SceneResult) -> str:
-    """Return a sentence on a scene's size, depth, reference, repeats and equal time."""
+    """Return a sentence with a scene's size, path depth, reference, number of repeats and equal time."""
     width, height = scene.size
     depth = "paths of any length" if scene.max_depth < 0 else f"max_depth {scene.max_depth}"
     if scene.other_depth:
@@ -215,7 +218,7 @@ def _against(scene: SceneResult) -> str:
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the facts needed to repeat the experiment: headings, each with the rows of a table."""
+    """Return the facts needed to repeat an experiment: pairs of a heading and its rows, each a name and a value."""
     groups: dict[str, list[tuple[str, str]]] = {"": []}
     _sort_into(groups, "", summary.provenance)
     groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]

@@ -1,1 +1,1 @@
-"""Runs experiments into records that survive any interruption."""
+"""Runs experiments, and records each result so that an interrupted experiment can be continued."""

@@ -1,4 +1,4 @@
-"""Runs a folder of experiments: each into its own folder, with one page that shows them all."""
+"""Runs all experiments of a folder, each with its own folder of results, and writes one index page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes to every experiment of a folder; see `equaltime.experiments.cost` for each."""
+    """Options that change every experiment of a folder; `equaltime.experiments.cost` describes each option."""
 
     quick: bool = False
     size: tuple[int, int] | None = None
@@ -34,7 +34,7 @@ class Changes:
     threads: int | None = None
 
     def of(self, experiment: Experiment) -> Experiment:
-        """Return the changed experiment; an experiment with sample counts ignores the budget."""
+        """Return the experiment with these changes; if it gives sample counts, the budget is ignored."""
         return make_experiment(
             experiment,
             quick=self.quick,
@@ -46,7 +46,10 @@ class Changes:
 
 
 def experiments_in(folder: Path) -> tuple[Path, ...]:
-    """Return the TOML files that are experiments or unreadable, x2 before x10; raises ExperimentError if none."""
+    """Return the experiment files (TOML) of a folder, and unreadable TOML files; ``x2`` comes before ``x10``.
+
+    Raises ExperimentError if there are none.
+    """
     found = sorted((path for path in folder.glob("*.toml") if is_experiment(path, unreadable=True)), key=_natural)
     if not found:
         raise ExperimentError((Problem(str(folder), "has no experiment: no TOML file with scenes and strategies"),))
@@ -61,10 +64,10 @@ def run_all(
     told: Callable[[Card], object] = lambda card: None,
     command: str = "",
 ) -> tuple[Card, ...]:
-    """Run or continue every experiment of a folder, and write ``output/index.html``.
+    """Run or continue every experiment of a folder, and write the index page ``output/index.html``.
 
-    The page is rewritten after each experiment, so that it is up to date if a run stops. The page shows failed
-    experiments; the other experiments still run.
+    The page is rewritten after each experiment, so that it is up to date if a run stops. If an experiment fails, the
+    page shows its problem, and the next experiment runs.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Directions of rays drawn uniformly and from a surface's BSDF, with the weight of each.
+"""Ray directions on a surface, drawn uniformly and from the surface's BSDF, with their weights.
 
-The surface is the one in the middle of a scene's picture. Directions are in its local frame, z along the normal. BSDF
-directions are the core's own samples; uniform directions are weighted by the core's own BSDF.
+The surface is in the middle of a scene's picture. Directions are in its local frame, z along the normal. BSDF
+directions are samples of the C++ core, and the core's BSDF gives the weights of uniform directions.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DRAWN = 120
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Directions that one sampling technique draws on one surface."""
+    """Directions that one technique, ``uniform`` or ``bsdf``, draws on one surface, with weights."""
 
     wi: Floats
     """Unit vectors (DRAWN, 3), z along the normal."""
@@ -43,7 +43,10 @@ class Rays:
 
 
 def sample_directions(scene: Scene) -> dict[str, Rays] | None:
-    """Return the rays of ``uniform`` and ``bsdf`` sampling; None if the middle of the picture scatters no light."""
+    """Return technique (``uniform`` and ``bsdf``) → rays on the surface in the middle of the picture.
+
+    Returns None if there is no surface or if it scatters no light.
+    """
     middle = _in_the_middle(scene)
     if middle is None:
         return None
@@ -71,7 +74,7 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
 
 
 def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
-    """Sample directions on every scene, and write them to ``path``."""
+    """Sample directions on every scene, and write them to an ``.npz`` file; ``names`` are the names of ``scenes``."""
     found = {name: sample_directions(scene) for name, scene in zip(names, scenes, strict=True)}
     known = {name: rays for name, rays in found.items() if rays is not None}
     ways = [rays[way] for rays in known.values() for way in ("uniform", "bsdf")]
@@ -86,7 +89,10 @@ def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) 
 
 
 def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
-    """Return scene → technique → rays; raises `ImageError` if the file cannot be read."""
+    """Read a file of `write_directions`, and return scene → technique → rays.
+
+    Raises `ImageError` if the file cannot be read.
+    """
     names, wi, weight, effective = read_arrays(path, ("names", "wi", "weight", "effective"))
     return {
         str(name): {

@@ -10,7 +10,7 @@
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
                      sample counts (H, W) if they differ between pixels; on request SCENE/STRATEGY-film.npz (`forming`)
                      and directions.npz (`directions`)
-    failure.txt      traceback of an unexpected error that ended the last try of one of many experiments
+    failure.txt      traceback of an unexpected error, if one ended this experiment in a run of many experiments
 """
 
 from __future__ import annotations
@@ -54,50 +54,53 @@ class Folder:
 
     @property
     def records(self) -> Path:
-        """File of the records."""
+        """Path of the records, a CSV file."""
         return self.path / "records.csv"
 
     @property
     def experiment(self) -> Path:
-        """File with the experiment and its identity."""
+        """Path of the file with the experiment and its identity."""
         return self.path / "experiment.json"
 
     @property
     def provenance(self) -> Path:
-        """File with the origin of the records: machines, builds, references, sessions."""
+        """Path of the file with the origin of the records: machines, builds, references, sessions."""
         return self.path / "provenance.json"
 
     def reference(self, scene: str, strategy: str | None = None) -> Path:
-        """Return the file of a scene's reference, or of one strategy's own reference."""
+        """Return the path of a scene's reference, or of the reference that only one strategy is measured against."""
         name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
         return self.path / "references" / f"{name}.npz"
 
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the file of the last image of a run."""
+        """Return the path of the last image of a run."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
 
     def samples(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the file of that image's sample counts, which exists if counts differ between pixels."""
+        """Return the path of the sample counts of a run's last image.
+
+        The file exists only if counts differ between pixels.
+        """
         image = self.image(scene, strategy, repeat)
         return image.with_name(f"{image.stem}-samples.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
-        """Return the file of the film of a strategy's image forming."""
+        """Return the path of the film that shows how a strategy's image converges."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
 
     @property
     def directions(self) -> Path:
-        """File of sampled directions."""
+        """Path of the file of sampled ray directions (see `directions`)."""
         return self.path / "images" / "directions.npz"
 
     @property
     def failure(self) -> Path:
-        """File with the traceback of an unexpected error."""
+        """Path of the file with the traceback of an unexpected error."""
         return self.path / "failure.txt"
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder and lock it, so that only one process at a time runs an experiment in it.
+        """Make the folder, and lock it during the context: only one process at a time may run an experiment in it.
 
         Raises
         ------
@@ -126,10 +129,10 @@ class Folder:
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Record this ``identity`` in the folder, or check that it matches the recorded one. The folder must be locked.
+        """Record the ``identity`` of an experiment, or check that it matches the identity recorded before.
 
-        Scenes and strategies may be added or dropped: new ones are measured too, and dropped ones stay in the records.
-        A scene or strategy with a recorded name must be unchanged, and so must all other settings.
+        The folder must be locked. Scenes and strategies may be added or dropped; dropped ones stay in the records. A
+        scene or strategy with a recorded name must be unchanged, and so must all other settings.
 
         Raises
         ------
@@ -159,13 +162,19 @@ class Folder:
             raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Add facts to the provenance under a section and a key; the folder must be locked."""
+        """Write facts to the provenance under a section and a key, replacing earlier facts there.
+
+        The folder must be locked.
+        """
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the provenance, facts by section and key; raises ExperimentError if the file is damaged."""
+        """Return the provenance: section → key → facts, empty if there is no file.
+
+        Raises ExperimentError if the file is damaged.
+        """
         if not self.provenance.exists():
             return {}
         found = _read_json(self.provenance)
@@ -200,7 +209,10 @@ class Folder:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a file to write; on success it replaces ``path`` atomically and is on the disk."""
+    """Yield a temporary file to write; after the context, the file replaces ``path`` atomically.
+
+    The new contents are then on the disk. After an error in the context, ``path`` is unchanged.
+    """
     disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
@@ -211,14 +223,14 @@ def _refused(folder: Path, why: str) -> ExperimentError:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return the facts about the machine that affect times and do not change from day to day."""
+    """Return the facts about the machine that affect times, without the momentary load."""
     facts = machine()
     facts.pop("load_average")
     return facts
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
-    """Return a short hash that identifies the facts."""
+    """Return a hash of the facts: 12 hexadecimal digits."""
     return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 

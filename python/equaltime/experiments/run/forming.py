@@ -1,8 +1,8 @@
-"""Films of an image forming: frames from one run of a strategy, at moments chosen for viewing.
+"""Films of how an image converges: pictures from one run of a strategy, at moments chosen for viewing.
 
-The checkpoints of a curve double from one to the next, so that half of a run would pass without a new picture. Frames
-come from a separate run, with moments closer together at the beginning, where the image changes most. The run lasts as
-long as the budget; its times are not recorded.
+The checkpoints of an error curve grow geometrically: towards its end, much of a run would pass without a new picture.
+Pictures therefore come from a separate run, and are closer together at the beginning, where the image changes most.
+This run lasts as long as the budget, and its times are not recorded.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MOST = 60000.0
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Pictures of one run, in order of time."""
+    """Film of one run: K pictures in order of time, with sample counts, times and errors (K,)."""
 
     frames: NDArray[np.float16]
     """Linear RGB (K, H, W, 3); large images are averaged over blocks of pixels."""
@@ -58,11 +58,11 @@ class Studio:
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether the run is recorded but its film is missing."""
+        """Tell whether the run with this key is recorded but the film of its strategy is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:
-        """Render and write one film; ``number`` is the scene's index."""
+        """Render the film of the strategy in ``key``, and write it to the folder; ``number`` is the scene's index."""
         ended = self._ended(key)
         assert ended is not None, "ask first what is wanted"
         seconds = self.experiment.budget or ended.wall_s
@@ -77,13 +77,16 @@ class Studio:
 
 
 def moments(samples: float) -> tuple[int, ...]:
-    """Return rising even sample counts that end near ``samples``, the count that a run reaches."""
+    """Return the samples per pixel at each picture of a film: rising even numbers, the last near ``samples``.
+
+    ``samples`` is the count that a run of the strategy reaches.
+    """
     wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
     return tuple(sorted({max(2, count) for count in wanted}))
 
 
 def read_film(path: Path) -> Film:
-    """Read a film; raises `ImageError` if the file cannot be read."""
+    """Read a film from its ``.npz`` file; raises `ImageError` if the file cannot be read."""
     return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
 
 

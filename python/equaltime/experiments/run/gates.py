@@ -1,4 +1,4 @@
-"""Compares peers with equaltime before timing; a peer with another expected image gets its own reference."""
+"""Tests peers (other renderers) before timing: a peer whose expected image differs gets its own reference."""
 
 from __future__ import annotations
 
@@ -28,9 +28,10 @@ def pass_gates(
     gates: int,
     report: Callable[[Subject, float], object] | None = None,
 ) -> None:
-    """Compare each peer once with equaltime on a scene; write an own reference for each peer that differs.
+    """Test each peer once for the same expected image as equaltime's on a scene.
 
-    The outcome is noted in the provenance, under ``agreements``, scene and label.
+    For each peer that differs, a reference rendered by the peer is written to ``folder``. The outcomes go to the
+    provenance, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
 
     Parameters
     ----------

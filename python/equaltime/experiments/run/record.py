@@ -1,8 +1,8 @@
 """Records: a CSV file with one row for each checkpoint of each run, which survives kill -9 at any moment.
 
-A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst a
-torn last line and the rows of an unfinished run. `load` skips the torn line, and `Recorder` removes both before it
-appends. A run is therefore in the file once and complete, or can be repeated.
+A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst an
+incomplete last line and the rows of an unfinished run. `load` skips the incomplete line. `Recorder` removes the line
+and the rows before it appends. A run is therefore in the file once and complete, or can be repeated.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _RESTORE = "put a copy of the file there, or remove it to go on without it"
 
 
 def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Return the numbers of an ``.npy`` file.
+    """Read the array of an ``.npy`` file, which must have this ``shape``.
 
     Raises
     ------
@@ -55,7 +55,10 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Return named arrays of an ``.npz`` file; raises `ImageError` if the file is damaged or an array is missing."""
+    """Read the arrays with these names from an ``.npz`` file, in the order of names.
+
+    Raises `ImageError` if the file is missing or damaged, or an array is missing.
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             return tuple(file[name] for name in names)
@@ -69,7 +72,10 @@ Key = tuple[str, str, int]
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One checkpoint of one run. Errors are relative (0.02 is 2 %), times are seconds; None is an empty cell."""
+    """One row of the records: one checkpoint of one run.
+
+    Errors are relative (0.02 is 2 %), times are in seconds, and None is an empty cell.
+    """
 
     scene: str
     """The scene's name in the experiment."""
@@ -136,7 +142,7 @@ class Row:
 
     @property
     def key(self) -> Key:
-        """Key of the row's run."""
+        """Scene, strategy label and repeat of the row's run."""
         return self.scene, self.strategy, self.repeat
 
 
@@ -166,7 +172,7 @@ _TYPES = {field.name: str(field.type) for field in fields(Row)}
 
 
 def load(path: Path) -> tuple[Row, ...]:
-    """Return all rows without a torn last line; empty if there is no file.
+    """Read all rows of a file of records, except an incomplete last line; empty if there is no file.
 
     Raises
     ------
@@ -177,14 +183,17 @@ def load(path: Path) -> tuple[Row, ...]:
 
 
 def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
-    """Return the rows of finished runs."""
+    """Return the rows of finished runs: those runs that have their last row."""
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)
 
 
 def check_seeds(rows: Iterable[Row], path: Path) -> None:
-    """Raise `ExperimentError` if two repeats of a strategy on a scene share a seed, and so an image."""
+    """Raise `ExperimentError` if two repeats of a strategy on a scene have the same seed, and thus the same image.
+
+    ``path`` names the file of the rows in the error.
+    """
     seen: dict[tuple[str, str, int], int] = {}
     for row in rows:
         first = seen.setdefault((row.scene, row.strategy, row.seed), row.repeat)
@@ -194,9 +203,9 @@ def check_seeds(rows: Iterable[Row], path: Path) -> None:
 
 
 class Recorder:
-    """Appends rows to a file, which it locks against other writers.
+    """Writer of records, which appends rows to a file and locks the file against other writers.
 
-    Opening removes a torn last line and the rows of an unfinished run.
+    Opening removes an incomplete last line and the rows of an unfinished run.
 
 
     Raises
@@ -217,7 +226,7 @@ class Recorder:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """All rows of the file."""
+        """All rows of the file, in order."""
         return tuple(self._rows)
 
     def append(self, row: Row) -> None:

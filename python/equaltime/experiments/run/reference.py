@@ -1,8 +1,8 @@
 """References: precise images against which errors are measured, rendered once and cached.
 
-A reference is rendered by a fixed strategy with independent samples, so that the sample variance gives its error. Its
-seeds are used by no run, and it consists of two independent halves. The cache is keyed by the content of the scene, so
-that all experiments on a scene share its reference.
+A reference is rendered by a fixed strategy with independent samples, so that the sample variance gives its error. A
+reference consists of two independent halves, and no run uses their seeds. The cache is keyed by the content of the
+scene, so that all experiments on a scene share one reference.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class KnownReference:
-    """A reference and its origin."""
+    """A reference, and the facts of its origin, such as strategy, samples and time."""
 
     reference: Reference
     facts: Mapping[str, Any]
@@ -66,7 +66,7 @@ class KnownReference:
 
     @property
     def error(self) -> float:
-        """Relative error of the reference."""
+        """Relative error of the reference by its own noise; 0.01 is 1 %."""
         return math.sqrt(max(self.reference.relmse, 0.0))
 
 
@@ -79,7 +79,9 @@ def cache_folder() -> Path:
 def obtain(
     scene: Scene, wish: ReferenceWish, cache: Path | None = None, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Return a reference of the scene: the wish's file, one from the cache, or a new one.
+    """Return a reference of the scene: read from ``wish.file`` if given, else from the cache, else rendered.
+
+    A cached reference is used if it has the wanted error or was rendered for the wanted time.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def obtain(
     Raises
     ------
     ExperimentError, ImageError
-        If the wish's file cannot be read or has another size.
+        If ``wish.file`` cannot be read or has another size.
     """
     if wish.file is not None:
         return _from_file(wish.file, scene)
@@ -110,7 +112,9 @@ def obtain(
 def render(
     scene: Scene, error: float, seconds: float, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Render two equal halves until their mean has at most 1.02 times the relative ``error``, or the time is used up.
+    """Render a reference as the mean of two independent halves with equal sample counts.
+
+    Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``.
 
     Raises
     ------
@@ -188,7 +192,7 @@ def _join(halves: list[NDArray[Any]]) -> Reference:
 
 
 def write(path: Path, known: KnownReference) -> None:
-    """Write a reference as ``.npz`` atomically; raises OSError."""
+    """Write a reference to an ``.npz`` file, atomically; raises OSError if that fails."""
     reference = known.reference
     arrays: dict[str, Any] = {"mean": reference.mean, "variance": reference.variance}
     if reference.halves is not None:
@@ -199,7 +203,7 @@ def write(path: Path, known: KnownReference) -> None:
 
 
 def read(path: Path) -> KnownReference:
-    """Read a file of `write`; raises ExperimentError if the file is damaged or no reference."""
+    """Read a reference from a file of `write`; raises ExperimentError if the file is damaged or is no reference."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             facts = json.loads(str(arrays["facts"]))

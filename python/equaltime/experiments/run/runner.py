@@ -1,6 +1,6 @@
 """Runs experiments: every strategy on every scene in turn, repeat after repeat, and records each checkpoint.
 
-The order of strategies alternates, so that neither a drifting machine nor its momentary speed favours a strategy.
+The order of strategies alternates, so that a change of the machine's speed does not favour a strategy.
 Recorded runs are not repeated. A run's clock is stopped while a checkpoint's image is made, measured and recorded.
 """
 
@@ -38,7 +38,7 @@ Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Progress of an experiment."""
+    """Progress of an experiment, as given to a progress callback."""
 
     phase: Phase
     scene: str
@@ -49,7 +49,7 @@ class RunProgress:
     """Number of recorded runs."""
     total: int
     fraction: float
-    """Completed share of the phase, in [0, 1]: of this agreement or reference, or of all runs."""
+    """Completed share of the phase, in [0, 1]: of the present test of agreement or reference, or of all runs."""
     time_left: float | None
     """Estimated seconds to the end of the last run; None if unknown."""
 

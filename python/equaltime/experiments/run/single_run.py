@@ -1,4 +1,4 @@
-"""One run of one strategy on one scene: its sample counts, and rendering, measuring and recording it."""
+"""One run of one strategy on one scene: chooses sample counts, renders, measures and records."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ _LEAST_STEP = 1.1
 
 
 def counts() -> Iterator[int]:
-    """Yield 2, 4, 6, 8, 12, 16, 24, 32, 48, … without end: powers of two, and one count between each two from 4 on."""
+    """Yield the sample counts of checkpoints without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
+
+    The counts are powers of two and, from 4 on, also 1.5 times each power.
+    """
     yield 2
     power = 4
     while True:
@@ -34,10 +37,11 @@ def counts() -> Iterator[int]:
 
 
 class BudgetLadder:
-    """Sample counts for a run that ends with its budget: each count follows from the time of the last.
+    """Iterator over the sample counts of a run that ends near its time budget.
 
-    All strategies then end at nearly the same time, which makes their last images comparable. Counts are even, because
-    a render's own error estimate comes from two halves.
+    Call `taken` after each checkpoint: the last count is chosen from the time of the checkpoint before. All strategies
+    then end at nearly the same time, which makes their last images comparable. Counts are even, because a render's own
+    error estimate comes from two halves.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -72,13 +76,13 @@ _FLIP_AFTER_SECONDS = {"first": 1.0, "other": 5.0}
 
 
 def now() -> str:
-    """Return the time in UTC, to the microsecond."""
+    """Return the present time in UTC as ISO 8601 text, to the microsecond."""
     return datetime.now(UTC).isoformat().replace("+00:00", "Z")
 
 
 @dataclass(frozen=True, eq=False)
 class SingleRun:
-    """Inputs of one run."""
+    """Inputs of one run: scene, strategy, seed, reference, threads, and keys of machine and build."""
 
     key: Key
     seed: int
@@ -92,10 +96,9 @@ class SingleRun:
     """Sample counts of the first repeat, which this run must match; None for the first repeat."""
 
     def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
-        """Render, and append a row for each checkpoint; return the seconds of rendering.
+        """Render the run, append a row to the records for each checkpoint, and return the seconds of rendering.
 
-        A checkpoint's row is written at the next checkpoint or at the end of the run, when it is known whether the row
-        is the last.
+        A row is written at the next checkpoint or at the end of the run, because the row says whether it is the last.
 
 
         Parameters

@@ -1,4 +1,4 @@
-"""Makes the subjects and scenes of an experiment from its entries."""
+"""Makes the subjects (objects that render: strategies, peers, your own) and the scenes of an experiment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ _LOG = logging.getLogger(__name__)
 
 
 def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
-    """Read the scenes; with a peer they get a box filter, the only one that all renderers treat alike."""
+    """Read the scenes of an experiment, in order.
+
+    If the experiment has a peer (another renderer), the scenes get a box filter, the only filter that all renderers
+    treat alike.
+    """
     scenes = experiment.load_scenes()
     if not any(entry.peer for entry in experiment.strategies):
         return scenes
@@ -34,10 +38,10 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 
 
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
-    """Return the subjects of an experiment's strategies, in order; raises ExperimentError with all problems.
+    """Return one subject, an object that renders, for each strategy of an experiment, in order.
 
-    A name that a record cannot hold is a problem, reported with its place in the experiment's file. A missing peer is
-    reported later, when it is prepared for a scene.
+    Raises ExperimentError with all problems, such as names that a record cannot hold. A renderer that is not installed
+    is reported later, when it is prepared for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
@@ -53,7 +57,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
 
 
 def close_subjects(subjects: Sequence[Subject]) -> None:
-    """Close the processes and files of subjects."""
+    """Close the subjects that have a ``close`` method, and thereby their processes and files."""
     for subject in subjects:
         if close := getattr(subject, "close", None):
             close()
