@@ -79,6 +79,12 @@ def cost(
         If a render fails.
     EqualtimeError
         If the packages of ``equaltime[report]`` are missing.
+
+    Examples
+    --------
+    >>> summary = et.cost("scene.toml", "report", quick=True, budget="20ms", strategies=("naive", "best"))
+    >>> [strategy.label for strategy in summary.scenes[0].strategies]
+    ['naive', 'best']
     """
     from equaltime.experiments.analysis.conclusion import conclude
     from equaltime.experiments.model.reader import (  # imported late: rendering alone does not need it

@@ -101,6 +101,11 @@ def selftest(
         If `only` has an unknown id or name, or `peer` is unknown.
     PeerError
         If the peer is not installed.
+
+    Examples
+    --------
+    >>> et.selftest(only=["G13"]).passed
+    True
     """
     if peer not in (None, "mitsuba"):
         raise ValueError(f"unknown peer '{peer}'; known is mitsuba")

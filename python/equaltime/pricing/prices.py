@@ -167,6 +167,12 @@ def effects(
         If the scene cannot be built, or the strategy cannot be read.
     NonFiniteSample
         If a sample was not a number.
+
+    Examples
+    --------
+    >>> prices = et.effects("scene.toml", quick=True)
+    >>> [price.kind.name for price in prices.prices]
+    ['long_paths']
     """
     check_arguments(seed=seed, threads=threads)
     chosen, scene = Strategy.of(strategy), as_scene(scene)

@@ -61,6 +61,12 @@ def quote(
         If the pilot saw no light, so that nothing can be predicted, or if the target is beyond reach.
     ValueError
         If not exactly one of ``error`` and ``time`` is given, or an argument is out of range, or of another type.
+
+    Examples
+    --------
+    >>> quote = et.quote("scene.toml", error=0.2)
+    >>> quote.seconds.unit, quote.spp.unit
+    ('s', 'spp')
     """
     if (error is None) == (time is None):
         raise ValueError("a quote takes an error or a time, one of them")

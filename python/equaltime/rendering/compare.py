@@ -131,6 +131,14 @@ def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison
     ------
     ImageError
         If a file cannot be read, lacks a channel, has a pixel that is not finite, or is of another size.
+
+    Examples
+    --------
+    >>> found = et.compare("a.exr", "b.exr")
+    >>> found.size
+    (16, 16)
+    >>> sorted(found.images[0].metrics)[:2]
+    ['error', 'flip']
     """
     files = [_File.read(render) for render in ((a, b) if reference is None else (a, b, reference))]
     _check_sizes(files)

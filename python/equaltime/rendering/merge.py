@@ -44,6 +44,12 @@ def merge(renders: Sequence[Render]) -> Result:
     ImageError
         If a file cannot be read or holds no moments, if two belong to different images or have samples in common, if
         sample counts follow from a pixel's own samples, or if a render ended at a sample that was not a number.
+
+    Examples
+    --------
+    >>> parts = [et.render("scene.toml", spp=8, seed=seed) for seed in (1, 2)]
+    >>> et.merge(parts).spp
+    16.0
     """
     if len(renders) < 2:
         raise ImageError("merging takes two renders or more")

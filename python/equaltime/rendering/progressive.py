@@ -95,6 +95,14 @@ def progressive(
     SceneError, StrategyError, ImageError, RenderError, ValueError
         As `equaltime.render` does, at once. Also `SampleError` or `BrightImage`, with the result so far, from the loop
         or from `Progressive.result`.
+
+    Examples
+    --------
+    >>> for state in et.progressive("scene.toml", spp=8):
+    ...     print(state.spp)
+    2.0
+    4.0
+    8.0
     """
     check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)

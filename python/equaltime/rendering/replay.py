@@ -106,6 +106,12 @@ def replay(
         If the scene or the strategy cannot be read, or an effect cannot be left out.
     ValueError
         If the pixel is not on the film, or an argument is out of range, or of another type.
+
+    Examples
+    --------
+    >>> path = et.replay("scene.toml", pixel=(3, 4), sample=0)
+    >>> path.pixel, len(path.vertices) > 0
+    ((3, 4), True)
     """
     check_arguments(seed=seed)
     if not (is_whole(sample) and 0 <= sample < MOST_SAMPLES):

@@ -44,8 +44,11 @@ def read(path: str | os.PathLike[str]) -> Result:
 
     Examples
     --------
-    >>> result = et.read("cornell.exr")
-    >>> print(result.error, result.spp)
+    >>> result = et.read("a.exr")
+    >>> result.spp, result.error.known
+    (16.0, True)
+    >>> et.render("scene.toml", spp=32, resume=result).spp
+    32.0
     """
     file = RenderFile.read(path)
     record, errors, degrees = file.record, file.standard_error, file.record["degrees"]
