@@ -60,7 +60,7 @@ class Kind:
     name: str
     title: str
     calls: Callable[[Plugin], bool]
-    """Function that returns True for a node that uses the effect; inert nodes are excluded elsewhere."""
+    """Function that returns True for a node that uses the effect. `derive` ignores nodes that change nothing."""
     instead: str | None = None
     """Stand-in that replaces the effect, such as ``vacuum``; None if the effect cannot be left out."""
     bsdfs: tuple[str, ...] = ()
@@ -132,5 +132,5 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 
 def kind_of(name: str) -> Kind:
-    """Return the effect called `name`. For a name that only the core knows, no node uses the returned effect."""
+    """Return the description of the effect `name`; for an effect that only the core knows, it matches no node."""
     return KINDS.get(name) or Kind(name, name.replace("_", " "), lambda _: False)

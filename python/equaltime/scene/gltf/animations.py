@@ -81,7 +81,7 @@ class Clip:
     def fields(self, node: int, time: float) -> dict[str, Array]:
         """Return the animated properties of a node at a time, in seconds.
 
-        The keys are ``translation``, ``rotation``, ``scale`` or ``weights``. Other properties are missing.
+        Possible keys are ``translation``, ``rotation``, ``scale`` and ``weights``, as far as they are animated.
         """
         return {path: self._channels[node, path].at(time) for path in PATHS if (node, path) in self._channels}
 

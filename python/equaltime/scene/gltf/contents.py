@@ -77,9 +77,9 @@ class Contents:
     def mesh(self, fragment: str) -> Triangles:
         """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/primitives/P`` as deformed by node N.
 
-        The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored`` or
-        ``/unmirrored`` selects the triangles on which textures appear so. Raises ValueError if the primitive does not
-        exist or is malformed.
+        The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored``
+        selects the triangles on which textures appear mirrored, and ``/unmirrored`` all others. Raises ValueError if
+        the primitive does not exist or is malformed.
         """
         with self._told():
             return self._mesh(fragment)

@@ -120,7 +120,8 @@ def sun(irradiance: float, place: Place) -> Object | None:
 def light(document: Document, at: Placed, place: Place) -> Object | None:
     """Return the light of a node (KHR_lights_punctual) as an emitter, or None if the node has no light.
 
-    Candela and lux are taken as W/sr and W/m² per channel: only ratios of lights are visible in an image.
+    A spot light whose cone is closed also gives None. Candela and lux are taken as W/sr and W/m² per channel, because
+    only ratios of lights are visible in an image.
     """
     extension = (at.node.extensions or {}).get("KHR_lights_punctual")
     if extension is None:

@@ -18,7 +18,7 @@ STEPS: Final = 1000.0
 
 
 def check_extent(world: World) -> Iterator[Finding]:
-    """Yield findings for shapes whose size is too small compared with the rounding of their vertices."""
+    """Yield findings for shapes and mesh files whose vertices are rounded too coarsely for the size of the shape."""
     found = {part: steps for part in world.meshes if (steps := _steps(part)) < STEPS}
     if found:
         yield Finding(

@@ -5,9 +5,9 @@ only. For a filter f with negative lobes, the position is drawn in proportion to
 then c or -c, with the sign of f. Here c is the integral of abs(f) divided by the integral of f. The mean of the samples
 is the filtered image, without bias, and no sample is dropped or clamped.
 
-The signs add noise even where the image is uniform. Its standard deviation per sample is sqrt(c^2 - 1) times the
-radiance. The factor is 0.56 with ``mitchell`` (c = 1.14), 0.92 with ``catmullrom`` (1.36) and 1.6 with ``lanczos``
-(1.85). The variance of the weighted samples includes this noise, and so do all error bars.
+The signs add noise even where the image is uniform. The standard deviation of this noise, per sample, is sqrt(c^2 - 1)
+times the radiance. The factor is 0.56 with ``mitchell`` (c = 1.14), 0.92 with ``catmullrom`` (1.36) and 1.6 with
+``lanczos`` (1.85). The variance of the weighted samples includes this noise, and so do all error bars.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MAX_SIDE = 1_000_000
 """Largest width or height of the film, in pixels: libpng's limit, since the preview of an image is a PNG file."""
 MAX_PIXELS = 2**28
 PIXEL_BYTES = 112
-"""Bytes per pixel of the film: count, mean and second moment of two replicates, in double precision."""
+"""Bytes per pixel of the film: count, mean and second moment of two replicates (independent images), in float64."""
 
 
 class Box(Plugin):

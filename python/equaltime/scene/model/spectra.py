@@ -36,7 +36,7 @@ XYZ_TO_SRGB: Final = np.array(
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """A spectrum with the same value at every wavelength. As a reflectance the colour is grey, as emission not."""
+    """A spectrum with the same value at every wavelength: grey as a reflectance, slightly red as emission."""
 
     value: float
 
