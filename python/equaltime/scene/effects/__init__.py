@@ -1,1 +1,1 @@
-"""Effects that a scene uses, the elements that use them, and the scene without some of them."""
+"""Effects (such as lens, media or textures) that a scene uses, the elements that use them, and their removal."""

@@ -1,4 +1,4 @@
-"""Finds the effects that a scene uses, and the elements of its files that use them."""
+"""Finds the effects that a scene uses, and the elements of the scene that use each effect."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class Reason:
     """An element that uses an effect."""
 
     place: str
-    """``file:line`` or ``file: key.path``; empty if the scene was made in memory without places."""
+    """Place of the element: ``file:line`` or ``file: key.path``; empty for a scene made in memory."""
     what: str
-    """The element, such as ``bsdf 'dielectric'``."""
+    """Kind and type of the element, such as ``bsdf 'dielectric'``."""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.what}" if self.place else self.what
 
 
 def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
-    """Return the effects that the scene uses, by name, each with at least one reason.
+    """Return the effects that a scene uses, by name, each with the elements that use the effect.
 
-    Elements that do nothing are no reasons; see `equaltime.scene.inert`. Raises SceneError if the core cannot use the
-    scene.
+    An effect without such an element has the whole scene as its reason. Elements that change nothing in the image are
+    left out (`equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
     """
     nodes = list(_nodes(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}

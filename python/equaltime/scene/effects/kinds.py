@@ -1,7 +1,7 @@
-"""The effects by name: each with a title, the elements of a scene that use it, and its stand-in if it is left out.
+"""The effects by name: title, elements of a scene that use the effect, and stand-in for the effect if left out.
 
-The core chooses kernels by the names that it knows (`_core.Scene.effects`), and it decides whether a scene uses one of
-these effects. The other effects have no code of their own in a kernel; `derive` finds them.
+The core chooses its kernels by effects (`_core.Scene.effects`), and decides whether a scene uses each of these effects.
+The other effects, which have no code of their own in a kernel, are found by `derive`.
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ class Kind:
     name: str
     title: str
     calls: Callable[[Plugin], bool]
-    """Tells whether a node of a scene uses the effect, unless the node is inert."""
+    """Function that returns True for a node that uses the effect. `derive` ignores nodes that change nothing."""
     instead: str | None = None
-    """Stand-in for the effect if it is left out, such as ``vacuum``; None if it cannot be left out."""
+    """Stand-in that replaces the effect, such as ``vacuum``; None if the effect cannot be left out."""
     bsdfs: tuple[str, ...] = ()
-    """BSDFs and phase functions, by the core's names, whose light counts as the effect's."""
+    """BSDFs and phase functions, by the core's names, whose light is attributed to the effect."""
 
 
 def _is_anisotropic(node: Plugin) -> bool:
@@ -132,5 +132,5 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 
 def kind_of(name: str) -> Kind:
-    """Return the effect of that name; one that only the core knows has no reasons."""
+    """Return the description of the effect `name`; for an effect that only the core knows, it matches no node."""
     return KINDS.get(name) or Kind(name, name.replace("_", " "), lambda _: False)

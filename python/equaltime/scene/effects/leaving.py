@@ -1,10 +1,10 @@
-"""Leaves effects out: makes the same scene with something plainer in their place.
+"""Leaves effects out of a scene: each effect is replaced by a simpler stand-in.
 
-The image is then biased, and its record names the effects left out.
+The image is then biased, and the record of the render names the effects that were left out.
 
-Textures become their means. Normal and bump maps are dropped. Masks become opaque, the environment black, a lens a
-pinhole, and media a vacuum. Moving objects stand where they are at the shutter's centre. Hidden lights become visible.
-Long paths are cut (`Strategy.truncate`). All other effects have no stand-in.
+Bitmaps and checkerboards become their means. Normal and bump maps are dropped. Masks become opaque, the environment
+black, a thin lens a pinhole, and media a vacuum. Moving objects stand where they are at the centre of the shutter's
+time. Hidden emitters become visible. Long paths are cut (`Strategy.truncate`). All other effects have no stand-in.
 """
 
 from __future__ import annotations
@@ -42,23 +42,24 @@ from equaltime.words import suggestion
 __all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 
 SHORTEST: Final = 2
-"""Longest path, in segments, if ``long_paths`` names no depth: emitted and direct light only."""
+"""Longest path, in segments, for ``long_paths`` without a depth: only emitted and direct light remain."""
 LUMINANCE: Final = (0.212671, 0.715160, 0.072169)
 KEPT: Final = ((NormalMap, "normalmap"), (BumpMap, "texture"), (Mask, "opacity"))
-"""Texture parameters, as (plugin, field), that belong to another effect and are kept."""
+"""Texture parameters, as (plugin, field), that belong to another effect: leaving out textures keeps them."""
 NUMBERS: Final = frozenset(
     {"alpha", "alpha_u", "alpha_v", "weight", "roughness", "anisotropic", "metallic", "spec_trans", "spec_tint"}
     | {"sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss"}
 )
-"""Parameters that are one number and not a colour."""
+"""Parameters that are one number and not a colour: the mean of a texture must be a number, too."""
 
 Change = Callable[[Plugin], Plugin]
 
 
 def parse_names(names: Iterable[str]) -> dict[str, int | None]:
-    """Return the depth of ``long_paths=K``, and None for each other effect, by name.
+    """Return the named effects as a dictionary from name to depth: K for ``long_paths=K``, None for other effects.
 
-    ``long_paths`` without a depth gets `SHORTEST`. Raises `EffectError` for an effect that cannot be left out.
+    ``long_paths`` without a depth gets `SHORTEST`. Raises `EffectError` for an unknown effect, or for one that cannot
+    be left out.
     """
     read: dict[str, int | None] = {}
     for text in names:
@@ -75,7 +76,7 @@ def parse_names(names: Iterable[str]) -> dict[str, int | None]:
 
 
 def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[Scene, Strategy]:
-    """Return scene and strategy without the named effects; the scene itself if it uses none of them.
+    """Return scene and strategy without the named effects; the same scene object if the scene does not change.
 
     Raises
     ------
@@ -96,9 +97,9 @@ def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[S
 
 
 def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
-    """Tell whether the scene and strategy have the effect `name`, so that leaving it out changes the render.
+    """Tell whether leaving out the effect `name` changes the scene or the strategy.
 
-    Raises `EffectError` for an effect that no scene can leave out.
+    Raises `EffectError` for an unknown effect, or for one that cannot be left out of any scene.
     """
     other, shorter = leave_out(scene, strategy, (name,))
     return other is not scene or shorter != strategy

@@ -1,8 +1,8 @@
-"""Scenes written again: as a dictionary, as TOML, as XML for Mitsuba 3.
+"""Export of scenes: as a dictionary, as TOML, or as XML for Mitsuba 3.
 
-`plain` turns a model into nested dictionaries in Mitsuba's words. `toml_writer` and `xml_writer` turn these into text.
-`portable` writes the contents of a glTF file as separate files. `files` names and places files. `convert` does
-everything.
+`plain` turns a model into nested dictionaries with Mitsuba's names. `toml_writer` and `xml_writer` turn such a
+dictionary into text. `portable` writes the contents of a glTF file as separate files. `files` names and places files.
+`convert` combines all steps.
 """
 
 from __future__ import annotations

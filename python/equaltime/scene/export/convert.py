@@ -1,4 +1,4 @@
-"""Writes a scene as a file of another kind, with the files that it names."""
+"""Writes a scene file in another format, with the meshes and images that the scene uses."""
 
 from __future__ import annotations
 
@@ -20,16 +20,17 @@ from equaltime.scene.model import SceneModel
 __all__ = ["FORMATS", "convert"]
 
 FORMATS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {".toml": write_toml, ".xml": write_xml}
-"""The kinds of files that can be written, by suffix, with their writers."""
+"""Functions that turn a scene's dictionary into text, by the suffix of the scene file."""
 
 
 def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False) -> tuple[Path, ...]:
-    """Write the scene as `file`, a new one, and return all files that were written, `file` first.
+    """Write the scene to the new file `file`, and return all files that were written, `file` first.
 
-    Meshes and images are named by their places relative to `file`, or, with `copy`, copied into a folder beside it. For
-    XML, or with `copy`, meshes and bitmaps inside glTF files, and parts of OBJ files, become separate files there. TOML
-    without `copy` names glTF files directly, because its readers can read them. Raises SceneError for an unknown kind
-    of file or an existing file, ValueError if a file that the scene names is gone.
+    The suffix of `file` decides the format; see `FORMATS`. Meshes and images are named relative to `file`. With `copy`,
+    they are copied into a folder beside `file` first. For XML, or with `copy`, meshes and bitmaps of glTF files, and
+    parts of OBJ files, become separate files in that folder. TOML without `copy` names glTF files directly.
+
+    Raises SceneError for an unknown format or if `file` exists. Raises ValueError if a file of the scene is missing.
     """
     if file.suffix.lower() not in FORMATS:
         known = " or ".join(FORMATS)

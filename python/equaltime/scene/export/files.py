@@ -1,4 +1,7 @@
-"""Names for the files of a written scene: the existing place, or a copy beside the scene. No file is overwritten."""
+"""Meshes and images of an exported scene: names of existing files, and new files beside the scene.
+
+No file is overwritten.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ TYPES: Final = {"<f4": "float", "<f8": "double"}
 
 
 def relative(path: Path, to: Path) -> str:
-    """Return `path` as seen from the folder `to`, with slashes; absolute if it is on another drive."""
+    """Return `path` relative to the folder `to`, with forward slashes; an absolute path if on another drive."""
     try:
         return Path(os.path.relpath(path.resolve(), to.resolve())).as_posix()
     except ValueError:
@@ -31,7 +34,7 @@ def relative(path: Path, to: Path) -> str:
 
 
 class Folder:
-    """The folder for the files of a written scene; it is made when the first file is put into it."""
+    """The folder for meshes and images of an exported scene, created together with the first file in it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -39,11 +42,14 @@ class Folder:
         self._tidied = False
 
     def copy(self, file: Path) -> Path:
-        """Return a copy of `file` in this folder."""
+        """Copy `file` into this folder and return the path of the copy; an identical file is reused."""
         return self.put(file.name, lambda target: shutil.copyfile(file, target))
 
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
-        """Return a file in this folder that `write` has written; an existing file with the same content is reused."""
+        """Create a file in this folder by calling `write` with a temporary path; return the path of the file.
+
+        The file is called `name`, or gets a number if the name is taken. A file with the same content is reused.
+        """
         self.path.mkdir(parents=True, exist_ok=True)
         try:
             with beside(self.path / name, self._tidied) as fresh:
@@ -80,10 +86,10 @@ def write_ply(
     uvs: Array | None,
     attributes: Mapping[str, Array] | None = None,
 ) -> None:
-    """Write a binary PLY file that reads back as exactly the same numbers.
+    """Write a mesh as a binary PLY file, without loss of precision.
 
-    Shapes: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). Vertex `attributes` by Mitsuba's names, each
-    (N, 1 or 3).
+    Shapes: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). The `attributes` of vertices have Mitsuba's
+    names, such as ``vertex_color``, and shapes (N, 1) or (N, 3).
     """
     columns = {
         **dict(zip("xyz", vertices.T, strict=True)),

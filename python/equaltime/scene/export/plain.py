@@ -1,7 +1,8 @@
-"""A model as nested dictionaries in Mitsuba's words: valid JSON, and the same scene when read again.
+"""A model as nested dictionaries with Mitsuba's names: valid JSON, and the same scene when read again.
 
-Colours are ``{"type": "rgb", "value": [r, g, b]}``, references ``{"type": "ref", "id": name}``. Transforms are nested
-lists, which `with_transforms` replaces by Mitsuba's own type; ``mitsuba.load_dict`` accepts the rest unchanged.
+A colour is ``{"type": "rgb", "value": [r, g, b]}``, a reference ``{"type": "ref", "id": name}``. A transform is a
+nested list, which `with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values
+unchanged.
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ VECTORS: Final = frozenset({"position", "direction", "center", "p0", "p1"})
 """Parameters of three numbers that are not colours."""
 TRANSFORMS: Final = frozenset({"to_world", "to_uv"})
 ALWAYS: Final = frozenset({"radiance", "intensity", "irradiance"})
-"""Parameters that are written even at their default: Mitsuba's default is a spectrum, ours the resulting colour."""
+"""Parameters that are written even at their default, because Mitsuba's default is a spectrum and not a colour."""
 RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias", "scene"})
-"""Names with another meaning at the top of a file, which objects cannot have."""
+"""Names that objects cannot have, because they have another meaning at the top level of a file."""
 
 
 def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
-    """Return the whole scene `model` as a dictionary; `name_file` maps the model's file names to those written."""
+    """Return the scene `model` as a dictionary.
+
+    `name_file` maps a file name of the model to the file name in the dictionary.
+    """
     writer = PlainWriter(name_file)
     parts: list[tuple[str, Plugin]] = [("integrator", model.integrator), ("sensor", model.sensor)]
     parts += [(f"shape_{i}", shape) for i, shape in enumerate(model.shapes)]
@@ -37,7 +41,10 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 
 
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
-    """Return the dictionary `node` with `transform`, such as mitsuba.ScalarTransform4f, applied to every transform."""
+    """Return a copy of the dictionary `node` with `transform` applied to the nested list of every transform.
+
+    An example of `transform` is ``mitsuba.ScalarTransform4f``.
+    """
     return {
         key: transform(value)
         if key in TRANSFORMS
@@ -49,7 +56,7 @@ def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[floa
 
 
 class PlainWriter:
-    """Writes nodes as dictionaries. A named node that others use is written once, into `shared`."""
+    """Turns nodes into dictionaries. Nested nodes with a name are written once, into `shared`, and referenced."""
 
     def __init__(self, name_file: Callable[[str], str]) -> None:
         self._name_file = name_file
@@ -58,7 +65,10 @@ class PlainWriter:
         self.shared: Dict = {}
 
     def unique(self, name: str) -> str:
-        """Return `name` or a similar name that is free, without dots, which Mitsuba uses in paths of keys."""
+        """Return `name` or, if taken, `name` with a number; the result is then taken.
+
+        Dots become underscores, because Mitsuba separates keys by dots.
+        """
         unique = plain = name.replace(".", "_") or "unnamed"
         number = 1
         while unique in self._taken:
@@ -68,7 +78,10 @@ class PlainWriter:
         return unique
 
     def node(self, plugin: Plugin) -> Dict:
-        """Return the type and the parameters that the scene gives; the others have the same default in Mitsuba."""
+        """Return the dictionary of a node: its type, and the parameters that the scene sets.
+
+        Other parameters are left out, because they have the same default in Mitsuba; see `ALWAYS` for exceptions.
+        """
         result: Dict = {"type": plugin.title}
         for name in type(plugin).model_fields:
             value = getattr(plugin, name)
@@ -82,7 +95,10 @@ class PlainWriter:
         return result
 
     def share(self, plugin: Plugin, name: str) -> Dict:
-        """Return a reference to `plugin`, which is written once; equal plugins share it, whatever their names."""
+        """Return a reference to a node, which is written into `shared` under `name` or a similar name.
+
+        Nodes that differ only in their names are written once.
+        """
         nameless = plugin.model_copy(update={"id": None})
         if nameless not in self._names:
             self._names[nameless] = self.unique(name)

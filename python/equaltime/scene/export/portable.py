@@ -24,7 +24,10 @@ FORMATS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "
 
 
 def portable(model: SceneModel, assets: Assets, folder: Folder) -> SceneModel:
-    """Return `model` with meshes and bitmaps of glTF files, and parts of OBJ files, as separate files in `folder`."""
+    """Write meshes and bitmaps of glTF files, and parts of OBJ files, as separate files into `folder`.
+
+    Return `model` with the names of the new files.
+    """
     return _Unpacker(assets, folder).node(model)
 
 

@@ -1,4 +1,4 @@
-"""Writes a scene's dictionary as TOML, one table for each object at the top level."""
+"""Turns a scene's dictionary into TOML, with one table for each object at the top level."""
 
 from __future__ import annotations
 

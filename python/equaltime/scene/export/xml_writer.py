@@ -1,4 +1,4 @@
-"""Writes a scene's dictionary as Mitsuba 3's XML."""
+"""Turns a scene's dictionary into Mitsuba 3's XML."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["write_xml"]
 VERSION: Final = "3.0.0"
 INDENT: Final = "    "
 BY_NAME: Final = frozenset({"texture", "medium"})
-"""Families whose objects Mitsuba assigns to a parameter by name; others it assigns by family."""
+"""Kinds of objects that Mitsuba assigns by parameter name; objects of other kinds are assigned by kind."""
 
 
 def write_xml(scene: Mapping[str, Any]) -> str:

@@ -1,7 +1,8 @@
-"""glTF 2.0 (``.gltf``, ``.glb``) as Mitsuba's plugins: what each part of a file becomes, and where that is not exact.
+"""glTF 2.0 (``.gltf``, ``.glb``) as Mitsuba's plugins: the counterpart of each part of a file.
 
-Meshes and bitmaps stay in the file. The model names them, and `Assets` asks here for their data when it is needed:
-``model.glb#/meshes/0/primitives/1`` (shape `gltf`) and ``model.glb#/materials/2/roughness`` (`bitmap`).
+Meshes and bitmaps stay in the file. The model names them, and `Assets` reads their data through this package:
+``model.glb#/meshes/0/primitives/1`` (shape `gltf`) and ``model.glb#/materials/2/roughness`` (`bitmap`). In the table,
+italics mark differences from glTF.
 
 =========================  ===========================================================================================
 in the file                here
@@ -9,31 +10,34 @@ in the file                here
 primitives                 `gltf` shapes: triangles, strips and fans, with flat faces if normals are missing; points and
                            lines are left out, with a warning
 skins, morph targets       poses of a `gltf` shape. ``/nodes/N/...`` is the pose in the file, with the weights of the
-                           node or its mesh; ``/animations/A/T/nodes/N/...`` is the pose at time T. Emitting meshes keep
-                           their first pose. *Vertices move linearly in each of 16 parts of the shutter's time*
-COLOR_0                    `mesh_attribute`, times the base colour. Unlit materials use it too, *unless they have a
-                           texture*. Its opacity counts, times the material's, if the material blends or cuts; *the
-                           light of a texture does not fade with it*
+                           node or its mesh; ``/animations/A/T/nodes/N/...`` is the pose at time T of animation A.
+                           Emitting meshes keep their first pose. *Vertices move linearly in each of 16 parts of the
+                           shutter's time*
+COLOR_0                    `mesh_attribute`, times the base colour; for unlit materials too, *unless they have a
+                           texture*. With BLEND or MASK, the opacity of COLOR_0 is multiplied by the material's;
+                           *emission from a texture does not fade with the opacity of COLOR_0*
 nodes                      ``to_world``. A scale of 0 along one axis counts as 1e-8 times the largest; meshes scaled to
                            a line or a point are left out. ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`: the first camera, or the one named by ``-D camera=`` (name or
-                           number). Without one, a camera is added that has everything in view
-metallic-roughness         `principled`. Its metals reflect as much as the specification's to 1 % up to roughness 0.5,
-                           *up to 21 % less at roughness 1*; others 3 to 10 % more, *28 % where rough and grazing*
-alphaMode                  `mask`: BLEND is opaque with probability alpha, MASK is cut at alphaCutoff on a finer grid
+                           number). Without a camera in the file, one is added that has everything in view
+metallic-roughness         `principled`. Metals reflect as much as in glTF, within 1 % up to roughness 0.5, *up to 21 %
+                           less at roughness 1*. Other materials reflect 3 to 10 % more, *28 % more if rough and at
+                           grazing angles*
+alphaMode                  `mask`: BLEND is opaque with probability alpha; MASK compares alpha with alphaCutoff, on a
+                           finer grid of texels
 doubleSided                `twosided`; without it the back side absorbs light *instead of being invisible*
 normalTexture              `normalmap`. Tangents follow u of the texture coordinates, *TANGENT is not used*; green is
                            inverted where a texture is seen mirrored
-occlusionTexture           not used: light is traced
-emission                   `area`, from the front side only. Nits are W/(m² sr) per channel. It fades with the opacity,
-                           *unless the two have different textures*
+occlusionTexture           not used: the render computes occlusion itself
+emission                   `area`, from the front side only. Nits are W/(m² sr) per channel. Emission fades with the
+                           opacity, *unless the two have different textures*
 extensions                 see `mapping`; extensions of materials mostly become parameters of `principled`
 =========================  ===========================================================================================
 
 README.md in this folder lists every property. A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=``
-set them). The scene's warnings list what the file asks for and does not get. ``equaltime info`` shows what becomes of
-the file's extensions. Compressed data (Draco, meshopt, Basis) and other unsupported extensions that a file requires are
-refused.
+set them). The scene's warnings list the properties of the file that are not used. ``equaltime info`` shows the
+counterparts of the file's extensions. Compressed data (Draco, meshopt, Basis) and other unsupported extensions that a
+file requires are refused.
 """
 
 from __future__ import annotations

@@ -14,13 +14,13 @@ __all__ = ["floats", "integers"]
 COMPONENTS: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 MOST_ZEROS: Final = 1 << 19
-"""Largest number of elements of an accessor without data: its zeros take memory, but no bytes of the file."""
+"""Largest number of elements of an accessor without a buffer view, whose zeros take memory but no bytes of the file."""
 
 
 def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
-    """Return the accessor's values (count, components) in float64; normalised integers become [0, 1] or [-1, 1].
+    """Return the values (count, components) of accessor `index`; normalised integers become [0, 1] or [-1, 1].
 
-    Raises `Malformed` if its type is none of `types` or its data is not in the file.
+    Raises `Malformed` if the data is not in the file, or if the accessor's type is not in `types`, such as ``VEC3``.
     """
     accessor = document.gltf.accessors[index]
     values = _values(document, index, types)
@@ -32,7 +32,10 @@ def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
 
 
 def integers(document: Document, index: int, *types: str) -> NDArray[np.uint32]:
-    """Return the accessor's values (count, components), which must be unsigned integers; raises `Malformed`."""
+    """Return the values (count, components) of accessor `index`, which must be unsigned integers.
+
+    Raises `Malformed` if the data is not in the file, or if the accessor's type is not in `types`, such as ``SCALAR``.
+    """
     values = _values(document, index, types)
     if values.dtype.kind != "u":
         raise Malformed((f"accessors[{index}].componentType", "expected unsigned integers (5121, 5123 or 5125)"))

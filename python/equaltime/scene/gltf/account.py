@@ -1,7 +1,7 @@
-"""Accounts for every property of a glTF file: it is used, does not affect the picture, or is noted as not used.
+"""Notes the properties of a glTF file that are not used, except properties that do not affect the picture.
 
 The schema lists the properties that are read. A walk through the file along the schema finds all other properties. The
-indices that the walk meets show which items of lists nothing refers to.
+walk also collects all indices, and so finds items of lists that no index refers to.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ DESCRIPTIONS: Final = frozenset(
         *("skins[].skeleton", "images[].mimeType", "samplers[].minFilter"),
     }
 )
-"""Properties that change no picture. One is minFilter, because the samples of a pixel average its texels."""
+"""Properties that do not affect the picture. One is minFilter, because the samples of a pixel average its texels."""
 USED: Final = frozenset({"POSITION", "NORMAL", "COLOR_0"})
-"""Attributes that every material uses."""
+"""Vertex attributes that are used with every material."""
 MORPHED: Final = frozenset({"POSITION", "NORMAL"})
 LISTS: Final = (
     *("nodes", "meshes", "materials", "textures", "images", "samplers", "skins", "cameras", "accessors"),
     *("bufferViews", "buffers"),
 )
-"""Lists whose items other parts of a file refer to by an index."""
+"""Lists of the file whose items are referred to by index."""
 
 
 def check_account(document: Document) -> None:
-    """Note which properties, attributes and parts of a document are not used, one line a kind."""
+    """Add notes to `document` on properties, attributes and list items that are not used, one note for each kind."""
     referred: set[tuple[str, int]] = set()
     for rule, value, place in walk(DOCUMENT, document.json):
         if rule is None:

@@ -16,12 +16,13 @@ __all__ = ["Clip", "played"]
 Array = NDArray[np.float64]
 
 PARTS: Final = 16
-"""Equal parts of the shutter's time, at whose ends keys are baked: nested nodes do not move along straight lines."""
+"""Number of equal parts of the shutter's time. A key is computed at the ends of each part, because nested nodes do not
+move along straight lines."""
 MOST_KEYS: Final = 512
 WIDTHS: Final = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 PATHS: Final = (*WIDTHS, "weights")
 JUST: Final = 1e-6
-"""Duration of a step, as a share of the shutter's time."""
+"""Duration of a jump with STEP interpolation, as a fraction of the shutter's time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,22 +73,28 @@ class Clip:
     """The part of an animation during which the shutter is open."""
 
     times: tuple[float, ...]
-    """Times at which everything is evaluated, from opening to closing of the shutter."""
+    """Times at which transforms are evaluated, in seconds, from opening to closing of the shutter."""
     number: int
-    """Number of the animation in its file."""
+    """Index of the animation in the file."""
     _channels: dict[tuple[int, str], _Channel]
 
     def fields(self, node: int, time: float) -> dict[str, Array]:
-        """Return translation, rotation, scale and weights of a node at a time, as far as they are animated."""
+        """Return the animated properties of a node at a time, in seconds.
+
+        Possible keys are ``translation``, ``rotation``, ``scale`` and ``weights``, as far as they are animated.
+        """
         return {path: self._channels[node, path].at(time) for path in PATHS if (node, path) in self._channels}
 
     @property
     def even(self) -> tuple[float, ...]:
-        """Evenly spaced times at which deforming meshes are evaluated, as the core needs them."""
+        """Evenly spaced times at which deforming meshes are evaluated; the core requires equal spacing."""
         return tuple(np.linspace(self.times[0], self.times[-1], PARTS + 1).tolist())
 
     def morphing(self, node: int) -> tuple[float, ...]:
-        """Return when to evaluate the morph targets of a node: one time if their weights stay, none if not animated."""
+        """Return the times at which to evaluate the morph targets of a node.
+
+        The result is empty without an animation of the weights, and has one time if the weights are constant.
+        """
         channel, begin, end = self._channels.get((node, "weights")), self.times[0], self.times[-1]
         if channel is None:
             return ()
@@ -98,7 +105,10 @@ class Clip:
 
 
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
-    """Return the animation with this number over the shutter's time; raises `Malformed` if it cannot be played."""
+    """Return the part of animation `number` while the shutter is open; `shutter` is (opening, closing) in seconds.
+
+    Raises `Malformed` if the data of the animation is not valid.
+    """
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}
     for i, channel in enumerate(animation.channels):

@@ -1,4 +1,4 @@
-"""Returns the meshes and bitmaps of glTF files by name, such as ``model.glb#/meshes/0/primitives/1``."""
+"""Meshes and bitmaps of glTF files by name, such as ``model.glb#/meshes/0/primitives/1``."""
 
 from __future__ import annotations
 
@@ -32,13 +32,16 @@ _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
 def split(filename: str) -> tuple[str, str | None]:
-    """Return a file's name and the part after ``#``, or the name and None if the whole file is meant."""
+    """Split ``model.glb#/part`` into ``model.glb`` and ``/part``; the second is None for all other file names."""
     match = _NAME.fullmatch(filename)
     return (match[1], match[2]) if match else (filename, None)
 
 
 class Contents:
-    """One glTF file that a scene names."""
+    """The meshes and bitmaps of one glTF file.
+
+    A fragment is the part of a name after ``#``, such as ``/meshes/0/primitives/1``.
+    """
 
     def __init__(self, path: Path, locate: Callable[[str], Path]) -> None:
         """Read `path`; `locate` returns the paths of files that the document names. Raises ValueError."""
@@ -50,11 +53,14 @@ class Contents:
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Fate of each extension that the file uses."""
+        """Counterpart of each extension that the file uses, by the extension's name; see `MAPPING`."""
         return self._document.extensions
 
     def sha256(self, fragment: str) -> str:
-        """Return the SHA-256 of a primitive's or a bitmap's data, in hexadecimal digits; raises ValueError."""
+        """Return the SHA-256 of the data of a primitive or a bitmap, in hexadecimal digits.
+
+        Raises ValueError if the primitive or the bitmap does not exist or is malformed.
+        """
         arrays: tuple[NDArray[Any] | None, ...]
         if _PRIMITIVE.fullmatch(fragment):
             mesh = self.mesh(fragment)
@@ -69,15 +75,20 @@ class Contents:
         return content.hexdigest()
 
     def mesh(self, fragment: str) -> Triangles:
-        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/...`` if a node deforms it; raises ValueError.
+        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/primitives/P`` as deformed by node N.
 
-        ``/animations/A/T`` in front selects the time T of animation A.
+        The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored``
+        selects the triangles on which textures appear mirrored, and ``/unmirrored`` all others. Raises ValueError if
+        the primitive does not exist or is malformed.
         """
         with self._told():
             return self._mesh(fragment)
 
     def bitmap(self, fragment: str) -> Texels:
-        """Return the bitmap of a parameter, ``/materials/M/name``; raises ValueError."""
+        """Return the bitmap ``/materials/M/name`` of a material's parameter, such as ``/materials/2/roughness``.
+
+        Raises ValueError if the bitmap does not exist or is malformed.
+        """
         with self._told():
             return self._bitmap(fragment)
 

@@ -1,4 +1,4 @@
-"""A checked glTF file: its JSON through pygltflib, and the bytes that it refers to.
+"""A checked glTF file: the JSON as objects of pygltflib, and the binary data that the JSON refers to.
 
 Both containers are read: ``.glb``, and ``.gltf`` with data URIs or files beside it. Nothing in the file is trusted:
 declared sizes are compared with the data before use. No file outside the folder of the document is opened.
@@ -26,15 +26,15 @@ from equaltime.words import shortened, suggestion
 __all__ = ["NOT_USED", "Document", "Malformed", "parse"]
 
 NOT_USED: Final = "not used"
-"""Fate of an extension that a file uses but does not require, and that is not read here."""
+"""Entry in `Document.extensions` for an extension without a counterpart."""
 MAGIC: Final = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MOST_PROBLEMS: Final = 20
-"""Largest number of problems that are reported; a file with more is broken throughout."""
+"""Largest number of problems that are reported for a file; more would not help."""
 
 
 class Malformed(ValueError):
-    """Error in a glTF file; ``problems`` are pairs of a place inside the file and a message."""
+    """Error in a glTF file; ``problems`` are pairs (place in the file, message)."""
 
     def __init__(self, *problems: tuple[str, str]) -> None:
         self.problems = problems
@@ -46,35 +46,35 @@ class Document:
     """The checked content of one file."""
 
     json: Mapping[str, Any]
-    """The JSON, which follows the schema."""
+    """JSON of the file, checked against the schema."""
     gltf: Any
-    """The JSON as a `pygltflib.GLTF2`; every index in it is in range."""
+    """JSON as a `pygltflib.GLTF2`; all indices in the JSON are in range."""
     name: str
-    """The file's own name, without its folder."""
+    """Name of the file, without the folder."""
     locate: Callable[[str], Path]
-    """Returns the path of a file that is named relative to the document; raises ValueError if there is none."""
+    """Function that returns the path of a file named relative to the document; raises ValueError for a missing file."""
     binary: memoryview | None
-    """The binary chunk of a ``.glb``."""
+    """Binary chunk of a ``.glb``, or None."""
     size: int
     """Size of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
-    """Notes on what the file asks for and does not get, in the order found, each with the places that ask."""
+    """Notes on parts of the file that are changed or not used, in order of discovery, each with places in the file."""
     uses: dict[int, dict[str, int]] = field(default_factory=dict)
-    """For each image, by index: the parameters of materials made of it, with their numbers of texels."""
+    """Uses of each image, by index: names of material parameters decoded from the image, with numbers of texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Fate of each extension that the file uses."""
+        """Counterpart of each extension that the file uses, by the extension's name: from `MAPPING`, or `NOT_USED`."""
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
         return {name: MAPPING.get(name, NOT_USED) for name in used}
 
     def note(self, message: str, place: str) -> None:
-        """Add a note; equal messages are shown once, with all their places."""
+        """Add a note about a place in the file. Equal messages become one note with several places."""
         self.notes.setdefault(message, {})[place] = None
 
     def view(self, index: int) -> memoryview:
-        """Return the bytes of a buffer view."""
+        """Return the bytes of buffer view `index`; raises `Malformed` if the data is missing or too short."""
         view = self.gltf.bufferViews[index]
         begin, length = int(view.byteOffset or 0), int(view.byteLength)
         data = self._buffer(view.buffer)
@@ -99,7 +99,7 @@ class Document:
         return self._buffers[index]
 
     def resource(self, uri: str, place: str) -> bytes:
-        """Return the content of a data URI or of a file beside the document."""
+        """Return the content of a data URI, or of a file beside the document; raises `Malformed` for `place`."""
         if uri.startswith("data:"):
             return _decoded(uri, place)
         try:
@@ -117,7 +117,10 @@ class Document:
             return 0
 
     def relative(self, uri: str, place: str) -> str:
-        """Return the name of the file that `uri` means, which must lie in the folder of the document or below."""
+        """Return the file name that `uri` encodes, relative to the folder of the document.
+
+        Raises `Malformed` if the file is not in this folder or below.
+        """
         name = unquote(uri)
         path = PurePosixPath(name)
         if ":" in name.split("/")[0] or "\0" in name:
@@ -138,7 +141,10 @@ def _decoded(uri: str, place: str) -> bytes:
 
 
 def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
-    """Return the document in the `content` of the ``.gltf`` or ``.glb`` file `name`; raises `Malformed`."""
+    """Return the checked document in `content`, the bytes of the ``.gltf`` or ``.glb`` file `name`.
+
+    `locate` maps a relative file name to a path; see `Document`. Raises `Malformed`.
+    """
     from equaltime.scene.gltf.schema import (
         typed,
     )  # pygltflib takes a tenth of a second to import, and other scenes do not need it

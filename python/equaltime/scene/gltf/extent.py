@@ -1,4 +1,4 @@
-"""Limits on the size of a glTF file with all shared parts written out, relative to the size of the file."""
+"""Limits on the data that a glTF file expands to (with shared parts copied), relative to the size of the file."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ __all__ = ["check_extent", "check_texels"]
 
 FREE_ELEMENTS: Final = 1 << 19
 USES_OF_A_BYTE: Final = 16
-"""Elements of accessors that all primitives together may use, per byte of the file, beyond `FREE_ELEMENTS`."""
+"""Limit on the accessor elements that all primitives use: `FREE_ELEMENTS` plus this number per byte of the file."""
 ZEROS_OF_A_BYTE: Final = 8
-"""Elements of accessors without data that primitives may use, per byte of the file, beyond `FREE_ELEMENTS`. Their zeros
-take no bytes of the file, and sparse morph targets have some for each vertex."""
+"""Limit on the elements of accessors without a buffer view: `FREE_ELEMENTS` plus this number per byte of the file. Such
+elements take no bytes of the file. Sparse morph targets have one element for each vertex."""
 FREE_COPIES: Final = 1024
 FREE_TEXELS: Final = 1 << 24
 TEXELS_OF_A_BYTE: Final = 64
-"""Texels that materials may have beyond each image's first use, per byte of the file, beyond `FREE_TEXELS`."""
+"""Limit on the texels of repeated uses of images: `FREE_TEXELS` plus this number per byte of the file."""
 BYTES_OF_A_COPY: Final = 4
-"""Bytes of the file per copy that EXT_mesh_gpu_instancing may make, beyond `FREE_COPIES`; a rotation may take this
-few."""
+"""Bytes of the file that each copy by EXT_mesh_gpu_instancing must have, beyond `FREE_COPIES` copies. The smallest
+attribute of a copy, a rotation of four bytes, has this size."""
 
 
 def check_extent(document: Document) -> None:
-    """Raise `Malformed` if primitives or copies of nodes exceed the limits for a file of this size."""
+    """Raise `Malformed` if the elements of primitives or the copies of nodes exceed the limits for the file's size."""
     size = _bytes(document)
     elements = zeros = copies = 0
     for place, index in _of_primitives(document.gltf):
@@ -41,7 +41,10 @@ def check_extent(document: Document) -> None:
 
 
 def check_texels(document: Document, image: int, use: str, count: int) -> None:
-    """Raise `Malformed` if all uses of images so far, each decoded by itself, exceed the limit for the file."""
+    """Record that the parameter `use` needs `count` texels of image `image`.
+
+    Raises `Malformed` if the repeated uses of images, recorded so far, exceed the limit for the file's size.
+    """
     document.uses.setdefault(image, {})[use] = count
     shared = sum((len(uses) - 1) * max(uses.values()) for uses in document.uses.values())
     _check(shared, FREE_TEXELS + TEXELS_OF_A_BYTE * _bytes(document), "texels of images that are used again", use)

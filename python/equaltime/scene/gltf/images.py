@@ -25,15 +25,15 @@ IGNORED: Final = (
     *("oiio:ColorSpace", "oiio:Gamma", "chromaticities", "ICCProfile", "ICCProfile:profile_description"),
     "PixelAspectRatio",
 )
-"""Attributes that the specification tells readers to ignore: materials say how their textures are encoded."""
+"""Image attributes that readers must ignore, as the specification says: materials define the encoding of textures."""
 Check = Callable[[int], object]
 
 
 def decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Return the pixels (H, W, 4) of an image, not multiplied by its opacity, as uint8, uint16 or float32.
+    """Return the pixels of image `index`, and notes on parts of the image file that are not used.
 
-    Also returns notes on parts of the file that are not used. ``check`` is given the number of pixels before they are
-    read. Raises `Malformed`, which ``check`` may raise too.
+    The pixels (H, W, 4) are uint8, uint16 or float32, with opacity not premultiplied. `check` is called with the number
+    of pixels before they are read, and may raise `Malformed`. Raises `Malformed` if the image cannot be read.
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:

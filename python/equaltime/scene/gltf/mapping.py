@@ -1,4 +1,4 @@
-"""Counterparts of glTF's extensions, and where they are not exact; shown by ``equaltime info``."""
+"""Counterparts of glTF's extensions, and approximations in them; shown by ``equaltime info``."""
 
 from __future__ import annotations
 
@@ -30,4 +30,4 @@ MAPPING: Final = {
     "KHR_node_visibility": "what is not visible is left out",
     "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
 }
-"""Counterpart of each supported extension."""
+"""Counterpart of each supported extension, by the extension's name."""

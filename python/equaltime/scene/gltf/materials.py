@@ -18,7 +18,7 @@ PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
 )
 OF_VERTICES: Final = {"base_color": "vertex_color", "alpha": "vertex_alpha"}
-"""Attributes of meshes that hold a parameter of their material."""
+"""Vertex attributes that hold a material's parameter, by the parameter's name."""
 BLACK: Final = (0.0, 0.0, 0.0)
 COLORED: Final = "_colored"
 FADED: Final = "_faded"
@@ -26,18 +26,21 @@ FADED: Final = "_faded"
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Properties of a mesh that its BSDF depends on."""
+    """Properties of a mesh that decide which variant of a material's BSDF the mesh gets."""
 
     colored: bool
-    """Whether its vertices have colours."""
+    """True if the mesh has vertex colours that are not all white."""
     faded: bool
-    """Whether its vertices have opacities, which the material uses."""
+    """True if the mesh has vertex opacities that are not all 1, and the material uses opacity."""
     mirrored: bool
-    """Whether its textures are seen mirrored, which inverts normal maps."""
+    """True if textures appear mirrored on the mesh; the green channel of normal maps is then inverted."""
 
 
 class Materials:
-    """The materials of one document, each made once."""
+    """Converter of a document's materials to BSDFs, media and emitters. Each BSDF and medium is created once.
+
+    A material is given by its index in the file, or None for the default material.
+    """
 
     def __init__(self, document: Document, place: Place) -> None:
         self._document = document
@@ -48,16 +51,16 @@ class Materials:
 
     @property
     def bsdfs(self) -> list[Object]:
-        """The BSDFs made so far."""
+        """BSDFs created so far."""
         return list(self._bsdfs.values())
 
     @property
     def media(self) -> list[Object]:
-        """The interior media made so far."""
+        """Interior media created so far."""
         return list(self._media.values())
 
     def medium(self, material: int | None) -> str | None:
-        """Return the id of the medium inside a material, or None if the inside absorbs nothing."""
+        """Return the id of a material's interior medium, or None if the interior does not absorb."""
         sigma_t = self.look(material).sigma_t
         if material is None or not any(sigma_t):
             return None
@@ -69,24 +72,27 @@ class Materials:
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return the parameters of a material."""
+        """Return the parameters of a material, read from the file at the first call."""
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
         return self._looks[material]
 
     def bsdf(self, material: int | None, variant: Variant) -> str:
-        """Return the id of the BSDF of a material."""
+        """Return the id of a material's BSDF for meshes of the given variant."""
         key = (material, variant)
         if key not in self._bsdfs:
             self._bsdfs[key] = self._bsdf(material, variant)
         return str(self._bsdfs[key].id)
 
     def shines(self, material: int | None) -> bool:
-        """Tell whether a material is an area light."""
+        """Tell whether surfaces with a material emit light."""
         return "radiance" in self.look(material).slots
 
     def emitter(self, material: int | None, variant: Variant) -> Object | None:
-        """Return a material's area light, or None if it does not emit; unlit vertices emit their colours."""
+        """Return a material's area light for meshes of the given variant, or None if the material does not emit.
+
+        With an unlit material, vertices emit their colours.
+        """
         seen = self.look(material)
         slot = seen.slots.get("radiance")
         if material is None or slot is None:

@@ -1,4 +1,4 @@
-"""Primitives of a document as shapes need them: deformed, and with the texture coordinates of their material."""
+"""Primitives of a document in the form of a shape: deformed, with the texture coordinates of the material."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Source", "box", "read"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Origin of a primitive: a mesh, or a node that deforms the mesh.
+    """Identification of a primitive: by the index of a mesh, or of a node that deforms a mesh.
 
     The vertices are in the coordinates of the mesh, or in world space if the node has a skin.
     """
@@ -33,10 +33,10 @@ class Source:
 
 
 def read(pose: Pose, source: Source) -> Triangles | None:
-    """Return a primitive in a pose, or None if it does not exist; raises `Malformed`.
+    """Return a primitive in a pose, or None if the primitive does not exist; raises `Malformed`.
 
-    Vertex colours are multiplied by the material's base colour, and vertex opacities by its opacity. Where a texture
-    gives the base colour or the opacity, the texture has the factor already.
+    Vertex colours are multiplied by the material's constant base colour, and vertex opacities by the constant opacity.
+    If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor.
     """
     document, mesh = pose.document, _mesh(pose.document, source)
     gltf = document.gltf
@@ -77,7 +77,10 @@ def _mesh(document: Document, source: Source) -> int | None:
 
 
 def box(document: Document, source: Source) -> NDArray[np.float64] | None:
-    """Return the corners (8, 3) of the box around a primitive's triangles, or None if they are unknown."""
+    """Return the corners (8, 3) of the bounding box of a primitive's triangles.
+
+    Returns None if the primitive cannot be read or has no finite vertices.
+    """
     try:
         found = read(Pose(document), source)
     except ValueError:  # reported where the mesh itself is read

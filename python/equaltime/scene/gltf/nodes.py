@@ -1,4 +1,4 @@
-"""The node hierarchy of a glTF file: the nodes' transforms to the world."""
+"""The node hierarchy of a glTF file, with the transforms of the nodes to world space."""
 
 from __future__ import annotations
 
@@ -18,26 +18,27 @@ __all__ = ["Placed", "instances", "placed", "product", "rigid"]
 Array = NDArray[np.float64]
 
 THINNEST: Final = 1e-8
-"""Scale that replaces 0 along one axis, relative to the largest of the three, so that flat meshes have normals."""
+"""Scale that replaces 0 along one axis, as a fraction of the largest scale, so that flat meshes have normals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A node placed in the world."""
+    """A node with the transform to world space."""
 
     index: int
     node: Any
     to_world: Array
-    """Transform (4, 4) of column vectors."""
+    """Transform (4, 4) of column vectors from the node to world space."""
     moving: tuple[Array, ...] = ()
-    """`to_world` at each time of a clip; empty if the node does not move."""
+    """Transform to world space at each time of the clip; empty if the node does not move."""
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
-    """Iterate over the nodes of a scene, each before its children; raises `Malformed` if they are no forest.
+    """Iterate over the nodes of scene `scene`, each node before its children.
 
-    Without a scene, the roots are all nodes that have no parent. With a clip, `to_world` is the transform at its first
-    time. Hidden nodes are left out, unless `hidden` is true.
+    If `scene` is None, the roots are all nodes without a parent. With a clip, `Placed.to_world` is the transform at the
+    clip's first time. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the hierarchy is not
+    valid, for example if a node has two parents.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))
@@ -138,14 +139,20 @@ def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
 
 
 def product(a: Array, b: Array) -> Array:
-    """Return a times b without BLAS, whose bits depend on the machine; too large numbers are refused later."""
+    """Return the matrix product of `a` and `b`, without BLAS, whose rounding depends on the machine.
+
+    Overflow gives infinities, which are refused later.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         product: Array = (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
     return product
 
 
 def instances(document: Document, at: Placed) -> list[Array] | None:
-    """Return the world transforms of a node's copies by EXT_mesh_gpu_instancing, or None without that extension."""
+    """Return the transforms (4, 4) to world space of a node's copies by EXT_mesh_gpu_instancing.
+
+    Returns None if the node does not have this extension.
+    """
     extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
     if extension is None:
         return None
@@ -168,10 +175,9 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
 
 
 def rigid(to_world: Array) -> Array:
-    """Return the transform without its scale and shear, for cameras and lights.
+    """Return a transform (4, 4) without scale, shear and reflection, for cameras and lights.
 
-    The z axis is kept, and y as far as it is perpendicular to z. The x axis follows from both, so that nothing is
-    mirrored.
+    The direction of the z axis is kept. The y axis becomes perpendicular to z, and x is the cross product of y and z.
     """
     result = np.eye(4)
     result[:3, 3] = to_world[:3, 3]

@@ -1,4 +1,4 @@
-"""Makes nodes of the scene tree from Python values."""
+"""Creates nodes of the scene tree from Python values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ __all__ = ["add", "plant"]
 
 
 def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields: object) -> Object:
-    """Return the object of this type with these parameters: plain values, objects, references; None adds nothing."""
+    """Return a scene-tree object of kind `kind` and plugin type `type_`.
+
+    The `fields` are parameters: plain values, objects or references. A field that is None is left out.
+    """
     result = Object(place, type_, kind, id=id_)
     for name, value in fields.items():
         add(result, name, value)
@@ -17,7 +20,7 @@ def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields
 
 
 def add(parent: Object, name: str | None, value: object) -> None:
-    """Add a parameter, or an object without a name, to `parent`; None adds nothing."""
+    """Add `value` to `parent` as parameter `name`, or as an object without a name. A value of None is not added."""
     if value is None:
         return
     node = value if isinstance(value, Object | Reference | Value) else Value(parent.place, value)

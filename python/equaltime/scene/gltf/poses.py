@@ -1,4 +1,4 @@
-"""Poses of a glTF file: transforms of nodes and deformations of meshes, in the file or at a time of an animation."""
+"""Poses of a glTF file: transforms of nodes and weights of morph targets, as stored or at a time of an animation."""
 
 from __future__ import annotations
 
@@ -23,15 +23,18 @@ class Pose:
 
     document: Document
     clip: Clip | None = None
-    """An animation at a single time; None for the pose in the file."""
+    """Animation at a single time; None for the pose stored in the file."""
 
     @cached_property
     def worlds(self) -> dict[int, NDArray[np.float64]]:
-        """World transform (4, 4) of each node, by index."""
+        """Transform (4, 4) to world space of each node, by index."""
         return {at.index: at.to_world for at in placed(self.document, None, self.clip, hidden=True)}
 
     def weights(self, mesh: int, node: int | None) -> Any:
-        """Return the weights of the morph targets of a mesh, in a node that may have weights of its own."""
+        """Return the weights of the morph targets of mesh `mesh` in node `node`.
+
+        Animated weights come first, then the weights of the node, then the weights of the mesh.
+        """
         nodes = self.document.gltf.nodes
         own = None if node is None else nodes[node].weights
         if node is not None and self.clip is not None:
@@ -40,7 +43,10 @@ class Pose:
 
 
 def at_time(document: Document, animation: int, time: float) -> Pose:
-    """Return the pose of an animation at a time, in seconds; raises `Malformed` if either does not exist."""
+    """Return the pose of animation `animation` at a time, in seconds.
+
+    Raises `Malformed` if the animation does not exist or the time is not finite.
+    """
     if animation >= len(document.gltf.animations) or not math.isfinite(time):
         raise Malformed((f"animations[{animation}]", f"there is no such animation, or no time {time}"))
     return Pose(document, played(document, animation, (time, time)))

@@ -17,10 +17,10 @@ __all__ = ["TRIANGLES", "Triangles", "color", "mirrored_uvs", "triangles"]
 Array = NDArray[np.float64]
 
 FLOAT: Final = 5126
-"""The component type of float32."""
+"""Value of ``componentType`` for float32."""
 NAMES: Final = ("points", "lines", "line loop", "line strip", "triangles", "triangle strip", "triangle fan")
 TRIANGLES: Final = frozenset({4, 5, 6})
-"""Modes of primitives that have a surface."""
+"""Modes of primitives that have a surface: triangles, triangle strip, triangle fan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,22 +28,25 @@ class Triangles:
     """A mesh in its own coordinates, with the fields of `equaltime._core.MeshData`."""
 
     vertices: Array
-    """(N, 3)"""
+    """Positions (N, 3)."""
     faces: NDArray[np.uint32]
-    """(M, 3), counter-clockwise from the front"""
+    """Indices of the corners (M, 3), counter-clockwise as seen from the front."""
     normals: Array | None
-    """(N, 3)"""
+    """Vertex normals (N, 3), or None."""
     uvs: Array | None
-    """(N, 2), v downwards"""
+    """Texture coordinates (N, 2), with v downwards, or None."""
     colors: Array | None
-    """(N, 4) linear RGB and opacity: COLOR_0"""
+    """Vertex colours (N, 4) from COLOR_0: linear RGB and opacity; or None."""
     warnings: list[str]
     light: Array | None = None
-    """(N, 3) radiance of vertices with colours of their own, if no texture gives it"""
+    """Vertex radiances (N, 3), for meshes with vertex colours whose emission has no texture; or None."""
 
     @property
     def attributes(self) -> dict[str, Array]:
-        """Colours (N, 3), opacities (N, 1) unless all are 1, and radiances (N, 3), by Mitsuba's names of attributes."""
+        """Vertex attributes by Mitsuba's names; empty without vertex colours.
+
+        These are colours (N, 3), opacities (N, 1) unless all are 1, and radiances (N, 3) if there are any.
+        """
         if self.colors is None:
             return {}
         alpha = {"vertex_alpha": self.colors[:, 3:]} if (self.colors[:, 3] != 1.0).any() else {}
@@ -54,10 +57,10 @@ class Triangles:
 def triangles(
     document: Document, mesh: int, primitive: int, uv_set: int, weights: Sequence[float] | None = None
 ) -> Triangles:
-    """Return a primitive with the texture coordinates of one set; raises `Malformed`.
+    """Return primitive `primitive` of mesh `mesh`, with texture coordinates from ``TEXCOORD_`` and `uv_set`.
 
-    Morph targets are added by `weights`, or by the weights of the mesh if none are given. Without normals the
-    specification wants flat faces, which the shape sets.
+    Morph targets are added with `weights`, or with the weights of the mesh if `weights` is None. A primitive without
+    normals keeps None as normals; its shape has flat faces, as the specification requires. Raises `Malformed`.
     """
     if weights is None:
         weights = document.gltf.meshes[mesh].weights or ()
@@ -116,9 +119,9 @@ def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[
 
 
 def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
-    """Tell for each triangle (M,) whether its texture is seen mirrored from the front.
+    """Return for each triangle (M,) whether the texture appears mirrored as seen from the front.
 
-    With v downwards, the texture coordinates of a triangle that is not mirrored run clockwise in the (u, v) plane.
+    In the (u, v) plane, the corners of a triangle that is not mirrored run clockwise, because v points downwards.
     """
     if mesh.uvs is None:
         return np.zeros(len(mesh.faces), np.bool_)
@@ -129,9 +132,10 @@ def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
 
 
 def color(document: Document, primitive: Any, warnings: list[str], place: str) -> Array | None:
-    """Return the vertex colours (N, 4) of a primitive, or None; opacity is 1 if the file has none.
+    """Return the vertex colours (N, 4) of a primitive, in [0, 1], or None without COLOR_0.
 
-    Integers that are not normalised are refused: nothing says which integer is white.
+    The opacity is 1 if the file has none. Values that had to be changed are reported in `warnings`. Integers that are
+    not normalised raise `Malformed`, because their value for white is not defined.
     """
     index = vars(primitive.attributes).get("COLOR_0")
     if index is None:

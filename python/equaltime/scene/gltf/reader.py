@@ -1,4 +1,4 @@
-"""Reads glTF 2.0 (.gltf, .glb) into the scene tree."""
+"""Reads glTF 2.0 files (.gltf, .glb) into the scene tree."""
 
 from __future__ import annotations
 
@@ -24,14 +24,18 @@ __all__ = ["read_gltf"]
 
 DEFINITIONS: Final = ("animation", "camera", "scene", "shutter", "sky", "sun")
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
-opening and closing, in seconds of the animation. The sky is a radiance, the sun an irradiance."""
+opening and closing, in seconds of the animation. The sky has a radiance as value, the sun an irradiance."""
 PLACES_SHOWN: Final = 3
 
 
 def read_gltf(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene in the `content` of `file`, or None if it has none; problems go to `report`."""
+    """Return the scene in `content`, the bytes of the file named `file`, or None if the file has errors.
+
+    The values of ``-D`` are in `defines`; see `DEFINITIONS`. Errors and notes are added to `report`, and files that the
+    document names to `search`.
+    """
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
         report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")

@@ -1,7 +1,7 @@
-"""Rules for a JSON document, composed of small rules that find errors and their places.
+"""Rules that check a JSON document. Rules are composed of smaller rules, and find errors with their places.
 
-A rule takes a value, its place (``materials[2].alphaCutoff``) and the whole document, and yields the problems. `walk`
-goes through a value along its rule and finds the properties that no rule lists.
+A rule is a function of a value, the value's place (``materials[2].alphaCutoff``) and the whole document, and yields the
+problems of the value. `walk` visits all parts of a value along a rule, and finds properties that no rule lists.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ __all__ = [
 ]
 
 Problems = Iterator[tuple[str, str]]
-"""Pairs of place and message."""
+"""Problems of a value, as pairs (place, message)."""
 LARGEST = 3.4028235e38
-"""Largest float32; glTF's numbers are float32."""
+"""Largest float32, and so the largest number in a glTF file."""
 Rule = Callable[[Any, str, Mapping[str, Any]], Problems]
 
 
@@ -42,7 +42,7 @@ def _range(low: float, high: float) -> str:
 
 
 def number(low: float = -math.inf, high: float = math.inf) -> Rule:
-    """Return the rule of a finite number within [low, high]."""
+    """Return a rule that accepts finite numbers in [low, high]."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not _is_number(value, low, high):
@@ -52,7 +52,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Rule:
 
 
 def integer(low: int = 0) -> Rule:
-    """Return the rule of an integer of at least `low`; 3.0 counts as an integer."""
+    """Return a rule that accepts integers of at least `low`; 3.0 counts as an integer."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not _is_number(value, low, 2**53) or value != int(value):
@@ -62,7 +62,7 @@ def integer(low: int = 0) -> Rule:
 
 
 def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
-    """Return the rule of a list of `count` finite numbers within [low, high]."""
+    """Return a rule that accepts lists of `count` finite numbers in [low, high]."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, list) or len(value) != count or not all(_is_number(v, low, high) for v in value):
@@ -73,13 +73,13 @@ def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """The rule of an index into a list of the document."""
+    """A rule that accepts an index into a list of the document."""
 
     path: tuple[str, ...]
-    """The keys that lead to the list."""
+    """Keys from the top of the document to the list."""
 
     def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        """Yield a problem if `value` is no index into the list."""
+        """Yield a problem if `value` is not an index into the list."""
         items: Any = document
         for step in self.path:
             items = items.get(step, []) if isinstance(items, Mapping) else []
@@ -89,12 +89,12 @@ class Index:
 
 
 def index(of: str) -> Rule:
-    """Return the rule of an index into the list at the path `of` of the document, such as ``extensions/X/lights``."""
+    """Return a rule that accepts an index into the list at path `of`, such as ``extensions/X/lights``."""
     return Index(tuple(of.split("/")))
 
 
 def one_of(*choices: object) -> Rule:
-    """Return the rule of a value that is one of the choices."""
+    """Return a rule that accepts the given strings or integers only."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, str | int) or value not in choices:
@@ -104,13 +104,13 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is no string."""
+    """Yield a problem if `value` is not a string."""
     if not isinstance(value, str):
         yield place, _expected("a string", value)
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is neither true nor false."""
+    """Yield a problem if `value` is not a boolean."""
     if not isinstance(value, bool):
         yield place, _expected("true or false", value)
 
@@ -157,24 +157,27 @@ class _Table:
 
 
 def every(item: Rule) -> Rule:
-    """Return the rule of a list whose items follow `item`."""
+    """Return a rule that accepts lists whose items follow the rule `item`."""
     return _Every(item)
 
 
 def mapping(item: Rule) -> Rule:
-    """Return the rule of an object with any names, whose values follow `item`."""
+    """Return a rule that accepts JSON objects with any keys, whose values follow the rule `item`."""
     return _Mapping(item)
 
 
 def table(needs: str = "", /, **fields: Rule) -> Rule:
-    """Return the rule of an object with these fields, of which `needs` are required; others are allowed."""
+    """Return a rule that accepts JSON objects whose values follow the rules in `fields`.
+
+    The keys in `needs`, separated by spaces, are required. Keys without a rule are allowed.
+    """
     return _Table(tuple(needs.split()), fields)
 
 
 def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
-    """Iterate over the leaves of a value that follows `rule`: the rule, the value and the place of each leaf.
+    """Iterate over the leaves of `value`, which follows `rule`, as triples (rule, value, place).
 
-    The rule is None for a property that no table lists.
+    A leaf is a value whose rule has no parts. The rule is None for a property that no `table` lists.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

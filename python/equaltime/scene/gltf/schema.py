@@ -1,7 +1,7 @@
-"""Rules for the parts of glTF 2.0 and its extensions that are read here; see the specification's JSON schema.
+"""Rules for the parts of glTF 2.0 and its extensions that this package reads; see the specification's JSON schema.
 
-In a document that passes, every field has the right type and range, and every index is within its list. Code that reads
-it afterwards need not check again. Properties that are not listed are allowed, as the specification asks, and noted as
+In a document that passes, every listed property has the right type and range, and every index is within its list. Later
+code need not check them again. Properties that are not listed are allowed, as the specification requires, and noted as
 not used (`equaltime.scene.gltf.account`). Listed properties are used, or noted by the code that reads them.
 """
 
@@ -32,9 +32,10 @@ __all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
 
 
 def typed(document: Mapping[str, Any]) -> GLTF2:
-    """Return the `GLTF2` of a document that follows the schema; materials without metallic-roughness get its default.
+    """Return a JSON document that follows the schema as a `pygltflib.GLTF2`.
 
-    Properties that pygltflib does not know are left out.
+    Materials without ``pbrMetallicRoughness`` get its default. Properties that pygltflib does not know are left out,
+    except the weights of nodes.
     """
     gltf = _made(GLTF2, document)
     for material in gltf.materials:
@@ -73,7 +74,8 @@ UNREADABLE = {
     "KHR_meshopt_compression": "decode it first, for example with gltf-transform copy",
     "KHR_texture_basisu": "convert the textures to PNG or JPEG",
 }
-"""Extensions that change how data is stored, with advice for the user; refused wherever data needs them."""
+"""Extensions that store data in a form that is not supported, with advice for the user. A file is refused if data is
+stored only in such a form."""
 
 _unit, _positive, _color = number(0.0, 1.0), number(0.0), numbers(3, 0.0, 1.0)
 
@@ -262,4 +264,4 @@ DOCUMENT = table(
     ),
     extensions=table(KHR_lights_punctual=table(lights=every(_LIGHT))),
 )
-"""The rule of a whole file."""
+"""Rule for a whole glTF document."""

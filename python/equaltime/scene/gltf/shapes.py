@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 FLATTEST: Final = 1e-12
 MANY_INDICES: Final = 100_000
-"""Number of indices in additional copies of a mesh from which all its copies become instances."""
+"""Number of indices in the second and further copies of a mesh from which all copies of the mesh become instances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class _Copy:
 
 
 class Shapes:
-    """Makes the shapes of a document, and remembers where they stand."""
+    """Converter of a document's meshes to shapes, which also records the placements of the shapes."""
 
     def __init__(self, document: Document, place: Place, materials: Materials, clip: Clip | None = None) -> None:
         self._clip = clip
@@ -69,7 +69,10 @@ class Shapes:
         self._groups: dict[tuple[int, bool], Object] = {}
 
     def of(self, nodes: list[Placed]) -> list[Object]:
-        """Return the shapes of all nodes, one per primitive and copy; many copies of large meshes share a group."""
+        """Return the shapes of all nodes: one for each primitive and copy.
+
+        Many copies of a large mesh become instances of one shape group; the groups come first.
+        """
         copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
         counts = Counter(copy.mesh for copy in copies if copy.bent is None)
         grouped = {mesh for mesh, count in counts.items() if self._is_worth_a_group(mesh, count)}
@@ -82,7 +85,7 @@ class Shapes:
         return [*self._groups.values(), *made]
 
     def corners(self) -> Array:
-        """Return the corners (N, 3) of boxes around all shapes in the world."""
+        """Return the corners (N, 3), in world space, of the bounding boxes of all shapes made so far."""
         boxes = {source: box(self._document, source) for source in dict.fromkeys(source for source, _ in self._seen)}
         standing = [
             corners @ to_world[:3, :3].T + to_world[:3, 3]

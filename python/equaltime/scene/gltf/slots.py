@@ -1,7 +1,7 @@
-"""A parameter of a material as glTF gives it: a factor times some channels of a texture.
+"""A parameter of a glTF material (a slot): a constant factor times some channels of a texture.
 
 glTF packs several parameters into one image, such as roughness and metalness, or opacity and colour. Each parameter
-becomes a bitmap of its own, with the factor multiplied in. Eight-bit images stay eight-bit where nothing changes them.
+becomes a bitmap of its own, multiplied by the factor. Eight-bit images stay eight-bit if their values do not change.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ __all__ = ["Slot", "TextureUse", "faded", "mask", "texture_use"]
 
 Array = NDArray[Any]
 FINEST_MASK = 4096
-"""Longest side, in texels, to which a mask is enlarged, so that its cut edges are smooth."""
+"""Longest side, in texels, to which a mask is enlarged, so that the edges of holes are smooth."""
 ALPHA = (3,)
 
 
 @dataclass(frozen=True, slots=True)
 class TextureUse:
-    """A material's use of a texture."""
+    """A textureInfo of glTF: a texture with the transform of the texture coordinates."""
 
     index: int
     uv_set: int = 0
     offset: tuple[float, float] = (0.0, 0.0)
     rotation: float = 0.0
     scale: tuple[float, float] = (1.0, 1.0)
-    """Scale of the texture coordinates."""
+    """Scale of the texture coordinates u and v."""
     strength: float = 1.0
-    """``scale`` of a normal texture."""
+    """Factor on the x and y components of a normal texture: glTF's ``scale``."""
 
     @property
     def to_uv(self) -> NDArray[np.float64]:
-        """The transform (4, 4) of texture coordinates, as `bitmap` takes it: scale, then rotation, then offset.
+        """Transform (4, 4) of the texture coordinates, as ``to_uv`` of `bitmap`: scale, then rotation, then offset.
 
         The rotation is counter-clockwise as seen in the picture, with v downwards.
         """
@@ -51,7 +51,10 @@ class TextureUse:
 
 
 def texture_use(info: Any) -> TextureUse | None:
-    """Return the texture use in a textureInfo, which is an object of pygltflib or a part of an extension."""
+    """Return a textureInfo as a `TextureUse`, or None for None.
+
+    `info` is an object of pygltflib, or a mapping inside an extension.
+    """
     if info is None:
         return None
     fields: Mapping[str, Any] = info if isinstance(info, Mapping) else vars(info)
@@ -74,20 +77,20 @@ class Slot:
     """One parameter of a material."""
 
     factor: tuple[float, ...]
-    """One number or a colour."""
+    """Constant factor: one number, or a colour."""
     texture: TextureUse | None = None
     channels: tuple[int, ...] = (0, 1, 2)
-    """Channels of the texture that are used, as many as the factor has numbers."""
+    """Indices of the texture's channels that are used, as many as the factor has numbers."""
     encoded: bool = False
-    """Whether eight-bit texels are encoded as sRGB."""
+    """True if integer texels are encoded as sRGB."""
     curve: Callable[[Array], Array] | None = None
-    """Function applied to factor times texture (..., channels); its result has 1 or 3 channels."""
+    """Function applied to the product of factor and texture (..., channels); the result has 1 or 3 channels."""
     cutoff: float | None = None
-    """Threshold that makes the slot a mask: 1 where factor times texture is at least this, else 0."""
+    """Threshold that makes the slot a mask: 1 where the value is at least the threshold, else 0; None: no mask."""
 
     @property
     def constant(self) -> tuple[float, ...]:
-        """The value without a texture, or where the texture is white."""
+        """Value of the parameter without a texture, or where the texture is white."""
         value = np.array(self.factor)
         if self.curve is not None:
             value = self.curve(value)
@@ -97,17 +100,17 @@ class Slot:
 
     @property
     def plain(self) -> bool:
-        """Whether the texture's channels are the value, unchanged."""
+        """True if the channels of the texture are the parameter, without factor, curve or cutoff."""
         return self.curve is None and self.cutoff is None and all(f == 1.0 for f in self.factor)
 
     @property
     def raw(self) -> bool:
-        """Whether the bitmap's texels are the values themselves, without sRGB decoding."""
+        """Parameter ``raw`` of `bitmap`: False if texels may be encoded as sRGB (slots that are encoded and plain)."""
         return not (self.encoded and self.plain)
 
     @np.errstate(over="ignore", invalid="ignore")  # `bake` refuses texels that are not finite
     def texels(self, pixels: Array) -> Texels:
-        """Return the bitmap of this parameter, from the pixels (H, W, 4) of the texture's image."""
+        """Return the bitmap of this parameter, computed from the pixels (H, W, 4) of the texture's image."""
         picked = pixels[..., list(self.channels)]
         if self.plain and picked.dtype == np.uint8:
             return Texels(np.ascontiguousarray(picked), self.encoded)
@@ -137,7 +140,10 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
 
 
 def faded(light: Slot, opacity: Slot) -> Slot | None:
-    """Return the emission of a surface with this opacity; None if `light` and `opacity` have different textures."""
+    """Return the emission `light` multiplied by `opacity`, as one slot.
+
+    Returns None if `light` and `opacity` have different textures.
+    """
     cutoff, (alpha,) = opacity.cutoff, opacity.factor
 
     def seen(values: Array) -> Array:
@@ -160,11 +166,11 @@ def faded(light: Slot, opacity: Slot) -> Slot | None:
 
 
 def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
-    """Return 255 where `values` (H, W, 1) reach `cutoff`, else 0, on a finer grid.
+    """Return a mask on a finer grid: 255 where the interpolated `values` (H, W, 1) are at least `cutoff`, else 0.
 
-    glTF interpolates first and then cuts, but a bitmap can only interpolate values that are already cut. So the
-    interpolation is done here, on up to four times as many texels a side, and the result is looked up by the nearest
-    texel.
+    glTF interpolates first and then applies the cutoff, but a bitmap can only interpolate after the cutoff. This
+    function therefore interpolates, with up to four times as many texels per side. The result is for lookup by the
+    nearest texel.
     """
     height, width, _ = values.shape
     if np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK:

@@ -1,6 +1,6 @@
 """glTF materials as parameters of the principled BSDF, independent of a scene.
 
-The table in `equaltime.scene.gltf` lists what each part becomes; the formulas are here.
+The table in `equaltime.scene.gltf` lists the counterparts; this module has the formulas.
 """
 
 from __future__ import annotations
@@ -25,14 +25,17 @@ UNIT_FACTORS = frozenset(
         *("transmissionFactor", "attenuationColor", "anisotropyStrength", "strength"),
     }
 )
-"""Factors that the specification keeps in [0, 1]."""
+"""Material factors that must be in [0, 1] according to the specification."""
 
 _DEEPEST = 3
 """Levels below a material that are searched: down to a texture of an extension."""
 
 
 def capped(document: Mapping[str, Any]) -> list[str]:
-    """Set factors of materials above 1 to 1, in place, and return their places."""
+    """Set the `UNIT_FACTORS` of materials that are above 1 to 1, in place.
+
+    Return the places of these factors, such as ``materials[2].pbrMetallicRoughness.metallicFactor``.
+    """
     materials = document.get("materials")
     if not isinstance(materials, list):
         return []
@@ -63,31 +66,31 @@ RED, GREEN, BLUE = (0,), (1,), (2,)
 DIELECTRIC_F0 = 0.04
 
 BLACKEST = 2.0**-24
-"""Smallest transmittance over the attenuation distance. It replaces 0, whose extinction would be infinite."""
+"""Smallest transmittance over the attenuation distance. A transmittance of 0 would need an infinite extinction."""
 
 INFINITE_IOR = 1000.0
-"""Index of refraction that stands for 0 in KHR_materials_ior, which means that everything is reflected."""
+"""Index of refraction that replaces 0 in KHR_materials_ior, where 0 means total reflection."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceLook:
-    """Parameters of a material."""
+    """Parameters of the BSDF, emitter and medium of a glTF material."""
 
     slots: Mapping[str, Slot]
     """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls).
 
-    ``alpha`` is the opacity before it is cut, for vertices that have opacities of their own.
+    ``alpha`` is the opacity before the cutoff is applied, for meshes with vertex opacities.
     """
     eta: float
-    """Index of refraction that gives the reflection of the dielectric part."""
+    """Index of refraction of the dielectric part of the BSDF."""
     two_sided: bool
     unlit: bool
     uv_set: int
-    """Set of texture coordinates with which all textures are looked up."""
+    """Index of the set of texture coordinates that all textures use."""
     notes: tuple[str, ...] = ()
-    """Sentences about differences from the file's material."""
+    """Notes for the user on differences from the material in the file."""
     sigma_t: tuple[float, ...] = ()
-    """Extinction of the inside, per unit of length in the world; empty if the inside absorbs nothing."""
+    """Extinction per channel of the interior, per unit of length in world space; empty without absorption."""
 
 
 @dataclass(slots=True, eq=False)
@@ -106,7 +109,7 @@ class _Reading:
 
 
 def look(material: Any) -> SurfaceLook:
-    """Return the parameters of a `pygltflib.Material`, or the default parameters for None."""
+    """Return the parameters of `material`, a `pygltflib.Material`, or the default parameters for None."""
     if material is None:
         one = Slot((1.0,))
         plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one}

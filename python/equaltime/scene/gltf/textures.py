@@ -1,6 +1,6 @@
-"""The bitmaps of glTF materials: parameters of their lookup, and their texels, made on demand.
+"""Bitmaps of glTF materials: texels, computed on demand, and the parameters of the lookup.
 
-A bitmap is named by its place in the file, such as ``model.glb#/materials/2/roughness``.
+The name of a bitmap is its place in the file, such as ``model.glb#/materials/2/roughness``.
 """
 
 from __future__ import annotations
@@ -20,13 +20,16 @@ from equaltime.scene.pictures import Texels
 __all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 
 MIRRORED: Final = "_mirrored"
-"""Suffix of the name of a normal map for triangles whose texture is seen mirrored."""
+"""Suffix of the name of a normal map for triangles on which the texture appears mirrored."""
 WRAPS: Final = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST: Final = 9728
 
 
 def bake(document: Document, material: int, name: str) -> Texels:
-    """Return the bitmap of the parameter `name` of a material; raises `Malformed`, or KeyError if there is none."""
+    """Return the bitmap of the parameter `name` of material `material`.
+
+    Raises `Malformed` if the image is not valid, and KeyError if the parameter does not exist or has no texture.
+    """
     slot = look(document.gltf.materials[material]).slots[name.removesuffix(MIRRORED)]
     if slot.texture is None:
         raise KeyError(name)
@@ -57,7 +60,7 @@ def _source(document: Document, texture: int) -> int:
 
 
 def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
-    """Return the parameters of `bitmap`, except the file name."""
+    """Return the parameters of the plugin `bitmap` for a slot with a texture, except the file name."""
     use = slot.texture
     assert use is not None, "only textured parameters are given as bitmaps"
     result: dict[str, Any] = {"raw": slot.raw}

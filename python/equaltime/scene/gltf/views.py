@@ -23,21 +23,22 @@ Array = NDArray[np.float64]
 LONG_SIDE: Final = 768
 WIDEST: Final = 1000.0
 ASPECT: Final = 4.0 / 3.0
-"""Width over height of the image, if the camera leaves it to the viewer."""
+"""Width divided by height of the image, for cameras that do not set this ratio."""
 TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
-"""Maps glTF's cameras and lights, which look along -z, to Mitsuba's, which look along +z with x to the left."""
+"""Transform (4, 4) from Mitsuba's cameras and lights (along +z, x to the left) to glTF's (along -z, x to the right)."""
 DEFAULT_FOV: Final = 40.0
 MARGIN: Final = 1.1
 DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
-"""Direction from the middle to the default camera: before the asset (+z), a little to the right and above."""
+"""Direction from the centre of the asset to the default camera: to the front (+z), a little to the right and above."""
 SKY: Final = 0.5
 SUN: Final = 1.5
-"""Default radiance of the sky and irradiance of the sun: white surfaces that face the sun are white in the image."""
+"""Default radiance of the sky (`SKY`) and irradiance of the sun (`SUN`). With both, white surfaces that face the sun
+are white in the image."""
 SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
 def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
-    """Return the camera of a node; it moves if the node does during `times`."""
+    """Return the camera of a node as a sensor, animated with keys at `times` if the node moves."""
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
     view = camera.orthographic if camera.type == "orthographic" else camera.perspective
@@ -89,7 +90,7 @@ def _film(aspect: float, place: Place) -> Object:
 
 
 def default_camera(corners: Array, place: Place) -> Object:
-    """Return a camera that has all `corners` (N, 3) in view."""
+    """Return a perspective camera that has all points `corners` (N, 3) in view."""
     if len(corners) == 0:
         corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
     middle = 0.5 * corners.min(axis=0) + 0.5 * corners.max(axis=0)
@@ -105,21 +106,22 @@ def default_camera(corners: Array, place: Place) -> Object:
 
 
 def sky(radiance: float, place: Place) -> Object | None:
-    """Return an environment of this radiance, or None if it is 0."""
+    """Return a constant environment with this radiance, or None if the radiance is 0."""
     return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
 
 
 def sun(irradiance: float, place: Place) -> Object | None:
-    """Return a sun above, before the asset (+z) and a little to the left, or None if the irradiance is 0."""
+    """Return a directional light from above, the front (+z) and slightly from the left; None if `irradiance` is 0."""
     if irradiance <= 0.0:
         return None
     return plant("emitter", "directional", place, irradiance=irradiance, direction=SUNLIGHT)
 
 
 def light(document: Document, at: Placed, place: Place) -> Object | None:
-    """Return the light of a node, or None if it has none.
+    """Return the light of a node (KHR_lights_punctual) as an emitter, or None if the node has no light.
 
-    Candela, lux and nits are taken as W/sr, W/m² and W/(m² sr) per channel: only their ratios show in an image.
+    A spot light whose cone is closed also gives None. Candela and lux are taken as W/sr and W/m² per channel, because
+    only ratios of lights are visible in an image.
     """
     extension = (at.node.extensions or {}).get("KHR_lights_punctual")
     if extension is None:

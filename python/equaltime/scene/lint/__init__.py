@@ -1,9 +1,11 @@
-"""Lint: the hazards of a scene, reported before it renders.
+"""Lint: checks a scene for hazards before the render.
 
-Each module looks at one kind: `surfaces` (triangles, their orientation, gaps), `lights`, `materials`, `media`, `extent`
-(size and place), `camera`. A scene that cannot be rendered at all is an error of loading: for example one with a
-duplicate id, or with a vertex that is not finite. Repairs by the readers of files are among the findings. ``fast``
-skips whatever takes longer than a render should wait for: meshes beyond some ten thousand triangles, and texels.
+Each module checks one kind of hazard: `surfaces` (triangles, orientation, gaps), `lights`, `materials`, `media`,
+`extent` (size and place), `camera`. A scene that cannot be rendered at all is refused when it is loaded: for example a
+scene with a duplicate id, or with a vertex that is not finite. Repairs by the readers of files are reported, too.
+
+The option ``fast`` skips checks that would delay a render: meshes beyond 10 000 triangles in total, and the values of
+textures.
 """
 
 from __future__ import annotations
@@ -24,7 +26,10 @@ __all__ = ["Finding", "Severity", "lint"]
 
 
 def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
-    """Return the hazards of a scene, warnings first; raises SceneError or ValueError if a file is gone."""
+    """Return the hazards of a scene, warnings first; `fast` skips slow checks.
+
+    Raises SceneError or ValueError if a file of the scene no longer exists.
+    """
     with np.errstate(all="ignore"):  # overflow is not among the hazards, and NumPy's warnings would not help the user
         world = World(scene, fast=fast)
         found = [

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def check_camera(world: World) -> Iterator[Finding]:
-    """Find shapes with a medium around a camera that names no medium."""
+    """Yield a finding if the camera is inside shapes with an interior medium, but the sensor names no medium."""
     model = world.scene.model
     if model.sensor.medium is not None or not sees_media(model.integrator):
         return

@@ -14,11 +14,11 @@ from equaltime.scene.model import MeshFile
 __all__ = ["check_extent"]
 
 STEPS: Final = 1000.0
-"""Smallest width of a shape, in rounding steps of single precision, that is not visibly coarse."""
+"""Width of a shape below which its rounding is visible, in single-precision rounding steps of its vertices."""
 
 
 def check_extent(world: World) -> Iterator[Finding]:
-    """Compare the size of each shape with the rounding of its vertices."""
+    """Yield findings for shapes and mesh files whose vertices are rounded too coarsely for the size of the shape."""
     found = {part: steps for part in world.meshes if (steps := _steps(part)) < STEPS}
     if found:
         yield Finding(

@@ -1,7 +1,7 @@
-"""Facts about a mesh, in time that grows only linearly with its triangles: sums and hashes, few sorts.
+"""Facts about a mesh, computed in time linear in the number of triangles: by sums and hashes, with few sorts.
 
-Two vertices are equal if the core rounds them to the same position. Sums of 64-bit hashes represent multisets: two
-different multisets agree with a probability of about 2^-64.
+Two vertices are equal if the core rounds them to the same position. A sum of 64-bit hashes represents a multiset: two
+different multisets have equal sums with a probability of about 2^-64.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from equaltime.scene.lint.parts import Part
 __all__ = ["MOST_PLACES", "Finding", "MeshFacts", "Severity", "border", "facts", "surrounds", "within"]
 
 Severity = Literal["warning", "note"]
-"""Warning: the image may be wrong or late. Note: the hazard is dealt with, or may be intended."""
+"""Warning: the image may be wrong or take long. Note: the renderer handles the hazard, or it may be intended."""
 
 MOST_PLACES: Final = 8
-"""Largest number of places that a finding names; `count` counts all."""
+"""Largest number of places that a finding names; `Finding.count` counts all."""
 
 
 @dataclass(frozen=True)
@@ -30,16 +30,16 @@ class Finding:
     """One kind of hazard in one scene."""
 
     check: str
-    """Id of the check."""
+    """Id of the check, such as ``dark-lights``."""
     severity: Severity
     what: str
-    """The hazard that was found, with figures."""
+    """Description of the hazard, with figures."""
     where: tuple[str, ...]
     """The first `MOST_PLACES` shapes, BSDFs or lights, with their places in the file."""
     count: int
     """Number of triangles, vertices, texels or objects, as `what` says."""
     becomes: str
-    """The renderer's treatment of the hazard."""
+    """Reaction of the renderer to the hazard."""
     advice: str
     """Advice to the user."""
 
@@ -49,7 +49,7 @@ class Finding:
 
 
 def first_places(places: Iterable[object]) -> tuple[str, ...]:
-    """Return the first `MOST_PLACES` different places."""
+    """Return the first `MOST_PLACES` different places, as text."""
     return tuple(dict.fromkeys(map(str, places)))[:MOST_PLACES]
 
 
@@ -58,10 +58,10 @@ Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
 
 CHUNK: Final = 1 << 16
-"""Triangles that are processed at a time, so that intermediate results stay in the cache."""
+"""Number of triangles that are processed at a time, so that intermediate results stay in the cache."""
 
 UNCERTAIN: Final = 1e-2
-"""Angle, in radians, by which rounded vertices may tilt a triangle before it is reported."""
+"""Angle, in radians, above which a possible tilt of a triangle by the rounding of its vertices is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class MeshFacts:
     degenerate: int
     """Number of triangles without area, which the core drops."""
     slivers: int
-    """Number of other triangles that rounding may tilt by more than `UNCERTAIN`."""
+    """Number of slivers: triangles with area that rounding may tilt by more than `UNCERTAIN`."""
     sliver_area: float
     """Fraction of the mesh's area in slivers."""
     tilt: float
@@ -80,17 +80,20 @@ class MeshFacts:
     """Number of triangles whose three shading normals all point to the back."""
     area: float
     volume: float
-    """Enclosed volume if the mesh is closed; negative if its front is inside."""
+    """Enclosed volume of a closed mesh; negative if the front sides of the triangles face inwards."""
     closed: bool
-    """Whether every edge occurs equally often in both directions, and some triangle has area."""
+    """True if every edge occurs equally often in both directions, and at least one triangle has area."""
     faces: Hashes
-    """(M,) hash of each triangle; equal for triangles with the same corners."""
+    """Hash of each triangle (M,); equal for triangles with the same corners."""
     balance: int
-    """Hash sum over directed edges minus the sum over reversed edges; 0 if closed. Several meshes' balances add up."""
+    """Hash sum over the directed edges minus the sum over the reversed edges, modulo 2^64; 0 for a closed mesh.
+
+    The balance of several meshes together is the sum of their balances.
+    """
 
 
 def facts(part: Part) -> MeshFacts:
-    """Collect the facts about all triangles of a mesh."""
+    """Return the facts about all triangles of the mesh of `part`."""
     mesh = part.mesh
     assert mesh is not None
     points = part.points.astype(np.float64)
@@ -125,7 +128,7 @@ def facts(part: Part) -> MeshFacts:
 
 
 def border(parts: list[Part]) -> list[int]:
-    """Return, for each mesh, the number of its edges that no other triangle of any mesh shares."""
+    """Return, for each mesh, the number of border edges: edges of a single triangle among all meshes."""
     keys, owners = [], []
     for number, part in enumerate(parts):
         assert part.mesh is not None
@@ -139,9 +142,9 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether a place is inside a closed shape: a sphere, or a mesh whose edges are all shared.
+    """Tell whether a place, a point (3,) in world space, is inside a closed shape: a sphere or a closed mesh.
 
-    Shapes of a group never count, because their coordinates are in the group's own space.
+    The result is False for shapes of a group, because their coordinates are in the group's own space.
     """
     if part.grouped:
         return False
@@ -153,12 +156,15 @@ def within(place: Array, part: Part) -> bool:
 
 
 def in_bounds(place: Array, part: Part) -> bool:
-    """Tell whether a place is inside a shape's bounding box."""
+    """Tell whether a place, a point (3,), is inside the bounding box of a shape."""
     return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
 
 
 def surrounds(part: Part, place: Array) -> bool:
-    """Tell whether a place is inside a closed mesh, by its solid angle (Van Oosterom & Strackee 1983)."""
+    """Tell whether a place, a point (3,), is inside a closed mesh.
+
+    The test is the solid angle of the mesh as seen from the place (Van Oosterom & Strackee 1983).
+    """
     mesh = part.mesh
     assert mesh is not None
     if not in_bounds(place, part):

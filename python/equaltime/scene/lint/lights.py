@@ -1,4 +1,4 @@
-"""Hazards of emitters: zero power, facing away from everything, or light that no technique finds."""
+"""Hazards of emitters: zero power, facing away from the whole scene, or light that no sampling technique finds."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ from equaltime.scene.model import (
 __all__ = ["check_lights"]
 
 AWAY = 1e-12
-"""Distance before a light, as a fraction of the scene's size, up to which a point is in its plane: a few roundings."""
+"""Distance from the plane of a flat light up to which a point counts as in the plane: a few rounding errors. The
+distance is a fraction of the size of the scene."""
 FLAT = 1e-4
-"""Largest angle, in radians, between the normals of a flat light's triangles."""
+"""Largest angle, in radians, between the normals of the triangles of a light that counts as flat."""
 
 
 def check_lights(world: World) -> Iterator[Finding]:
-    """Find hazards of emitters, among them emitters without power."""
+    """Yield findings for emitters: without power, very dim, facing away, enclosed, or behind glass."""
     model = world.scene.model
     nodes = {
         id(node): node

@@ -1,4 +1,4 @@
-"""Hazards of materials: surfaces that return all light, and textures out of their parameter's range."""
+"""Hazards of materials: surfaces that reflect nearly all light, and textures outside of their parameter's range."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from equaltime.scene.out_of_range import of_mesh, of_textures
 __all__ = ["check_materials"]
 
 WHITE: Final = 0.999
-"""Reflectance from which a path needs a thousand bounces to lose its light."""
+"""Reflectance above which a path needs about a thousand bounces to lose its throughput."""
 
 
 def check_materials(world: World) -> Iterator[Finding]:
-    """Find surfaces that return nearly all light, and textures that are out of range."""
+    """Yield findings for surfaces that reflect nearly all light, and for textures outside of the range."""
     nodes = list({id(node): node for node in world.scene.model.nodes()}.values())
     white = [node for node in nodes if isinstance(node, Diffuse) and _reflects(node) >= WHITE]
     if white and world.scene.max_depth == -1:

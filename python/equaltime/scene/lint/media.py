@@ -15,12 +15,11 @@ from equaltime.scene.model import Medium
 __all__ = ["check_media"]
 
 SHORTEST: Final = 1e-7
-"""Shortest mean free path, as a fraction of the scene's extent; the core has the same limit and refuses shorter ones.
-"""
+"""Shortest mean free path that is accepted, as a fraction of the scene's extent. The core has the same limit."""
 
 
 def check_media(world: World) -> Iterator[Finding]:
-    """Compare mean free paths with the extent of the scene."""
+    """Yield a finding if a mean free path is too short compared with the extent of the scene."""
     extent = _extent(world)
     if extent == 0.0 or not sees_media(world.scene.model.integrator):
         return

@@ -1,4 +1,4 @@
-"""The scene as lint looks at it: surfaces as they are rendered, with vertices rounded as in the core."""
+"""The scene in the form that lint checks: surfaces as they are rendered, with vertices rounded as in the core."""
 
 from __future__ import annotations
 
@@ -33,31 +33,31 @@ Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
 
 FAST_TRIANGLES: Final = 10_000
-"""Number of triangles that a fast check looks at in total; further meshes are skipped."""
+"""Number of triangles that a fast check processes in total; further meshes are skipped."""
 
 
 @dataclass(eq=False)
 class Part:
-    """One surface of the scene."""
+    """The surface of one shape of the scene."""
 
     shape: Solid
     name: Name
     surface: Surface
     grouped: bool
-    """Whether the surface is part of a group, in whose own space it stands."""
+    """True if the shape is part of a group; the surface is then in the group's own space."""
     origin: Array | None = None
-    """Point that is moved to 0 before vertices are rounded; see `World.parts`."""
+    """Point (3,) that is subtracted from the vertices before rounding; set by `World.parts`."""
 
     @cached_property
     def mesh(self) -> MeshSurface | None:
-        """The surface's triangles, in the scene's units, or None."""
+        """Triangles of the surface, in the scene's units; None for an analytic surface."""
         if isinstance(self.surface, QuadSurface):
             return self.surface.mesh()
         return self.surface if isinstance(self.surface, MeshSurface) else None
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """The vertices (N, 3) as the core rounds them."""
+        """Vertices (N, 3) relative to `origin`, rounded as in the core."""
         assert self.mesh is not None
         assert self.origin is not None
         with np.errstate(over="ignore"):
@@ -65,23 +65,23 @@ class Part:
 
     @cached_property
     def bounds(self) -> Array:
-        """The lower and the upper corner, in the scene's units."""
+        """Bounding box (2, 3): lower and upper corner, in the scene's units."""
         return bounds(self.surface)
 
     @property
     def extent(self) -> float:
-        """The longest side of the bounds."""
+        """Longest side of the bounding box, in the scene's units."""
         return float((self.bounds[1] - self.bounds[0]).max())
 
     @property
     def one_sided(self) -> bool:
-        """Whether only one side absorbs everything; a black front that emits counts too."""
+        """True if exactly one side absorbs all light, or if the front emits and absorbs all light."""
         sides = self.surface.sides
         return (sides.front is None) != (sides.back is None) or (sides.front is None and sides.radiance is not None)
 
     @property
     def refracts(self) -> bool:
-        """Whether the surface is an interface between two media, which must close to have an inside."""
+        """True if the surface is a refracting interface, which should be part of a closed shape."""
         return any(
             (isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior != leaf.ext_ior)
             or (isinstance(leaf, Principled) and leaf.transmits)
@@ -90,7 +90,7 @@ class Part:
 
 
 class World:
-    """The scene for lint; its meshes are placed when first needed."""
+    """A scene in the form that lint checks. Meshes are transformed to world space at the first use."""
 
     def __init__(self, scene: Scene, *, fast: bool = False) -> None:
         self.scene = scene
@@ -101,12 +101,15 @@ class World:
         """Number of meshes that were skipped to save time."""
 
     def called(self, node: Plugin) -> str:
-        """Return the words by which a finding names `node`, which is any part of the scene but a shape."""
+        """Return the name of `node` for findings. The node can be any part of the scene except a shape."""
         return str(Name(node.id, node.title, self.scene.place_of(node)))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """All surfaces, each once; surfaces of groups come last."""
+        """All surfaces, each once; surfaces of groups come last.
+
+        A fast check skips meshes after `FAST_TRIANGLES` triangles, and counts them in `skipped`.
+        """
         parts = tuple(self._surfaces())
         corners = np.array([part.bounds for part in parts if not part.grouped]).reshape(-1, 3)
         origin = np.clip(self.camera, corners.min(axis=0), corners.max(axis=0)) if len(corners) else self.camera
@@ -136,17 +139,17 @@ class World:
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:
-        """The surfaces that are made of triangles."""
+        """Surfaces that consist of triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
 
 
 def lets_light_through(part: Part) -> bool:
-    """Tell whether any light passes the surface."""
+    """Tell whether the BSDF of a surface lets light through."""
     return part.shape.bsdf is not None and part.shape.bsdf.transmits
 
 
 def leaves(bsdf: Bsdf | None) -> Iterator[Bsdf]:
-    """Iterate over the BSDFs in `bsdf` that wrap no other."""
+    """Iterate over the innermost BSDFs of `bsdf`; `bsdf` itself if no BSDF is nested in it."""
     if bsdf is None:
         return
     inner = getattr(bsdf, "bsdf", None)

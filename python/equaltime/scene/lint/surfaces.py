@@ -13,11 +13,11 @@ from equaltime.scene.lint.parts import Part, World
 __all__ = ["check_surfaces"]
 
 MUCH = 1e-2
-"""Fraction of a mesh's area in slivers above which the finding is a warning."""
+"""Fraction of a mesh's area in slivers above which the finding is a warning and not a note."""
 
 
 def check_surfaces(world: World) -> Iterator[Finding]:
-    """Find the hazards of all surfaces."""
+    """Yield the findings about all surfaces of the scene."""
     known = {part: facts(part) for part in world.meshes}
     yield from _degenerate(known)
     yield from _slivers(known)

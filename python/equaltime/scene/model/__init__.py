@@ -205,4 +205,4 @@ PLUGINS: dict[str, type[Plugin]] = {
         *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),
     )
 }
-"""Plugin classes by type. A plugin that the core cannot use yet is refused when the scene is compiled."""
+"""Plugin classes by ``type``. A plugin that the core cannot use yet is refused when the scene is compiled."""

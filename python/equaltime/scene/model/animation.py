@@ -1,8 +1,8 @@
-"""Animations, an extension to Mitsuba 3: keys, each a time with a transform or with the file of a mesh.
+"""Animations, an extension to Mitsuba 3: lists of keys. A key is a time with a transform, or with the file of a mesh.
 
-Between keys, the origin's position and the scale (with any shear) change linearly. The rotation turns at constant speed
-the shorter way round. Vertices and normals of meshes change linearly. The first key holds before its time, and the last
-key after its time. See `equaltime.scene.motion`.
+Between two keys, the translation and the scale (with any shear) change linearly. The rotation turns at constant speed,
+the shorter way round. Vertices and normals of meshes change linearly. Before the first key and after the last key
+nothing moves. See `equaltime.scene.motion`.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ __all__ = ["Animation", "Deformation", "MeshName", "Placement", "RigidPlacement"
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """Transforms at several times."""
+    """Transforms from local to world space at several times."""
 
     times: tuple[float, ...]
-    """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
+    """Times of the keys, increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
     matrices: tuple[Matrix, ...]
-    """One transform for each time."""
+    """One transform (4, 4) for each time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deformation:
-    """Files of a mesh at several times: with the same triangles, but other vertices."""
+    """Files of a mesh at several times. All files have the same triangles, but different vertices."""
 
     times: tuple[float, ...]
-    """Increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
+    """Times of the keys, increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
     filenames: tuple[str, ...]
-    """One file for each time."""
+    """One file name for each time, relative to the scene file."""
     held: float | None = None
-    """Time at which the mesh stays, or None if it changes."""
+    """Time at which the mesh is frozen, between its keys; None if the mesh deforms during the exposure."""
 
 
 def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
-    """Return the files of a mesh: one, or one for each key."""
+    """Return the file names of a mesh: a single name, or for a `Deformation` one name for each key."""
     return filename.filenames if isinstance(filename, Deformation) else (filename,)
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms of `placement`: one, or one for each key."""
+    """Return the transforms of `placement`: a single one, or for an `Animation` one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 
@@ -98,4 +98,4 @@ Placement = Annotated[Matrix | Animation, PlainValidator(_validator(FREE)), Seri
 RigidPlacement = Annotated[Matrix | Animation, PlainValidator(_validator(RIGID)), SerializeAsAny()]
 """A rotation or reflection followed by a translation, or an animation of such maps."""
 MeshName = Annotated[str | Deformation, AfterValidator(_check_keys)]
-"""The file of a mesh, or the files of a mesh that deforms."""
+"""The file name of a mesh, or the file names of a mesh that deforms."""

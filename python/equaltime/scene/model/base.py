@@ -1,7 +1,7 @@
-"""Base of all nodes of the model: frozen, strict, without unknown parameters.
+"""Base of all nodes of the scene model: immutable, strictly typed, without unknown parameters.
 
-A node is a value. Its fields have Mitsuba 3's parameter names and defaults. All data is as the user wrote it, in the
-scene's own units, in double precision.
+A node compares by value. The fields of a node have Mitsuba 3's parameter names and defaults. All data is as the user
+wrote it, in the scene's own units, in double precision.
 """
 
 from __future__ import annotations
@@ -43,28 +43,31 @@ class Plugin(BaseModel):
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
-    """For each kind of object that is matched by its kind and not by its name: the field that takes it; see `slots`."""
+    """Fields by kind of object, for nested objects that are assigned by their kind and not by a parameter name.
+
+    See `slots` for the other fields.
+    """
     lists: ClassVar[frozenset[str]] = frozenset()
-    """Fields in `roles` that take several objects, in order."""
+    """Fields in `roles` that take several objects, in the order of the file."""
     later: ClassVar[frozenset[str]] = frozenset()
     """Parameters that Mitsuba 3 documents for this plugin and that are not supported yet."""
     old: ClassVar[frozenset[str]] = frozenset()
     """Parameters of Mitsuba 0.6 that changed the image and that Mitsuba 3 does not have."""
     hints: ClassVar[frozenset[str]] = frozenset()
-    """Fields that cannot change the expected image, such as sampling hints and output formats; see `digest`."""
+    """Fields that cannot change the expected image, such as sampling hints; `Scene.digest` ignores these fields."""
 
     id: str | None = None
     """Name of this object in its file."""
 
     @property
     def title(self) -> str:
-        """The plugin's name, its ``type``."""
+        """Mitsuba's name of the plugin: the value of ``type``."""
         return str(type(self).model_fields["type"].default)
 
     @classmethod
     @cache
     def slots(cls) -> Mapping[str, frozenset[Kind]]:
-        """Return the fields that take an object by its name, as Mitsuba takes textures, with the kinds that fit."""
+        """Return the fields whose objects are assigned by parameter name, such as textures, with the kinds that fit."""
         by_kind = set(cls.roles.values())
         kinds = {name: frozenset(_kinds(field.annotation)) for name, field in cls.model_fields.items()}
         return {name: found for name, found in kinds.items() if found and name not in by_kind}
@@ -72,7 +75,7 @@ class Plugin(BaseModel):
     @classmethod
     @cache
     def holders(cls) -> tuple[str, ...]:
-        """Return the fields that can hold other nodes."""
+        """Return the names of the fields that can hold other nodes."""
         return tuple(name for name, field in cls.model_fields.items() if any(_kinds(field.annotation)))
 
     def nodes(self) -> Iterator[Plugin]:
@@ -98,7 +101,10 @@ class Plugin(BaseModel):
                     yield item
 
     def replace(self, **changes: object) -> Self:
-        """Return a copy with some parameters changed, validated again; raises pydantic's ValidationError."""
+        """Return a copy of the node with the parameters in `changes` replaced.
+
+        Raises pydantic's ValidationError if the copy is not valid.
+        """
         given: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**(given | changes))
 

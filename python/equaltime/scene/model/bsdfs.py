@@ -24,8 +24,8 @@ __all__ = [
 ]
 
 Ior = Annotated[PositiveFloat, Field(ge=1e-3, le=1e3), BeforeValidator(as_ior)]
-"""An index of refraction: a number from 0.001 to 1000 or one of Mitsuba's names. Beyond this range float32 loses the
-light."""
+"""An index of refraction: a number from 0.001 to 1000, or one of Mitsuba's names. Outside of this
+range, light is lost to the rounding of float32."""
 Distribution = Annotated[Literal["beckmann", "ggx"], BeforeValidator(as_lower)]
 WHITE: Color = (1.0, 1.0, 1.0)
 
@@ -37,27 +37,27 @@ class BsdfPlugin(Plugin):
 
     @property
     def transmits(self) -> bool:
-        """Whether light passes through, so that one description serves both sides of the surface."""
+        """True if light passes through the surface. One such BSDF describes both sides of the surface."""
         return False
 
 
 class Diffuse(BsdfPlugin):
-    """Lambertian reflection from the front side; the back side absorbs."""
+    """Lambertian reflection from the front side; the back side absorbs all light."""
 
     type: Literal["diffuse"] = "diffuse"
     reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
 
 
 class Conductor(BsdfPlugin):
-    """A smooth metal, seen from the front side; without material, eta and k a perfect mirror."""
+    """A smooth metal, by default a perfect mirror; the back side absorbs all light."""
 
     type: Literal["conductor"] = "conductor"
     material: Annotated[str, BeforeValidator(as_metal)] = "none"
-    """A metal by name, instead of eta and k; ``none`` is a perfect mirror."""
+    """Name of a metal, instead of ``eta`` and ``k``; ``none``, without ``eta`` and ``k``, is a perfect mirror."""
     eta: CoefficientTexture = (0.0, 0.0, 0.0)
-    """Real part of the index of refraction relative to the outside; see `ior`."""
+    """Real part of the index of refraction, relative to the exterior; see `ior`."""
     k: CoefficientTexture = WHITE
-    """Extinction, the imaginary part; see `ior`."""
+    """Extinction coefficient: the imaginary part of the index of refraction; see `ior`."""
     specular_reflectance: ReflectanceTexture = WHITE
 
     @model_validator(mode="after")
@@ -69,23 +69,23 @@ class Conductor(BsdfPlugin):
 
     @property
     def ior(self) -> tuple[Texture | Color, Texture | Color]:
-        """Real part and extinction of the index of refraction, from ``material`` or from ``eta`` and ``k``."""
+        """Complex index of refraction, as the pair (``eta``, ``k``): the values of ``material`` if it names a metal."""
         metal: Metal | None = METALS.get(self.material)
         return (self.eta, self.k) if metal is None else (metal.eta, metal.k)
 
 
 class Rough(BsdfPlugin):
-    """Base of the BSDFs with a microfacet surface whose roughness may differ along tangent and bitangent."""
+    """Base of the microfacet BSDFs whose roughness may differ along tangent and bitangent."""
 
     distribution: Distribution = "beckmann"
     alpha: Roughness = 0.1
-    """Root mean square slope."""
+    """Roughness alpha of the microfacets; for ``beckmann`` the root mean square of their slopes."""
     alpha_u: Roughness | None = None
-    """Roughness along the tangent; with ``alpha_v`` instead of ``alpha``."""
+    """Roughness along the tangent. Give both ``alpha_u`` and ``alpha_v``, or ``alpha`` alone."""
     alpha_v: Roughness | None = None
     """Roughness along the bitangent."""
     sample_visible: bool = True
-    """A sampling hint of Mitsuba; visible normals are always sampled here."""
+    """A sampling hint of Mitsuba, not used: visible normals are always sampled."""
 
     hints: ClassVar[frozenset[str]] = frozenset({"sample_visible"})
 
@@ -98,20 +98,20 @@ class Rough(BsdfPlugin):
 
     @property
     def alphas(self) -> tuple[Texture | float, Texture | float]:
-        """Roughness along the tangent and the bitangent."""
+        """Roughness as the pair (along the tangent, along the bitangent)."""
         if self.alpha_u is None or self.alpha_v is None:
             return self.alpha, self.alpha
         return self.alpha_u, self.alpha_v
 
 
 class RoughConductor(Conductor, Rough):
-    """A metal with a microfacet surface."""
+    """A metal with a microfacet surface; the back side absorbs all light."""
 
     type: Literal["roughconductor"] = "roughconductor"  # type: ignore[assignment]  # narrows the tag of Conductor
 
 
 class Dielectric(BsdfPlugin):
-    """A smooth interface between two transparent media; the inside is behind the front side."""
+    """A smooth interface between two transparent media; the front side faces the exterior medium."""
 
     type: Literal["dielectric"] = "dielectric"
     int_ior: Ior = 1.5046
@@ -121,12 +121,12 @@ class Dielectric(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Always true."""
+        """True: light passes through the surface."""
         return True
 
 
 class ThinDielectric(Dielectric):
-    """A pane of glass as one surface: light passes straight on, reflections between its two sides are summed."""
+    """A thin pane of glass as one surface: light passes without deflection, and reflections inside are summed."""
 
     type: Literal["thindielectric"] = "thindielectric"  # type: ignore[assignment]  # narrows the tag of Dielectric
 
@@ -138,7 +138,7 @@ class RoughDielectric(Dielectric, Rough):
 
 
 class Plastic(BsdfPlugin):
-    """A diffuse base under a smooth clear coat, seen from the front side."""
+    """A diffuse base under a smooth clear coat; the back side absorbs all light."""
 
     type: Literal["plastic"] = "plastic"
     diffuse_reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
@@ -146,28 +146,28 @@ class Plastic(BsdfPlugin):
     int_ior: Ior = 1.49
     ext_ior: Ior = 1.000277
     nonlinear: bool = False
-    """Whether light takes the colour of the base at each reflection inside the coat."""
+    """True: each reflection below the coat takes on the colour of the base. False: only the first one does."""
 
 
 class RoughPlastic(Plastic):
-    """A diffuse base under a microfacet clear coat, seen from the front side."""
+    """A diffuse base under a microfacet clear coat; the back side absorbs all light."""
 
     type: Literal["roughplastic"] = "roughplastic"  # type: ignore[assignment]  # narrows the tag of Plastic
     distribution: Distribution = "beckmann"
     alpha: ConstantRoughness = 0.1
-    """Root mean square slope."""
+    """Roughness alpha of the microfacets; for ``beckmann`` the root mean square of their slopes."""
     sample_visible: bool = True
-    """A sampling hint of Mitsuba; visible normals are always sampled here."""
+    """A sampling hint of Mitsuba, not used: visible normals are always sampled."""
 
     hints: ClassVar[frozenset[str]] = frozenset({"sample_visible"})
 
 
 class Null(BsdfPlugin):
-    """The null BSDF: light passes as if there were no surface."""
+    """The null BSDF: light passes through as if the surface did not exist."""
 
     type: Literal["null"] = "null"
 
     @property
     def transmits(self) -> bool:
-        """Always true."""
+        """True: light passes through the surface."""
         return True

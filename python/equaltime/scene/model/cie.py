@@ -1,6 +1,6 @@
 """The CIE 1931 standard observer and the standard illuminant D65 (CIE 015:2004, tables 1 and 4), every 5 nm.
 
-Columns: wavelength in nm, the colour matching functions x, y, z, and the illuminant's relative power.
+Columns of `TABLE`: wavelength in nm, the colour matching functions x, y, z, and the relative power of D65.
 """
 
 from __future__ import annotations

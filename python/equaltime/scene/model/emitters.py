@@ -20,14 +20,14 @@ class EmitterPlugin(Plugin):
     kind: ClassVar[Kind] = "emitter"
     hints: ClassVar[frozenset[str]] = frozenset({"sampling_weight"})
     surrounds: ClassVar[bool] = False
-    """Whether the emitter surrounds the scene; a scene can have one such emitter."""
+    """True for an environment, which surrounds the scene; a scene can have at most one."""
 
     sampling_weight: NonNegativeFloat = 1.0
     """A sampling hint of Mitsuba, not used: the strategy decides how often each light is sampled."""
 
 
 class Area(EmitterPlugin):
-    """Diffuse emission from the front side of the shape that it is nested in."""
+    """Diffuse emission from the front side of a shape; the emitter is nested in the shape."""
 
     type: Literal["area"] = "area"
     radiance: RadianceTexture = (1.0, 1.0, 1.0)
@@ -35,14 +35,14 @@ class Area(EmitterPlugin):
 
 
 class Point(EmitterPlugin):
-    """Light from a single point, the same in all directions."""
+    """A point light with the same intensity in all directions."""
 
     type: Literal["point"] = "point"
     intensity: Radiance = (1.0, 1.0, 1.0)
     """Radiant intensity in W/sr, per channel."""
     position: Vec3 | None = None
     to_world: Transform | None = None
-    """Another way to give the position: the image of the origin under this transform."""
+    """Alternative to ``position``: a transform that maps the origin to the position."""
 
     @model_validator(mode="after")
     def _one_position(self) -> Self:
@@ -52,25 +52,24 @@ class Point(EmitterPlugin):
 
     @property
     def world_position(self) -> tuple[float, float, float]:
-        """The position in world space."""
+        """Position in world space: x, y, z."""
         if self.to_world is not None:
             return (self.to_world[0][3], self.to_world[1][3], self.to_world[2][3])
         return self.position or (0.0, 0.0, 0.0)
 
 
 class Spot(EmitterPlugin):
-    """Light from a point into a cone about +z, full inside ``beam_width``, falling linearly to the ``cutoff_angle``."""
+    """A spot light along +z. Between ``beam_width`` and ``cutoff_angle`` the intensity falls linearly to 0."""
 
     type: Literal["spot"] = "spot"
     intensity: Radiance = (1.0, 1.0, 1.0)
-    """Radiant intensity in W/sr per channel, in the middle of the cone."""
+    """Radiant intensity inside ``beam_width``, in W/sr per channel."""
     cutoff_angle: Annotated[float, Field(gt=0.0, le=180.0)] = 20.0
-    """Half the opening of the cone in degrees; beyond it there is no light."""
+    """Half the opening angle of the cone, in degrees. There is no light at larger angles from the axis."""
     beam_width: NonNegativeFloat | None = None
-    """Angle from the axis, in degrees, where the light begins to fall; by default 3/4 of ``cutoff_angle``. See
-    `beam`."""
+    """Angle from the axis, in degrees, at which the intensity begins to fall; by default 3/4 of ``cutoff_angle``."""
     texture: Texture | None = None
-    """An image that the light projects: its unit square is as wide as the cone."""
+    """Texture that the light projects, times the intensity; the unit square of u and v is as wide as the cone."""
     to_world: Transform = IDENTITY
 
     @model_validator(mode="after")
@@ -87,20 +86,23 @@ class Spot(EmitterPlugin):
 
     @property
     def beam(self) -> float:
-        """Angle from the axis, in degrees, at which the light begins to fall; at most ``cutoff_angle``."""
+        """Angle from the axis, in degrees, at which the intensity begins to fall: ``beam_width`` or its default.
+
+        The angle is at most ``cutoff_angle``.
+        """
         return 0.75 * self.cutoff_angle if self.beam_width is None else min(self.beam_width, self.cutoff_angle)
 
 
 class Directional(EmitterPlugin):
-    """Parallel light from infinitely far away."""
+    """Parallel light from an infinite distance."""
 
     type: Literal["directional"] = "directional"
     irradiance: Radiance = (1.0, 1.0, 1.0)
     """Irradiance in W/m^2 per channel, on a plane that faces the light."""
     direction: Vec3 | None = None
-    """Direction in which the light travels; see `world_direction`."""
+    """Direction in which the light travels, of any length; see `world_direction`."""
     to_world: Transform | None = None
-    """Another way to give the direction: the image of +z under this transform."""
+    """Alternative to ``direction``: a transform that maps +z to the direction."""
 
     @model_validator(mode="after")
     def _one_direction(self) -> Self:
@@ -131,19 +133,19 @@ class Constant(EmitterPlugin):
     radiance: Radiance = (1.0, 1.0, 1.0)
     """Radiance in W/(m^2 sr), per channel."""
     to_world: Transform = IDENTITY
-    """Without effect: the radiance is the same all around."""
+    """Without effect: the radiance is the same in all directions."""
 
 
 class EnvMap(EmitterPlugin):
-    """An environment given by an image in latitude and longitude."""
+    """An environment from an image in latitude-longitude (equirectangular) projection."""
 
     surrounds: ClassVar[bool] = True
 
     type: Literal["envmap"] = "envmap"
     filename: str
-    """The image, relative to the scene file."""
+    """File of the image, relative to the scene file."""
     scale: NonNegativeFloat = 1.0
-    """Factor on the image's values."""
+    """Factor by which the image's radiances are multiplied."""
     to_world: RigidTransform = IDENTITY
     mis_compensation: bool = False
     """A sampling hint of Mitsuba, not used."""

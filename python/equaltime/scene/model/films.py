@@ -1,11 +1,13 @@
 """Film and reconstruction filters.
 
-A sample's position is drawn from its pixel's filter, so that the sample counts for one pixel only. A filter with
-negative lobes is drawn by its absolute value, and the sample weighs c or -c. Here c is the integral of the absolute
-value over the integral of the filter. The mean is the filtered image, without bias, and no sample is dropped or
-clamped. The signs add noise even where the image is even: sqrt(c^2 - 1) of the radiance per sample. This noise is 0.56
-with ``mitchell`` (c = 1.14), 0.92 with ``catmullrom`` (1.36) and 1.6 with ``lanczos`` (1.85). The variance of the
-weighted samples includes it, and so do all error bars.
+The position of a sample is drawn in proportion to the filter of its pixel, so that the sample counts for one pixel
+only. For a filter f with negative lobes, the position is drawn in proportion to abs(f). The weight of the sample is
+then c or -c, with the sign of f. Here c is the integral of abs(f) divided by the integral of f. The mean of the samples
+is the filtered image, without bias, and no sample is dropped or clamped.
+
+The signs add noise even where the image is uniform. The standard deviation of this noise, per sample, is sqrt(c^2 - 1)
+times the radiance. The factor is 0.56 with ``mitchell`` (c = 1.14), 0.92 with ``catmullrom`` (1.36) and 1.6 with
+``lanczos`` (1.85). The variance of the weighted samples includes this noise, and so do all error bars.
 """
 
 from __future__ import annotations
@@ -24,27 +26,27 @@ MAX_SIDE = 1_000_000
 """Largest width or height of the film, in pixels: libpng's limit, since the preview of an image is a PNG file."""
 MAX_PIXELS = 2**28
 PIXEL_BYTES = 112
-"""Bytes per pixel of the film: count, mean and second moment of two replicates, in double precision."""
+"""Bytes per pixel of the film: count, mean and second moment of two replicates (independent images), in float64."""
 
 
 class Box(Plugin):
-    """A box, one pixel wide: all samples weigh the same."""
+    """A box filter, one pixel wide: all samples have the same weight."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["box"] = "box"
 
 
 class Tent(Plugin):
-    """A tent that falls linearly from the middle of the pixel."""
+    """A tent filter, which falls linearly from the centre of the pixel."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["tent"] = "tent"
     radius: PositiveFloat = 1.0
-    """Distance from the middle at which the filter reaches zero, in pixels."""
+    """Distance from the centre at which the filter reaches zero, in pixels."""
 
 
 class Gaussian(Plugin):
-    """A Gaussian that is cut at four standard deviations and lowered to zero there."""
+    """A Gaussian filter, truncated at four standard deviations and shifted down so that it ends at zero."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["gaussian"] = "gaussian"
@@ -53,7 +55,7 @@ class Gaussian(Plugin):
 
 
 class Mitchell(Plugin):
-    """A cubic spline of radius 2 that is negative at its rim (Mitchell and Netravali 1988)."""
+    """A cubic spline filter with a radius of 2 pixels, with negative lobes (Mitchell and Netravali 1988)."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["mitchell"] = "mitchell"
@@ -62,14 +64,14 @@ class Mitchell(Plugin):
 
 
 class CatmullRom(Plugin):
-    """The cubic spline of radius 2 with B = 0 and C = 1/2: the sharpest of its family."""
+    """The Catmull-Rom filter: the spline of `Mitchell` with B = 0 and C = 1/2, the sharpest of its family."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["catmullrom"] = "catmullrom"
 
 
 class Lanczos(Plugin):
-    """A sinc windowed by the middle lobe of a wider sinc, ``lobes`` pixels to each side."""
+    """A windowed sinc filter with a radius of ``lobes`` pixels; the window is the main lobe of a wider sinc."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["lanczos"] = "lanczos"
@@ -81,7 +83,7 @@ Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Fiel
 
 
 class HdrFilm(Plugin):
-    """The image: its size, the part of it to render, and how samples become pixels.
+    """The film: size of the image in pixels, crop window, reconstruction filter and pixel format.
 
     The name of the output file decides its format, whatever ``file_format`` says.
     """
@@ -104,11 +106,11 @@ class HdrFilm(Plugin):
     pixel_format: Annotated[
         Literal["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"], BeforeValidator(as_lower)
     ] = "rgb"
-    """Channels of the picture: R, G, B, or Y, or X, Y, Z. Alpha (A) is the share of paths that hit something."""
+    """Channels of the image file: R, G, B or Y or X, Y, Z. Alpha (A) is the fraction of paths that hit a surface."""
     component_format: Annotated[Literal["float16", "float32", "uint32"], BeforeValidator(as_lower)] = "float16"
-    """Numbers of the picture: 16 bits if the scene names that format, 32 bits if it names none."""
+    """Number format of the image file: 16-bit floats only if the scene names ``float16``, 32-bit floats otherwise."""
     sample_border: bool = False
-    """Without effect: every pixel gets its whole filter, also at the border."""
+    """Without effect: pixels at the border use the whole filter, too."""
     compensate: bool = False
     """Without effect: sums are always kept in double precision."""
     banner: bool = False
@@ -130,22 +132,22 @@ class HdrFilm(Plugin):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the whole film."""
+        """Width and height of the whole film, in pixels."""
         return self.width, self.height
 
     @property
     def colors(self) -> str:
-        """``rgb``, ``luminance`` or ``xyz``: the channels of the picture beside alpha."""
+        """Channels of the image file without alpha: ``rgb``, ``luminance`` or ``xyz``."""
         return {"rgba": "rgb", "luminance_alpha": "luminance", "xyza": "xyz"}.get(self.pixel_format, self.pixel_format)
 
     @property
     def has_alpha(self) -> bool:
-        """Whether the picture has alpha, the opacity of each pixel."""
+        """True if the image file has an alpha channel, the opacity of each pixel."""
         return self.colors != self.pixel_format
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
-        """The part to render: x, y, width, height; the whole film if the file names no part."""
+        """Crop window in pixels: x, y, width, height. Without a crop window in the scene, the whole film."""
         width = self.width if self.crop_width is None else self.crop_width
         height = self.height if self.crop_height is None else self.crop_height
         return self.crop_offset_x, self.crop_offset_y, width, height

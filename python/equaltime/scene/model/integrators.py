@@ -1,4 +1,4 @@
-"""Integrators: the light or quantity that is computed. The strategy decides how it is sampled."""
+"""Integrators: the light or quantity that is computed. The `Strategy` of a render decides how paths are sampled."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ OUTPUTS: Final = {
     **{"albedo": "RGB", "depth": "T", "position": "XYZ", "uv": "UV", "geo_normal": "XYZ", "sh_normal": "XYZ"},
     **{"prim_index": "I", "shape_index": "I", "dp_du": "XYZ", "dp_dv": "XYZ", "duv_dx": "UV", "duv_dy": "UV"},
 }
-"""Mitsuba's outputs beside the image, each with the endings of its channels' names."""
+"""Quantities that Mitsuba can write beside the image, each with one letter per channel. The letters end the channels'
+names, as in ``depth.T``."""
 OWN_OUTPUTS: Final = {"alpha": "A", "rays": "N", "time_from_rays": "T", "bounces": ""}
-"""Endings of the outputs that Mitsuba does not know (`equaltime.rendering.outputs`). Each path length has a channel of
-``bounces``."""
+"""Quantities that Mitsuba does not have (`equaltime.rendering.outputs`), with one letter per channel. ``bounces`` has
+channels for each path length instead."""
 LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
@@ -44,16 +45,16 @@ class IntegratorPlugin(Plugin):
     hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass", "timeout"})
 
     block_size: NonNegativeInt = 0
-    """Block size of Mitsuba's rendering; without effect, like ``samples_per_pass``."""
+    """Without effect, like ``samples_per_pass``: the size of the blocks in which Mitsuba renders."""
     samples_per_pass: PositiveInt | None = None
     timeout: float = -1.0
-    """Time limit of Mitsuba, in seconds; without effect: each render is given its own limit."""
+    """Without effect: a time limit of Mitsuba, in seconds. The limit is a parameter of each render instead."""
     hide_emitters: bool = False
-    """Hide emitters from the camera: it sees through shapes that emit, and black for the environment, as in Mitsuba."""
+    """Hide emitters from the camera, as in Mitsuba: emitting shapes are invisible, and the environment looks black."""
 
     @property
     def hides_emitters(self) -> bool:
-        """Whether the camera does not see emitters."""
+        """True if emitters are hidden from the camera."""
         return self.hide_emitters
 
 
@@ -66,17 +67,17 @@ class Path(IntegratorPlugin):
     max_depth: Annotated[int, Field(ge=-1, lt=2**31)] = -1
     """Longest path, in segments. 0: no light, 1: emitted light only, 2: direct light too, and so on; -1: no limit."""
     rr_depth: PositiveInt = 5
-    """Path length from which Russian roulette may end a path; a default that the strategy may override."""
+    """Path length, in segments, from which Russian roulette may end a path; the `Strategy` may override the value."""
 
 
 class VolPath(Path):
-    """Paths that may pass through media; without media the same as `Path`."""
+    """Global illumination with media; in a scene without media the same as `Path`."""
 
     type: Literal["volpath"] = "volpath"  # type: ignore[assignment]  # narrows the tag of Path
 
 
 class VolPathMis(Path):
-    """Another name of `VolPath`: the strategy decides how colours in a medium are sampled."""
+    """Another name of `VolPath`. The `Strategy` decides how the colour channels of a medium are sampled."""
 
     hints: ClassVar[frozenset[str]] = Path.hints | {"use_spectral_mis"}
 
@@ -98,28 +99,28 @@ class Direct(IntegratorPlugin):
 
     @property
     def max_depth(self) -> int:
-        """Always 2: one segment sees emitted light, two see direct light."""
+        """Longest path, in segments: always 2, for emitted and direct light."""
         return 2
 
 
 class Depth(IntegratorPlugin):
-    """The distance along the ray to the visible surface, as output ``depth.T``. The image is directly seen light."""
+    """Distance along the ray to the visible surface, as output ``depth.T``. The image shows emitted light only."""
 
     type: Literal["depth"] = "depth"
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """The name of the output, with its quantity."""
+        """Outputs beside the image, as pairs (name, quantity): only (``depth``, ``depth``)."""
         return (("depth", "depth"),)
 
     @property
     def hides_emitters(self) -> bool:
-        """Always false, as in Mitsuba: emitters have a distance, too."""
+        """False, as in Mitsuba: emitters have a distance, too."""
         return False
 
     @property
     def max_depth(self) -> int:
-        """Always 1: the segment whose length is the distance."""
+        """Longest path, in segments: always 1, the segment whose length is the distance."""
         return 1
 
 
@@ -127,38 +128,38 @@ Light = Annotated[Path | VolPath | VolPathMis | Direct, Field(discriminator="typ
 
 
 class Containing(IntegratorPlugin):
-    """Base of the integrators that add something to the image of another integrator."""
+    """Base of the integrators that add outputs to the image of a nested integrator."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"integrator": "integrators"}
     lists: ClassVar[frozenset[str]] = frozenset({"integrators"})
 
     integrators: Annotated[tuple[Light, ...], Field(max_length=1)] = ()
-    """The integrator that makes the image."""
+    """The nested integrator, which makes the image; empty if there is none."""
 
     @property
     def max_depth(self) -> int:
-        """Longest path of the integrator inside, in segments; without one 1, directly seen light."""
+        """Longest path of the nested integrator, in segments; 1 without one, so that the image shows emitted light."""
         return self.integrators[0].max_depth if self.integrators else 1
 
     @property
     def hides_emitters(self) -> bool:
-        """Whether the integrator inside, which makes the image, hides emitters."""
+        """True if the nested integrator hides emitters from the camera; False without one."""
         return bool(self.integrators) and self.integrators[0].hide_emitters
 
 
 class Moment(Containing):
-    """The image and its second moment. It adds nothing here, because every output has standard errors."""
+    """The image of the nested integrator. The second moment is not added, because every output has standard errors."""
 
     type: Literal["moment"] = "moment"
     integrators: Annotated[tuple[Light, ...], Field(min_length=1, max_length=1)]
 
 
 class Aov(Containing):
-    """The image, if there is an integrator inside, and quantities of the first hit, such as depth and normals."""
+    """Quantities of the first hit, such as depth and normals, beside the image of a nested integrator."""
 
     type: Literal["aov"] = "aov"
     aovs: str
-    """Pairs ``name:quantity``, separated by commas; see `channels`."""
+    """Pairs ``name:quantity``, separated by commas, such as ``d:depth,n:sh_normal``; see `OUTPUTS`, `OWN_OUTPUTS`."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -171,7 +172,7 @@ class Aov(Containing):
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """The name of each output, with its quantity."""
+        """Outputs beside the image, as pairs (name, quantity) in the order of ``aovs``."""
         pairs = [pair.partition(":") for pair in re.split(r"[\s,]+", self.aovs.strip(", \t\r\n"))]
         return tuple((name, what) for name, _, what in pairs)
 

@@ -34,7 +34,10 @@ IOR = {
 
 
 def as_ior(value: object) -> object:
-    """Replace a material's name by its index of refraction; raises ValueError for an unknown name."""
+    """Return the index of refraction of a material's name, and any value that is not a string unchanged.
+
+    Raises ValueError for an unknown name.
+    """
     if not isinstance(value, str):
         return value
     try:

@@ -14,14 +14,14 @@ __all__ = ["BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium
 
 
 class Isotropic(Plugin):
-    """Scatters equally in all directions."""
+    """The isotropic phase function: light is scattered equally in all directions."""
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["isotropic"] = "isotropic"
 
 
 class HenyeyGreenstein(Plugin):
-    """Scatters forwards or backwards with the mean cosine ``g`` (Henyey and Greenstein 1941)."""
+    """A phase function with the mean cosine ``g``: forward above 0, backward below (Henyey and Greenstein 1941)."""
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["hg"] = "hg"
@@ -29,14 +29,14 @@ class HenyeyGreenstein(Plugin):
 
 
 class Rayleigh(Plugin):
-    """Scatters like particles much smaller than the wavelength, such as air: 3/(16 pi) (1 + cos^2)."""
+    """The phase function 3/(16 pi) (1 + cos^2), for particles much smaller than the wavelength, such as air."""
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["rayleigh"] = "rayleigh"
 
 
 class BlendPhase(Plugin):
-    """Two phase functions, mixed by a weight; each may be a blend."""
+    """Two phase functions, mixed by a weight; each of the two may itself be a blend."""
 
     kind: ClassVar[Kind] = "phase"
     roles: ClassVar[Mapping[Kind, str]] = {"phase": "phase"}
@@ -53,7 +53,7 @@ Phase = Annotated[Isotropic | HenyeyGreenstein | Rayleigh | BlendPhase, Field(di
 
 
 class Homogeneous(Plugin):
-    """A medium that is the same everywhere."""
+    """A homogeneous medium: its extinction, albedo and phase function are constant."""
 
     kind: ClassVar[Kind] = "medium"
     roles: ClassVar[Mapping[Kind, str]] = {"phase": "phase"}
@@ -61,11 +61,11 @@ class Homogeneous(Plugin):
 
     type: Literal["homogeneous"] = "homogeneous"
     albedo: Reflectance = (0.75, 0.75, 0.75)
-    """Share of the extinction that is scattering, in [0, 1]."""
+    """Single-scattering albedo: the fraction of the extinction that is scattering, in [0, 1] per channel."""
     sigma_t: Coefficient = (1.0, 1.0, 1.0)
-    """Extinction per unit of length."""
+    """Extinction coefficient per channel, per unit of length of the scene."""
     scale: NonNegativeFloat = 1.0
-    """Factor on the extinction."""
+    """Factor by which the extinction is multiplied."""
     phase: Phase = Isotropic()
     sample_emitters: bool = True
     """A sampling hint of Mitsuba, not used, like ``has_spectral_extinction``."""

@@ -2,8 +2,8 @@
 
 The measurements come from luxpop.com's collection (*SOPRA*; names that end in ``_palik``: Palik, *Handbook of Optical
 Constants of Solids*), as distributed with Mitsuba. A colour is the integral of the curve, linear between its points,
-against the CIE 1931 observer. The illuminant is of equal energy; for a reflectance it would be D65. Channels outside
-the gamut are cut at zero, as in Mitsuba 3's RGB mode.
+against the CIE 1931 observer. The illuminant is of equal energy, not D65 as for reflectances. Negative channels
+(outside the gamut) become zero, as in Mitsuba 3's RGB mode.
 """
 
 from __future__ import annotations
@@ -17,14 +17,17 @@ __all__ = ["METALS", "Metal", "as_metal"]
 
 
 class Metal(NamedTuple):
-    """Real part and extinction of an index of refraction, per channel."""
+    """Complex index of refraction of a metal: real part ``eta`` and extinction ``k``, per channel."""
 
     eta: Color
     k: Color
 
 
 def as_metal(value: object) -> object:
-    """Return the name of a metal in its proper case, or ``none``; raises ValueError for an unknown name."""
+    """Return the name of a metal, or ``none``, in its proper case: ``Au`` for ``au``.
+
+    Values that are not strings are returned unchanged. Raises ValueError for an unknown name.
+    """
     if not isinstance(value, str) or value in METALS:
         return value
     proper = {name.lower(): name for name in ("none", *METALS)}

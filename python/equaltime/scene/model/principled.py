@@ -1,4 +1,4 @@
-"""The principled BSDF: one material by intuitive parameters (Burley 2012, 2015)."""
+"""The principled BSDF: one material with intuitive parameters (Burley 2012, 2015)."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ __all__ = ["Principled"]
 
 
 class Principled(BsdfPlugin):
-    """A mixture of diffuse, metal, glass and coat; seen from the front side unless ``spec_trans`` is used."""
+    """A mixture of diffuse, metal, glass and coat; without ``spec_trans`` the back side absorbs all light."""
 
     type: Literal["principled"] = "principled"
     base_color: ReflectanceTexture = (0.5, 0.5, 0.5)
     roughness: UnitTexture = 0.5
-    """Square root of the microfacet distribution's alpha."""
+    """Square root of the alpha of the microfacet distribution, in [0, 1]."""
     anisotropic: UnitTexture = 0.0
     metallic: UnitTexture = 0.0
     spec_trans: UnitTexture = 0.0
     """Share of glass, in [0, 1]."""
     eta: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
-    """Index of refraction of the inside relative to the outside; instead of ``specular``."""
+    """Index of refraction of the interior relative to the exterior; instead of ``specular``."""
     specular: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
-    """Reflection at normal incidence, where 1 means 8 %; unused where ``eta`` is given instead."""
+    """Reflectance at normal incidence, in [0, 1], where 1 means 8 %; not used if ``eta`` is given."""
     spec_tint: UnitTexture = 0.0
     sheen: UnitTexture = 0.0
     sheen_tint: UnitTexture = 0.0
     flatness: UnitTexture = 0.0
-    """Share, in [0, 1], of a diffuse part that resembles a subsurface material."""
+    """Share, in [0, 1], of a diffuse lobe that approximates subsurface scattering."""
     clearcoat: UnitTexture = 0.0
     clearcoat_gloss: UnitTexture = 0.0
     diffuse_reflectance_sampling_rate: NonNegativeFloat = 1.0
@@ -52,7 +52,7 @@ class Principled(BsdfPlugin):
 
     @property
     def ior(self) -> float:
-        """Index of refraction of the inside relative to the outside, from ``eta`` or ``specular``.
+        """Index of refraction of the interior relative to the exterior, from ``eta`` or ``specular``.
 
         Glass needs an index other than 1. As in Mitsuba, an ``eta`` of 1 counts as 1.001, and a ``specular`` of 0 as
         0.001.
@@ -64,5 +64,5 @@ class Principled(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Whether any part of the surface may be glass."""
+        """True if any part of the surface may be glass: ``spec_trans`` is a texture or above 0."""
         return self.spec_trans != 0.0

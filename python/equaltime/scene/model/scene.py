@@ -16,7 +16,7 @@ __all__ = ["SceneModel"]
 
 
 class SceneModel(Plugin):
-    """Everything that decides the image, with references resolved and unused objects left out."""
+    """The complete scene, with references resolved and unused objects left out."""
 
     kind: ClassVar[Kind] = "scene"
 
@@ -25,7 +25,7 @@ class SceneModel(Plugin):
     sensor: Sensor
     shapes: tuple[Shape, ...] = ()
     emitters: tuple[FreeEmitter, ...] = ()
-    """All emitters but area lights, which are in their shapes."""
+    """All emitters except area lights, which are fields of their shapes."""
 
     @model_validator(mode="after")
     def _one_environment(self) -> Self:

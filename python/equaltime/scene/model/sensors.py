@@ -1,4 +1,4 @@
-"""Cameras with what they carry: film, reconstruction filter and sampler."""
+"""Cameras, with film and sampler, and the samplers."""
 
 from __future__ import annotations
 
@@ -20,55 +20,55 @@ __all__ = [
 ]
 
 FILM_DIAGONAL = math.hypot(36.0, 24.0)
-"""Diagonal in mm of the 35 mm film that ``focal_length`` refers to."""
+"""Diagonal of 35 mm film (36 mm by 24 mm), in mm; ``focal_length`` refers to this film."""
 MOST_SAMPLES = 2**32
-"""Largest number of samples per pixel, in any render: Sobol' points have 32 bits, so more would repeat the first."""
+"""Largest number of samples per pixel of a render. Sobol' points have 32 bits, so further points would repeat."""
 
 
 class SamplerPlugin(Plugin):
-    """Base of the samplers: they give the default number of samples; the strategy gives the random numbers."""
+    """Base of the samplers, which set the default number of samples. The `Strategy` decides the random numbers."""
 
     kind: ClassVar[Kind] = "sampler"
     hints: ClassVar[frozenset[str]] = frozenset({"sample_count", "seed", "type"})
 
     sample_count: Annotated[int, Field(gt=0, le=MOST_SAMPLES)] = 4
-    """Samples per pixel, unless the render asks for another number."""
+    """Samples per pixel, unless the render sets another number."""
     seed: int = 0
 
 
 class Jittered(SamplerPlugin):
-    """Base of the samplers that jitter."""
+    """Base of the samplers with the parameter ``jitter``, which has no effect."""
 
     jitter: bool = True
 
 
 class Independent(SamplerPlugin):
-    """Independent random numbers."""
+    """Mitsuba's sampler of independent random numbers; only ``sample_count`` has an effect."""
 
     type: Literal["independent"] = "independent"
 
 
 class Stratified(Jittered):
-    """Stratified numbers."""
+    """Mitsuba's stratified sampler; only ``sample_count`` has an effect."""
 
     type: Literal["stratified"] = "stratified"
 
 
 class MultiJitter(Jittered):
-    """Correlated multi-jittered numbers."""
+    """Mitsuba's correlated multi-jittered sampler; only ``sample_count`` has an effect."""
 
     type: Literal["multijitter"] = "multijitter"
 
 
 class Orthogonal(Jittered):
-    """Numbers from an orthogonal array."""
+    """Mitsuba's orthogonal array sampler; only ``sample_count`` has an effect."""
 
     type: Literal["orthogonal"] = "orthogonal"
     strength: PositiveInt = 2
 
 
 class LdSampler(SamplerPlugin):
-    """Low-discrepancy numbers."""
+    """Mitsuba's low-discrepancy sampler; only ``sample_count`` has an effect."""
 
     type: Literal["ldsampler"] = "ldsampler"
 
@@ -87,7 +87,7 @@ def _as_millimetres(value: object) -> object:
 
 
 class SensorPlugin(Plugin):
-    """Base of the sensors: at the origin, they look along +z, with +x to the left of the image and +y up."""
+    """Base of the sensors. In local space, a sensor looks from the origin along +z, with +x to the left and +y up."""
 
     kind: ClassVar[Kind] = "sensor"
     roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler", "medium": "medium"}
@@ -99,13 +99,13 @@ class SensorPlugin(Plugin):
     far_clip: PositiveFloat | None = None
     """Farthest visible distance, measured along the camera's axis; no limit unless given."""
     shutter_open: float = 0.0
-    """Time at which the exposure begins. Animated objects are seen at all times of the exposure, with equal weight."""
+    """Time at which the exposure begins. All times of the exposure have equal weight in the image."""
     shutter_close: float = 0.0
     """Time at which the exposure ends."""
     film: HdrFilm = HdrFilm()
     sampler: Sampler = Independent()
     medium: Medium | None = None
-    """The medium that the camera is in."""
+    """Medium around the camera. If None, paths begin in the interior medium of the shapes around the camera, if any."""
 
     @model_validator(mode="after")
     def _clips_in_order(self) -> Self:
@@ -129,7 +129,7 @@ class Projective(SensorPlugin):
     """Field of view in degrees along ``fov_axis``, over the whole film."""
     fov_axis: Annotated[Literal["x", "y", "diagonal", "smaller", "larger"], BeforeValidator(as_lower)] = "x"
     focal_length: Annotated[PositiveFloat, BeforeValidator(_as_millimetres)] | None = None
-    """Focal length in mm on 35 mm film, instead of ``fov``; 50 mm if neither is given."""
+    """Focal length on 35 mm film, in mm, instead of ``fov``; 50 mm if neither of the two is given."""
 
     @model_validator(mode="after")
     def _one_field_of_view(self) -> Self:
@@ -165,25 +165,25 @@ class Perspective(Projective):
 
     type: Literal["perspective"] = "perspective"
     focus_distance: PositiveFloat | None = None
-    """Accepted for Mitsuba's sake; a pinhole has no focus."""
+    """Without effect: a pinhole has no focus. Accepted because Mitsuba has this parameter."""
     principal_point_offset_x: float = 0.0
-    """Shift of the principal point from the middle of the film, in film widths."""
+    """Horizontal shift of the principal point from the centre of the film, in film widths."""
     principal_point_offset_y: float = 0.0
-    """Shift of the principal point from the middle of the film, in film heights."""
+    """Vertical shift of the principal point from the centre of the film, in film heights."""
 
 
 class ThinLens(Projective):
-    """A camera with a round or polygonal lens, in focus at one distance."""
+    """A thin-lens camera with a round or polygonal aperture, in focus at one distance."""
 
     type: Literal["thinlens"] = "thinlens"
     aperture_radius: NonNegativeFloat
-    """Radius of the lens, in the scene's units of length; 0 is a pinhole."""
+    """Radius of the aperture, in the scene's units of length; 0 is a pinhole."""
     blades: Annotated[int, Field(ge=3, le=1000)] | None = None
-    """Number of corners: the lens is a regular polygon with its corners at the radius. An extension to Mitsuba."""
+    """Number of corners of a polygonal aperture, an extension to Mitsuba. The corners lie at ``aperture_radius``."""
     rotation: float = 0.0
     """Angle of the polygon's first corner, in degrees from the camera's +x towards +y; an extension to Mitsuba."""
     focus_distance: PositiveFloat | None = None
-    """Distance of the plane in focus, measured along the axis; see `focus`."""
+    """Distance of the plane in focus, measured along the camera's axis; see `focus`."""
 
     @model_validator(mode="after")
     def _only_polygons_turn(self) -> Self:
@@ -193,27 +193,27 @@ class ThinLens(Projective):
 
     @property
     def focus(self) -> float:
-        """Distance of the plane in focus: without ``focus_distance`` the far clip, by default Mitsuba's 10000."""
+        """Distance of the plane in focus: ``focus_distance``, or else ``far_clip``, or else 10000 as in Mitsuba."""
         return self.focus_distance or self.far_clip or 1e4
 
 
 class Orthographic(SensorPlugin):
-    """Parallel rays: the image is two units wide, from -1 to 1 in x, before ``to_world``."""
+    """An orthographic camera. In local space, the image is two units wide, from -1 to 1 in x."""
 
     hints: ClassVar[frozenset[str]] = SensorPlugin.hints | {"focus_distance"}
 
     type: Literal["orthographic"] = "orthographic"
     to_world: Placement = IDENTITY
-    """Placement of the camera; its scale sets how much is visible."""
+    """Placement of the camera; the scale of the transform sets the size of the visible area."""
     focus_distance: PositiveFloat | None = None
-    """Accepted for Mitsuba's sake; everything is in focus."""
+    """Without effect: everything is in focus. Accepted because Mitsuba has this parameter."""
 
 
 class Spherical(SensorPlugin):
-    """All directions from one point, equal angles apart: Mitsuba 0.6's plugin, an extension to Mitsuba 3.
+    """A camera that sees all directions from one point, in latitude-longitude projection.
 
-    The film's width is one turn round the camera's y axis; its height goes from +y to -y. The film's middle looks along
-    +z.
+    The plugin is from Mitsuba 0.6, and an extension to Mitsuba 3. The width of the film is a full turn about the
+    camera's y axis, and the height goes from +y to -y. The centre of the film looks along +z.
     """
 
     type: Literal["spherical"] = "spherical"

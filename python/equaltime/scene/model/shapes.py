@@ -31,35 +31,35 @@ class ShapePlugin(Plugin):
     hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})
 
     to_world: Placement = IDENTITY
-    """Placement of the shape; an animation, an extension to Mitsuba, moves the shape while the shutter is open."""
+    """Placement of the shape. An animation moves the shape while the shutter is open, an extension to Mitsuba."""
     silhouette_sampling_weight: NonNegativeFloat = 1.0
-    """A hint for derivatives in Mitsuba, not used."""
+    """A hint of Mitsuba for derivatives, not used."""
 
 
 class Solid(ShapePlugin):
-    """Base of the shapes with a surface of their own: all but instances."""
+    """Base of the shapes that have a surface of their own: all shapes except instances."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "emitter": "emitter"}
 
     flip_normals: bool = False
-    """Turn the front side, which reflects and emits, to the other side."""
+    """Exchange front and back side. Emitters and one-sided BSDFs act on the front side."""
     bsdf: Bsdf | None = None
-    """Material; by default diffuse with reflectance 0.5, or 0 if the shape emits, as in Mitsuba."""
+    """Material. By default diffuse with reflectance 0.5, or with reflectance 0 if the shape emits, as in Mitsuba."""
     emitter: Area | None = None
     interior: Medium | None = None
-    """Medium behind the front side."""
+    """Medium on the back side of the surface."""
     exterior: Medium | None = None
-    """Medium before the front side."""
+    """Medium on the front side of the surface."""
     priority: Annotated[int, Field(ge=-(2**31), lt=2**31)] | None = None
-    """Rank among overlapping closed shapes: the highest fills the overlap, of equals the last. An extension to
-    Mitsuba."""
+    """Priority among overlapping closed shapes, an extension to Mitsuba. The interior of the shape with the highest
+    priority fills the overlap. Among equal priorities, the last shape counts."""
 
 
 class Faceted(Solid):
     """Base of the shapes whose faces are flat."""
 
     face_normals: bool = False
-    """Has no effect: the faces are flat either way."""
+    """Without effect: the faces are always flat."""
 
     hints: ClassVar[frozenset[str]] = frozenset({"face_normals", "silhouette_sampling_weight"})
 
@@ -83,7 +83,7 @@ class Cube(Faceted):
 
 
 class Sphere(Solid):
-    """A sphere, facing outwards; a reflection in ``to_world`` turns it inside out, as in Mitsuba."""
+    """A sphere, facing outwards; a reflection in ``to_world`` makes the sphere face inwards, as in Mitsuba."""
 
     type: Literal["sphere"] = "sphere"
     center: Vec3 = (0.0, 0.0, 0.0)
@@ -100,12 +100,15 @@ class Sphere(Solid):
 
     @property
     def is_stretched(self) -> bool:
-        """Whether ``to_world`` would make the sphere another shape; see `world_radius`."""
+        """True if ``to_world`` scales unevenly or shears; the shape stays a sphere with `world_radius`."""
         return any(linear_scale(matrix) is None for matrix in poses(self.to_world))
 
     @property
     def world_radius(self) -> float:
-        """Radius in world space at the first key; for a stretched sphere the radius along x, as in Mitsuba."""
+        """Radius in world space, at the first key of an animation.
+
+        For a stretched sphere, this is the radius along x, as in Mitsuba.
+        """
         matrix = poses(self.to_world)[0]
         return self.radius * (linear_scale(matrix) or math.hypot(*(row[0] for row in matrix[:3])))
 
@@ -146,7 +149,7 @@ class Cylinder(Solid):
 
     @property
     def world_radius(self) -> float:
-        """Radius in world space at the first key."""
+        """Radius in world space, at the first key of an animation."""
         return (self._scale or 1.0) * self.radius  # never None: the model refuses such a cylinder
 
 
@@ -156,9 +159,9 @@ class MeshFile(Solid):
     old: ClassVar[frozenset[str]] = frozenset({"max_smooth_angle"})
 
     filename: MeshName
-    """The file, relative to the scene file; an animation of files, an extension to Mitsuba, deforms the mesh."""
+    """File name, relative to the scene file. A `Deformation` deforms the mesh, an extension to Mitsuba."""
     face_normals: bool = False
-    """Shade flat, without the file's vertex normals. Otherwise missing normals are computed smooth."""
+    """Use flat face normals instead of the file's vertex normals. If False, missing vertex normals are computed."""
     flip_tex_coords: bool = False
     """Flip the texture vertically: v becomes 1 - v."""
 
@@ -175,7 +178,7 @@ class Obj(MeshFile):
     type: Literal["obj"] = "obj"
     flip_tex_coords: bool = True
     material: str | None = None
-    """Only the faces after a ``usemtl`` of this name, an extension to Mitsuba; without it, all faces."""
+    """Name of a ``usemtl`` material, whose faces alone are read; None: all faces. An extension to Mitsuba."""
 
 
 class Serialized(MeshFile):
@@ -193,7 +196,7 @@ class Gltf(MeshFile):
 
 
 class ShapeGroup(Plugin):
-    """Shapes that are seen only where an `Instance` places them."""
+    """A group of shapes, which are visible only where an `Instance` places the group."""
 
     kind: ClassVar[Kind] = "shape"
     roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapes"}
@@ -214,7 +217,7 @@ class ShapeGroup(Plugin):
 
 
 class Instance(ShapePlugin):
-    """A copy of a group of shapes, with a placement of its own."""
+    """A placed copy of a `ShapeGroup`."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapegroup"}
 
@@ -226,12 +229,12 @@ InGroup = Annotated[
     Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Gltf,
     Field(discriminator="type"),
 ]
-"""Any shape with a surface of its own."""
+"""Any shape with a surface of its own: all shapes that a group can contain."""
 Shape = Annotated[
     Rectangle | Disk | Cube | Sphere | Cylinder | Ply | Obj | Serialized | Gltf | Instance,
     Field(discriminator="type"),
 ]
-"""Any shape that is seen."""
+"""Any shape of a scene: shapes with a surface of their own, and instances."""
 
 ShapeGroup.model_rebuild()
 Instance.model_rebuild()

@@ -1,7 +1,8 @@
 """Spectra, which vary with wavelength, and their colours in linear sRGB.
 
-A curve is integrated against the CIE 1931 observer: emission unchanged, a reflectance or any other factor under D65.
-The sum over a thousand wavelengths is the one of Mitsuba 3's RGB mode. Channels outside the gamut are cut at zero.
+A curve is integrated against the CIE 1931 observer. A reflectance, or any other factor, is first multiplied by D65;
+emission is not. The integral is a sum over 1000 wavelengths, as in Mitsuba 3's RGB mode. Negative channels (outside the
+gamut) become zero.
 """
 
 from __future__ import annotations
@@ -22,27 +23,27 @@ Array = NDArray[np.float64]
 
 STEPS: Final = 1000
 D65_LUMINANCE: Final = 98.99741751876255
-"""Mitsuba's divisor of D65. The table's own luminance is 0.11 % less, so a constant curve is a little darker than its
-value. The difference is kept so that images agree."""
+"""Luminance by which Mitsuba divides D65. The luminance of D65 in `TABLE` is 0.11 % smaller. A constant reflectance is
+therefore 0.11 % darker than its value, as in Mitsuba's images."""
 PLANCK: Final = 6.62607015e-34
 LIGHT_SPEED: Final = 299792458.0
 BOLTZMANN: Final = 1.380649e-23
 XYZ_TO_SRGB: Final = np.array(
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]]
 )
-"""Matrix of Rec. 709 primaries with a D65 white, in the digits in common use."""
+"""Matrix from CIE XYZ to linear sRGB (Rec. 709 primaries, D65 white), in the digits in common use."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """A spectrum with the same value at every wavelength; its colour depends on the parameter that it is given to."""
+    """A spectrum with the same value at every wavelength: grey as a reflectance, slightly red as emission."""
 
     value: float
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A spectrum that is linear between its points, and zero outside them."""
+    """A spectrum that is linear between its points, and zero before the first and after the last."""
 
     wavelengths: tuple[float, ...]
     """Wavelengths in nm, increasing."""
@@ -58,12 +59,12 @@ class Curve:
 
     @property
     def emission(self) -> Color:
-        """The colour of light with this spectrum."""
+        """Colour of light with this spectrum, in linear sRGB."""
         return self._color(under_d65=False)
 
     @property
     def reflectance(self) -> Color:
-        """The colour of a surface with this reflectance (or another factor) under D65."""
+        """Colour, in linear sRGB, of a surface under D65 with this spectrum as reflectance or other factor."""
         return self._color(under_d65=True)
 
     def _color(self, *, under_d65: bool) -> Color:
@@ -79,7 +80,10 @@ class Curve:
 
 
 def blackbody(temperature: float) -> Curve:
-    """Return the radiance of a black body at `temperature` kelvins, in W/(m^2 sr nm), by Planck's law."""
+    """Return the spectral radiance of a black body at `temperature` kelvins, by Planck's law.
+
+    The curve has a value every nm from 360 nm to 830 nm, in W/(m^2 sr nm).
+    """
     nanometres = np.arange(360.0, 831.0, 1.0)
     metres = 1e-9 * nanometres
     exponent = PLANCK * LIGHT_SPEED / (BOLTZMANN * temperature * metres)

@@ -1,4 +1,4 @@
-"""Mitsuba's spectra as plugins, and its volume of one value.
+"""Mitsuba's spectra as plugins, and Mitsuba's constant volume.
 
 These plugins do not stay in a model: each becomes a colour when the scene is read.
 """
@@ -38,31 +38,31 @@ class SpectrumPlugin(Plugin):
 
     @property
     def meaning(self) -> Color | Curve:
-        """The spectrum as a value: a colour, or a curve whose colour depends on the parameter that it is given to."""
+        """Value of the spectrum: a colour, or a curve. A curve has different colours as emission and as reflectance."""
         raise NotImplementedError
 
 
 class Uniform(SpectrumPlugin):
-    """A spectrum with one value for all wavelengths, and so in RGB for all channels."""
+    """A spectrum with one value for all wavelengths: in RGB, the same value in all channels."""
 
     type: Literal["uniform"] = "uniform"
     value: float = 1.0
 
     @property
     def meaning(self) -> Color:
-        """Grey."""
+        """Colour with ``value`` in all three channels."""
         return (self.value,) * 3
 
 
 class RawConstant(SpectrumPlugin):
-    """One number or three, taken unchanged."""
+    """One number or three numbers, used as a colour without conversion."""
 
     type: Literal["rawconstant"] = "rawconstant"
     value: Coefficient
 
     @property
     def meaning(self) -> Color:
-        """The value, unchanged."""
+        """Colour ``value``, unchanged."""
         return self.value
 
 
@@ -74,12 +74,12 @@ class Srgb(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """The colour, unchanged."""
+        """Colour ``color``, unchanged."""
         return self.color
 
 
 class D65(SpectrumPlugin):
-    """The light of D65, scaled and multiplied by a colour."""
+    """The illuminant D65, multiplied by a number and a colour."""
 
     type: Literal["d65"] = "d65"
     scale: NonNegativeFloat = 1.0
@@ -87,13 +87,13 @@ class D65(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """The scaled colour: D65 is the white of sRGB."""
+        """Product of ``scale`` and ``color``, because D65 is white in sRGB."""
         red, green, blue = self.color
         return self.scale * red, self.scale * green, self.scale * blue
 
 
 class Regular(SpectrumPlugin):
-    """Values at equally spaced wavelengths."""
+    """A spectrum of values at equally spaced wavelengths, in nm."""
 
     type: Literal["regular"] = "regular"
     wavelength_min: PositiveFloat
@@ -107,14 +107,14 @@ class Regular(SpectrumPlugin):
 
     @property
     def meaning(self) -> Curve:
-        """The curve through the values."""
+        """Curve through the values, linear between the wavelengths."""
         last = max(len(self.values) - 1, 1)
         step = (self.wavelength_max - self.wavelength_min) / last
         return Curve(tuple(self.wavelength_min + i * step for i in range(len(self.values))), self.values)
 
 
 class Irregular(SpectrumPlugin):
-    """Values at given wavelengths."""
+    """A spectrum of values at given wavelengths, in nm."""
 
     type: Literal["irregular"] = "irregular"
     wavelengths: Numbers
@@ -127,12 +127,12 @@ class Irregular(SpectrumPlugin):
 
     @property
     def meaning(self) -> Curve:
-        """The curve through the values."""
+        """Curve through the values, linear between the wavelengths."""
         return Curve(self.wavelengths, self.values)
 
 
 class Blackbody(SpectrumPlugin):
-    """The light of a black body."""
+    """The emission of a black body."""
 
     type: Literal["blackbody"] = "blackbody"
     temperature: PositiveFloat
@@ -147,7 +147,7 @@ class Blackbody(SpectrumPlugin):
 
     @property
     def meaning(self) -> Curve:
-        """Planck's curve between the two wavelengths, in W/(m^2 sr nm)."""
+        """Planck's curve from ``wavelength_min`` to ``wavelength_max`` (nm), in W/(m^2 sr nm)."""
         whole = blackbody(self.temperature)
         inside = [
             (wavelength, power)
@@ -166,11 +166,11 @@ class ConstVolume(SpectrumPlugin):
 
     type: Literal["constvolume"] = "constvolume"
     value: Coefficient = (1.0, 1.0, 1.0)
-    """A number, a colour or a spectrum."""
+    """Value of the volume: a number, a colour or a spectrum."""
     to_world: Transform = IDENTITY
     """Without effect: the value is the same everywhere."""
 
     @property
     def meaning(self) -> Color:
-        """The value, unchanged."""
+        """Colour ``value``, unchanged."""
         return self.value

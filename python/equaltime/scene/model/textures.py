@@ -1,7 +1,7 @@
-"""Textures, which vary over a surface, and the parameters that take one.
+"""Textures, which vary over a surface, and the types of parameters that accept a texture.
 
-A texture stands where a colour or a number may: a parameter of type ``ReflectanceTexture`` and the like holds either
-the constant, as a colour or a number, or the texture's node.
+A parameter of such a type, for example ``ReflectanceTexture``, holds either a constant (a colour or a number) or the
+node of a texture.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = [
 
 
 SMALLEST_ROUGHNESS = 1e-4
-"""Roughness used for a roughness of 0, as in Mitsuba and in textures."""
+"""Roughness that replaces a roughness of 0, as in Mitsuba; the core does the same for texels."""
 
 
 class TexturePlugin(Plugin):
@@ -45,14 +45,14 @@ class TexturePlugin(Plugin):
 
 
 FARTHEST_UV: Final = 2.0**24
-"""Largest offset of texture coordinates: beyond it they are whole numbers in float32."""
+"""Largest offset of texture coordinates: above 2^24, float32 numbers have no fractional part."""
 
 
 class OnUv(TexturePlugin):
-    """Base of the textures that are looked up by texture coordinates."""
+    """Base of the textures that are looked up by the texture coordinates (u, v)."""
 
     to_uv: Transform = IDENTITY
-    """Applied to the texture coordinates before the lookup; of the 4x4 matrix, only u, v and the offset count."""
+    """Transform (4, 4) of the texture coordinates before the lookup; see `uv_rows` for the entries that are used."""
 
     @model_validator(mode="after")
     def _not_far_away(self) -> Self:
@@ -63,7 +63,10 @@ class OnUv(TexturePlugin):
 
     @property
     def uv_rows(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """The 2x3 matrix that maps (u, v, 1)."""
+        """Matrix (2, 3) that maps (u, v, 1) to the texture coordinates of the lookup.
+
+        The entries are rows 0 and 1 of ``to_uv``, columns 0, 1 and 3.
+        """
         return _plane(self.to_uv[0]), _plane(self.to_uv[1])
 
 
@@ -72,15 +75,15 @@ def _plane(row: Row) -> tuple[float, float, float]:
 
 
 class Bitmap(OnUv):
-    """An image. Its first row is at v = 0, as in Mitsuba 3 and in glTF."""
+    """A texture from an image, whose first row is at v = 0, as in Mitsuba 3 and in glTF."""
 
     type: Literal["bitmap"] = "bitmap"
     filename: str
-    """The image, relative to the scene file: anything that OpenImageIO reads."""
+    """File of the image, relative to the scene file, in any format that OpenImageIO reads."""
     filter_type: Literal["bilinear", "nearest"] = "bilinear"
     wrap_mode: Literal["repeat", "mirror", "clamp"] = "repeat"
     raw: bool = False
-    """Take the file's numbers as they are: no sRGB decoding, for normals and roughness."""
+    """Use the numbers of the file without sRGB decoding, as for normals and roughness."""
     format: Literal["variant", "auto", "fp16"] = "variant"
     """Without effect: a texture keeps the precision of its file."""
     accel: bool = True
@@ -92,9 +95,9 @@ class Bitmap(OnUv):
 
 
 class Checkerboard(OnUv):
-    """Two colours in squares of half a unit of u and v.
+    """A checkerboard of two colours, in squares with sides of half a unit of u and v.
 
-    For a parameter of one number (such as weight, opacity or roughness), the colours trade places, as in Mitsuba 3.
+    For a parameter of one number (such as weight, opacity or roughness), the colours are exchanged, as in Mitsuba 3.
     """
 
     type: Literal["checkerboard"] = "checkerboard"
@@ -109,22 +112,25 @@ def _of_vertices_or_faces(name: str) -> str:
 
 
 class MeshAttribute(TexturePlugin):
-    """An attribute of the mesh, such as a colour: per vertex (interpolated) or per face."""
+    """A mesh attribute as a texture, such as a colour: per vertex (interpolated) or per face."""
 
     type: Literal["mesh_attribute"] = "mesh_attribute"
     name: Annotated[str, AfterValidator(_of_vertices_or_faces)]
-    """Name of the attribute in the mesh. ``r, g, b`` and ``red, green, blue`` of a PLY file are ``vertex_color`` or
-    ``face_color``, ``p_r, p_g, p_b`` ``vertex_p_color``, ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` ``vertex_p``. The
-    colours of an OBJ file, of a serialized mesh and of glTF are ``vertex_color``."""
+    """Name of the attribute: ``vertex_`` or ``face_`` and the name in the mesh.
+
+    In a PLY file, ``r, g, b`` or ``red, green, blue`` are ``vertex_color`` or ``face_color``. The properties
+    ``p_r, p_g, p_b`` are ``vertex_p_color``; ``p_x, p_y, p_z`` or ``p_0, p_1, p_2`` are ``vertex_p``. The colours of
+    OBJ files, serialized meshes and glTF are ``vertex_color``.
+    """
     scale: float = 1.0
-    """Factor on the attribute's values. Integers are taken unchanged, so that bytes need 1/255."""
+    """Factor on the attribute's values. Integers are not normalised: for colours in bytes, set 1/255."""
     cut: bool = False
     """Clamp the scaled values to [0, 1]; an extension to Mitsuba."""
     times: Bitmap | Checkerboard | None = None
-    """A texture that multiplies the attribute, for parameters of BSDFs; an extension to Mitsuba."""
+    """Texture by which the attribute is multiplied, for parameters of BSDFs; an extension to Mitsuba."""
 
     def numbers(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attribute's `values` scaled and clamped, without the texture ``times``."""
+        """Return the attribute's `values` times ``scale``, and clamped if ``cut`` is set; ``times`` is not applied."""
         scaled = self.scale * values
         return np.clip(scaled, 0.0, 1.0) if self.cut else scaled
 
@@ -149,13 +155,13 @@ ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
 CoefficientTexture = Annotated[Texture | Color, _or_texture(as_coefficient)]
 """A non-negative number per channel, or a texture of such numbers."""
 RadianceTexture = Annotated[Texture | Color, _or_texture(as_radiance)]
-"""Emission per channel, or a texture of emission."""
+"""Non-negative emission per channel, or a texture of emission."""
 UnitTexture = Annotated[Texture | float, _or_texture(as_share)]
 """A number in [0, 1], or a texture of such numbers."""
 WeightTexture = Annotated[Texture | float, _or_texture(as_weight)]
-"""A number in [0, 1], or a texture of such numbers; other plain numbers are clamped."""
+"""A number in [0, 1], or a texture of such numbers. A plain number outside [0, 1] is clamped."""
 Roughness = Annotated[Texture | float, _or_texture(_roughness)]
-"""A positive number, or a texture of such numbers; 0 stands for `SMALLEST_ROUGHNESS`."""
+"""A positive number, or a texture of such numbers; 0 becomes `SMALLEST_ROUGHNESS`."""
 ConstantRoughness = Annotated[float, BeforeValidator(_roughness)]
-"""A positive number, not a texture; 0 stands for `SMALLEST_ROUGHNESS`."""
+"""A positive number, not a texture; 0 becomes `SMALLEST_ROUGHNESS`."""
 Checkerboard.model_rebuild()

@@ -1,7 +1,7 @@
-"""Types of parameters (vectors, colours, transforms), with the validators that accept or refuse what users write.
+"""Types of parameters (vectors, colours, transforms), with the validators that convert or refuse a user's values.
 
-Each validator accepts anything that a user may reasonably write. It returns nested tuples of floats, so that nodes stay
-hashable and comparable.
+Each validator accepts anything that a user may reasonably write. The results are floats or nested tuples of floats, so
+that nodes stay hashable and comparable.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ Matrix = tuple[Row, Row, Row, Row]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 EQUAL_ENERGY = (1.204794, 0.948291, 0.908916)
-"""Linear sRGB of the equal-energy spectrum at value 1. Mitsuba 3's RGB mode gives a constant emission spectrum this
-colour (to its own float32 rounding), while a constant reflectance stays grey."""
+"""Linear sRGB colour of emission with the value 1 at all wavelengths. Mitsuba 3's RGB mode gives the same colour, up to
+float32 rounding. A constant reflectance stays grey."""
 
 SHAPE_TOLERANCE = 1e-3
-"""Largest relative deviation of a linear map from a rotation or a uniform scale; Mitsuba's own limit for cameras."""
+"""Relative deviation up to which a linear map counts as a rotation or a uniform scale: Mitsuba's limit for cameras."""
 _ROUNDED = 1e-7
 """Relative deviation of a rotation that rounding to float32 can cause."""
 
@@ -111,7 +111,7 @@ def _not_negative(color: Color) -> Color:
 
 
 def as_reflectance(value: object) -> Color:
-    """Return `value` as factors in [0, 1] per channel; raises ValueError if it is something else.
+    """Return a number, three numbers or a spectrum as factors in [0, 1] per channel; raises ValueError otherwise.
 
     A spectral curve whose sRGB channels exceed 1 is cut to 1, as in Mitsuba: saturated colours may lie outside of sRGB.
     """
@@ -122,17 +122,20 @@ def as_reflectance(value: object) -> Color:
 
 
 def as_coefficient(value: object) -> Color:
-    """Return `value` as non-negative numbers per channel; raises ValueError if it is something else."""
+    """Return a number, three numbers or a spectrum as non-negative numbers per channel; raises ValueError otherwise."""
     return _not_negative(_finite(_as_color(value)))
 
 
 def as_radiance(value: object) -> Color:
-    """Return `value` as emission per channel; raises ValueError if it is something else."""
+    """Return a number, three numbers or a spectrum as emission per channel; raises ValueError otherwise."""
     return _not_negative(_finite(_as_radiance(value)))
 
 
 def as_number(value: object) -> float:
-    """Return `value` as one finite number, a colour as its mean (as in Mitsuba); raises ValueError otherwise."""
+    """Return a number unchanged, and a colour or spectrum as its mean over the channels, as in Mitsuba.
+
+    Raises ValueError for anything else, and for numbers that are not finite.
+    """
     color = _finite(_as_color(value))
     return color[0] if len(set(color)) == 1 else sum(color) / 3.0
 
@@ -143,14 +146,17 @@ def as_lower(value: object) -> object:
 
 
 def as_share(value: object) -> float:
-    """Return `value` as one number in [0, 1]; raises ValueError if it is something else."""
+    """Return `value` as one number (see `as_number`); raises ValueError if the number is outside [0, 1]."""
     if not 0.0 <= (number := as_number(value)) <= 1.0:
         raise ValueError("must lie in [0, 1]")
     return number
 
 
 def as_weight(value: object) -> float:
-    """Return `value` as one number in [0, 1]; clamps plain numbers, as Mitsuba does; raises ValueError otherwise."""
+    """Return `value` as one number in [0, 1]. Plain numbers are clamped, as in Mitsuba.
+
+    Raises ValueError for other values outside [0, 1].
+    """
     if isinstance(value, Real | Spectrum):
         return min(max(as_number(value), 0.0), 1.0)
     return as_share(value)
@@ -194,7 +200,7 @@ def as_array(matrix: Matrix) -> NDArray[np.float64]:
 
 
 def linear_scale(matrix: Matrix) -> float | None:
-    """Return the factor by which the transform scales all lengths alike, or None if there is no such factor."""
+    """Return the factor by which a transform scales all lengths, or None if the factor depends on the direction."""
     linear = as_array(matrix)[:3, :3]
     largest = float(np.abs(linear).max()) or 1.0  # so that squares neither overflow nor vanish
     gram = (linear / largest).T @ (linear / largest)
@@ -205,10 +211,10 @@ def linear_scale(matrix: Matrix) -> float | None:
 
 
 def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
-    """Return the transform (4, 4), without its shear if it is a similarity up to a few digits.
+    """Return a transform as an array (4, 4), with small shear removed.
 
-    A rotation written with four digits has shear, but shapes sampled in closed form must have none. Other transforms
-    are returned unchanged. The point `about` maps to the same place as before.
+    A rotation written with four digits has such shear, but shapes that are sampled in closed form must have none. A
+    transform that is no similarity up to `SHAPE_TOLERANCE` is returned unchanged. The image of the point `about` stays.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
     if scale is None:
@@ -224,7 +230,10 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
 
 
 def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
-    """Return the scale across `axis`, or None if it differs between directions or right angles are not kept."""
+    """Return the factor by which a transform scales lengths perpendicular to `axis`.
+
+    Returns None if the factor depends on the direction, or if the transform shears.
+    """
     along = np.array(_unit((axis[0], axis[1], axis[2])))
     x = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
     x /= np.linalg.norm(x)
@@ -237,7 +246,7 @@ def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
 
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
-    """Tell whether a (4, 4) transform mirrors: exchanges left and right."""
+    """Tell whether a transform (4, 4) is a reflection: its determinant is negative."""
     return _volume(matrix.tolist()) < 0.0
 
 
@@ -262,7 +271,7 @@ Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
 Reflectance = Annotated[Color, BeforeValidator(as_reflectance)]
 """A dimensionless factor in [0, 1] per channel; a single number is grey."""
 Coefficient = Annotated[Color, BeforeValidator(as_coefficient)]
-"""A non-negative number per channel, such as an index of refraction; a single number is used for all three."""
+"""A non-negative number per channel, such as an index of refraction; a single number applies to all channels."""
 Share = Annotated[float, BeforeValidator(as_share)]
 """A number in [0, 1]."""
 Radiance = Annotated[Color, BeforeValidator(as_radiance)]

@@ -1,4 +1,4 @@
-"""BSDFs that contain BSDFs (two-sided, blended, masked, bumped), and the union of all BSDFs."""
+"""BSDFs that contain other BSDFs (two-sided, blended, masked, bumped), and the type of any BSDF."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ __all__ = ["BlendBsdf", "Bsdf", "BumpMap", "Mask", "NormalMap", "TwoSided"]
 
 
 class TwoSided(BsdfPlugin):
-    """Makes a one-sided BSDF work on both sides, or puts one on each side (front, back)."""
+    """One opaque BSDF on both sides of a surface, or two on the front and the back side."""
 
     type: Literal["twosided"] = "twosided"
     bsdf: Annotated[tuple[Bsdf, ...], Field(min_length=1, max_length=2)]
-    """One or two opaque BSDFs."""
+    """One opaque BSDF for both sides, or two: for the front and for the back."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
     lists: ClassVar[frozenset[str]] = frozenset({"bsdf"})
@@ -59,58 +59,58 @@ class BlendBsdf(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """Whether either of the two BSDFs lets light through."""
+        """True if at least one of the two BSDFs lets light through."""
         return any(bsdf.transmits for bsdf in self.bsdf)
 
 
 class Mask(BsdfPlugin):
-    """A BSDF with holes: where it is not opaque, light passes as if there were no surface."""
+    """A BSDF with an opacity: the rest of the light passes as if the surface did not exist."""
 
     type: Literal["mask"] = "mask"
     opacity: WeightTexture = 0.5
     cutoff: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
-    """Opacity from which the surface is opaque; a hole where it is lower. An extension to Mitsuba."""
+    """Threshold: the surface is opaque at or above this opacity, and a hole below. An extension to Mitsuba."""
     bsdf: Bsdf
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
 
     @property
     def transmits(self) -> bool:
-        """Always true."""
+        """True: light passes through the holes."""
         return True
 
 
 class Bent(BsdfPlugin):
-    """Base of the BSDFs that bend the shading normal of another BSDF."""
+    """Base of the BSDFs that perturb the shading normal of another BSDF."""
 
     bsdf: Bsdf
     flip_invalid_normals: bool = True
-    """Flip a bent normal that faces away from the viewer."""
+    """Flip a perturbed normal that faces away from the viewer."""
     use_shadowing_function: bool = True
-    """Darken softly where the bent normal differs from the true one (Chiang et al. 2019)."""
+    """Darken smoothly where the perturbed normal differs from the unperturbed normal (Chiang et al. 2019)."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf"}
 
     @property
     def transmits(self) -> bool:
-        """Whether the BSDF inside lets light through."""
+        """True if the nested BSDF lets light through."""
         return self.bsdf.transmits
 
 
 class BumpMap(Bent):
-    """A BSDF whose normals follow a height texture."""
+    """A BSDF whose shading normals follow a height texture."""
 
     type: Literal["bumpmap"] = "bumpmap"
     texture: Texture
-    """The height, in the scene's units of length."""
+    """Height of the surface, in the scene's units of length."""
     scale: float = 1.0
-    """Factor on the height."""
+    """Factor by which the height is multiplied."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "texture": "texture"}
 
 
 class NormalMap(Bent):
-    """A BSDF whose normals come from a texture, in tangent space: colours (n + 1) / 2."""
+    """A BSDF whose shading normals come from a texture: the colour of a normal n in tangent space is (n + 1) / 2."""
 
     type: Literal["normalmap"] = "normalmap"
     normalmap: Texture
