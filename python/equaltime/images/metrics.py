@@ -84,8 +84,10 @@ class Reference:
 
     @property
     def noise(self) -> Floats:
-        """Variance to subtract from squared differences (H, W, 3); estimated from the halves if ``variance`` is
-        zero."""
+        """Variance to subtract from squared differences (H, W, 3).
+
+        If ``variance`` is zero everywhere, the halves give an estimate.
+        """
         if self.halves is None or self.variance.any():
             return self.variance
         return (0.5 * (self.halves[0] - self.halves[1])) ** 2

@@ -28,8 +28,7 @@ _FIT = "independent"
 
 
 def fit_sampler(sampler: str) -> str:
-    """Return the sampler with which Mitsuba renders a reference: `sampler`, or ``independent`` if `sampler` is
-    biased."""
+    """Return the sampler for a reference by Mitsuba: `sampler`, or ``independent`` if `sampler` is biased."""
     return _FIT if sampler in UNFIT_SAMPLERS else sampler
 
 
