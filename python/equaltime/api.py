@@ -96,8 +96,8 @@ def render(
         Names of effects to leave out (`equaltime.effects`). The image is then biased, and is labelled as biased. A
         pilot measures the bias, and the image's error includes that bias.
     within
-        Largest bias, such as 0.01. A pilot chooses effects to leave out, and a path length, whose bias stays within it.
-        If ``error`` is given, the bias also stays within half of ``error``.
+        Largest bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be among these
+        effects. If ``error`` is given, the bias also stays within half of ``error``.
     show
         A viewer that receives the image after passes, at most a few times a second, and at the end.
     traps

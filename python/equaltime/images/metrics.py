@@ -72,10 +72,10 @@ class Reference:
 
     @property
     def denominator(self) -> Floats:
-        """Denominator D of relative squares (H, W, 3): R² + (0.1 m)², corrected for the noise of R.
+        """Denominator of relative squares (H, W, 3): D = R² + (0.1 m)², corrected for the noise of R.
 
-        The noise makes 1 / D too large on average, by a factor 1 + v (4 R² / D - 1) / D to second order. D is
-        multiplied by that factor.
+        The noise makes 1 / D too large on average, by a factor 1 + v (4 R² / D - 1) / D to second order. The result is
+        D times that factor.
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2

@@ -1,14 +1,13 @@
 """Hands a scene to the core through its scene builder: shapes, emitters, camera, film and filter.
 
-Each family of plugins has its own module, to which a new plugin is added:
+Modules by family of plugins; a new plugin is added to the module of its family:
 
 ========================  ==============================================================================
 `compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
 `compile_textures`        textures; parameters that must be constants so far
 `compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
-`compile_emitters`        emitters that are not shapes
-`compile_sensors`         cameras, film and filters
+`compile`                 emitters that are not shapes; cameras, film and filters
 ========================  ==============================================================================
 
 A plugin that the core does not support yet raises `Unsupported`, to which `Scene` adds the plugin's place.

@@ -2,10 +2,11 @@
 
 Everything is float64 in the scene's own units, placed and oriented as in Mitsuba 3:
 
-- the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z; - a cube faces
-outwards, however it is mirrored; - a mesh with normals in its file faces along these normals; - a mesh without normals,
-or with ``face_normals``, faces according to the order of its vertices after placement, so that
-  a mirrored mesh faces the other way;
+- the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z;
+- a cube faces outwards, however it is mirrored;
+- a mesh with normals in its file faces along these normals;
+- a mesh without normals, or with ``face_normals``, faces according to the order of its vertices after placement, so
+  that a mirrored mesh faces the other way;
 - a mirrored sphere or cylinder is inside out;
 - ``flip_normals`` swaps front and back of any shape.
 

@@ -1,6 +1,6 @@
 """Finds the parts of a scene that change nothing in the image.
 
-Such parts do not count as effects of the scene, and the core's scene is built without them.
+Such parts do not count as effects of the scene, and are left out or simplified when the core's scene is built.
 
 The core itself folds textures of one colour, masks and blends of a single part, flat normal and bump maps, and lenses
 without aperture. Lights of zero power are never added.

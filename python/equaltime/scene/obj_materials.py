@@ -61,7 +61,7 @@ class Materials:
         return bool(self._found)
 
     def of(self, name: bytes) -> tuple[str, Material] | None:
-        """Return the material called `name` and its library's file name; None if there is no such material.
+        """Return a library's file name and the material `name` in it; None if there is no such material.
 
         The name is also tried without quotes, and without a number as a comment.
         """

@@ -1,8 +1,7 @@
 """The account of a picture: a list of everything in its file that the reader has not used.
 
 Channels and attributes that OpenImageIO finds are entries. A reader removes the entries that it uses, and the rest is
-reported.
-Entries that only describe the file, such as dates and compression, are not part of the account.
+reported. Entries that only describe the file, such as dates and compression, are not part of the account.
 """
 
 from __future__ import annotations

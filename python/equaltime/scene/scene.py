@@ -169,8 +169,8 @@ class Scene(Shown):
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as the dictionary that `load_dict` reads: valid JSON, with absolute file names.
 
-        ``mitsuba.load_dict`` reads it too, once its transforms (nested lists) are replaced by Mitsuba's type; see
-        `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
+        ``mitsuba.load_dict`` reads the dictionary too, once all transforms (nested lists) are replaced by Mitsuba's
+        type; see `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
         """
         return export.scene_dict(self.model, self.assets.absolute)
 
@@ -178,8 +178,8 @@ class Scene(Shown):
         """Write the scene as a new TOML or XML file, and return the written files.
 
         Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
-        copied into a folder beside it; otherwise the file names their present places. Raises SceneError. See
-        `equaltime.scene.export.convert`.
+        copied into a folder beside the new file; otherwise the new file names their present places. Raises SceneError.
+        See `equaltime.scene.export.convert`.
         """
         path = Path(path)
         try:
@@ -252,8 +252,8 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
-        A new size without a crop renders the whole film. A new path length changes the exact image. An error from the
-        image of the loaded scene, with `own_max_depth`, is then another quantity.
+        A new size without a crop renders the whole film. A new path length changes the exact image: the error of a
+        render then says nothing about the scene's own exact image, with `own_max_depth`.
 
         Raises
         ------

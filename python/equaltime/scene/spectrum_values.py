@@ -14,7 +14,7 @@ from equaltime.words import shortened
 __all__ = ["curve", "parse_spectrum", "read_spectrum"]
 
 LARGEST = 1 << 22
-"""Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes a hundred thousand."""
+"""Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes about a hundred thousand bytes."""
 
 
 def parse_spectrum(text: str) -> Spectrum | Curve:

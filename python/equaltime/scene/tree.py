@@ -88,7 +88,7 @@ class Report:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """All warnings, in order of discovery."""
+        """All warnings added by `note`, in order."""
         more = [f"and {self._untold} more warnings"] if self._untold else []
         return (*self._notes, *more)
 
@@ -120,7 +120,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A reference to the object with the given id."""
+    """A reference to the object with the name `id`."""
 
     place: Place
     id: str
@@ -128,7 +128,7 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """Another name for the object with the given id."""
+    """Another name, `name`, for the object with the name `id`."""
 
     place: Place
     id: str
@@ -191,7 +191,7 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return the place of `part`, or of the first part equal to it; None if it was made later.
+        """Return the place of `part`, or of the first part equal to it; None if no such part was in the file.
 
         A scene has only one sensor and one integrator, so their places are found even after a change of size or depth.
         """
